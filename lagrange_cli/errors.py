@@ -1,0 +1,89 @@
+"""Every error a user can cause, and the exit status each one ends with.
+
+LagrangeError
+├── UsageError       2    an option, its value, a --set of an unknown name
+├── SpecError        3    the system file is wrong: one Problem or many, each with its place
+├── MotionError      4    the motion could not be started or continued
+└── FileError        5    a file could not be read or written
+
+Foreign exceptions (yaml, h5py, OSError) are translated once, where they occur, with ``from exc``;
+``cli.main`` is the one place that turns these into messages and exits.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+
+class LagrangeError(Exception):
+    """Root of every error of this project; ``exit_code`` is the process's exit status."""
+
+    exit_code = 1
+
+
+class UsageError(LagrangeError):
+    """The command line asks for something that does not exist or makes no sense."""
+
+    exit_code = 2
+
+
+class MotionError(LagrangeError):
+    """The motion could not be started or continued."""
+
+    exit_code = 4
+
+
+class FileError(LagrangeError):
+    """A file could not be read or written."""
+
+    exit_code = 5
+
+
+@dataclass(frozen=True, order=True)
+class Problem:
+    """One mistake in a system file: where it is, what it is, and a way out.
+
+    ``line`` and ``column`` count from 1 (0: the file as a whole); ``length`` is the number of
+    characters to underline; ``excerpt`` is the source line itself.
+    """
+
+    line: int
+    column: int
+    message: str
+    length: int = 1
+    hint: str = ""
+    excerpt: str = ""
+
+    def render(self, filename: str) -> str:
+        """The message with its place, the excerpt and a caret, as printed on standard error."""
+        if self.line == 0:
+            head = f"{filename}: {self.message}"
+            return f"{head}\n  {self.hint}" if self.hint else head
+        lines = [f"{filename}:{self.line}:{self.column}: {self.message}"]
+        excerpt, column = clip(self.excerpt, self.column)
+        number = str(self.line)
+        carets = "^" * max(1, min(self.length, len(excerpt) - column + 1))
+        lines.append(f"  {number} | {excerpt}")
+        pointer = f"  {' ' * len(number)} | {' ' * (column - 1)}{carets}"
+        lines.append(f"{pointer} {self.hint}" if self.hint else pointer)
+        return "\n".join(lines)
+
+
+class SpecError(LagrangeError):
+    """The system file is wrong; ``problems`` holds every mistake found, in file order."""
+
+    exit_code = 3
+
+    def __init__(self, filename: str, problems: list[Problem]) -> None:
+        self.filename = filename
+        self.problems = tuple(sorted(problems))
+        super().__init__("\n".join(problem.render(filename) for problem in self.problems))
+
+
+def clip(excerpt: str, column: int, width: int = 100) -> tuple[str, int]:
+    """A window of a long source line around ``column``, and the column within that window."""
+    text = excerpt.replace("\t", " ")
+    if len(text) <= width:
+        return text, min(column, len(text) + 1)
+    start = max(0, min(column - 1 - width // 2, len(text) - width))
+    return text[start : start + width], column - start

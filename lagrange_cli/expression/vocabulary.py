@@ -1,0 +1,32 @@
+"""The words of the expression language: functions with their arity, constants, reserved names."""
+
+from __future__ import annotations
+
+FUNCTIONS: dict[str, int] = {
+    "sin": 1, "cos": 1, "tan": 1, "asin": 1, "acos": 1, "atan": 1, "atan2": 2,
+    "sinh": 1, "cosh": 1, "tanh": 1, "exp": 1, "log": 1, "sqrt": 1,
+}  # fmt: skip
+"""Scalar functions and how many arguments each takes."""
+
+VECTOR_FUNCTIONS: dict[str, int] = {"dot": 2, "cross": 2, "norm": 1}
+"""Functions of vectors; ``dot`` and ``norm`` give scalars, ``cross`` a vector."""
+
+CONSTANTS = frozenset({"pi"})
+TIME = "t"
+RESERVED = frozenset(FUNCTIONS) | frozenset(VECTOR_FUNCTIONS) | CONSTANTS | {TIME}
+"""Names a system file cannot give to anything of its own."""
+
+COMPONENTS = ("x", "y", "z")
+VELOCITY_COMPONENTS = ("vx", "vy", "vz")
+VELOCITY_SUFFIX = "_dot"
+ACCELERATION_SUFFIX = "_ddot"
+
+
+def velocity_name(coordinate: str) -> str:
+    """The name of a coordinate's velocity: ``theta_dot`` for ``theta``."""
+    return coordinate + VELOCITY_SUFFIX
+
+
+def acceleration_name(coordinate: str) -> str:
+    """The name of a coordinate's acceleration: ``theta_ddot`` for ``theta``."""
+    return coordinate + ACCELERATION_SUFFIX

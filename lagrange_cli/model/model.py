@@ -1,0 +1,47 @@
+"""``Model``: the system's expressions over one algebra, names resolved; nothing is derived yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Generic
+
+from lagrange_cli.expression.algebra import Algebra, E
+
+
+@dataclass(frozen=True)
+class Particle(Generic[E]):
+    """A point mass: ``mass`` in parameters, ``position`` r(q, t) with 1 to 3 components,
+    ``velocity`` = dr/dt = sum_k dr/dq_k q_dot_k + dr/dt in q, q_dot, t (same length), and the applied
+    ``force`` F(q, q_dot, t) of the ``forces`` section (empty where there is none)."""
+
+    name: str
+    mass: E
+    position: tuple[E, ...]
+    velocity: tuple[E, ...]
+    force: tuple[E, ...]
+
+
+@dataclass(frozen=True)
+class Model(Generic[E]):
+    """A mechanical system over the algebra ``algebra``.
+
+    ``q`` and ``v`` are the symbols of the coordinates and their velocities (``theta``, ``theta_dot``),
+    ``parameters`` the parameters' symbols by name, ``time`` the symbol ``t``. With a given ``lagrangian``
+    there are no particles and ``potential`` is zero; otherwise ``lagrangian`` is None and
+    L = sum m v^2/2 - ``potential``. ``generalized_forces[k]`` and ``dissipation`` are zero where not given.
+    """
+
+    name: str
+    algebra: Algebra[E]
+    coordinates: tuple[str, ...]
+    time: E
+    q: tuple[E, ...]
+    v: tuple[E, ...]
+    parameters: Mapping[str, E]
+    particles: tuple[Particle[E], ...]
+    potential: E
+    lagrangian: E | None
+    generalized_forces: tuple[E, ...]
+    dissipation: E
+    observables: Mapping[str, E]

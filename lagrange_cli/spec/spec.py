@@ -1,0 +1,93 @@
+"""``Spec``: a system file that has been read, checked and found right. Nothing is derived yet."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lagrange_cli.expression.syntax import Tree
+
+
+@dataclass(frozen=True)
+class Place:
+    """A stretch of a line of the file: ``line`` and ``column`` count from 1."""
+
+    line: int
+    column: int
+    length: int = 1
+
+
+@dataclass(frozen=True)
+class Expression:
+    """An expression: its text, its tree, and where in the file it stands.
+
+    ``tree`` is a ``Vector`` (or a vector-valued tree) where a vector is due and scalar-valued otherwise:
+    this has been checked, and every name in it is known.
+    """
+
+    text: str
+    tree: Tree
+    place: Place
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A constant of the system; ``value`` may use other parameters (never in a cycle)."""
+
+    name: str
+    value: Expression
+    place: Place
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class Coordinate:
+    """A generalized coordinate; the initial state is given by expressions in parameters."""
+
+    name: str
+    place: Place
+    initial: Expression | None
+    velocity: Expression | None
+    unit: str = ""
+    description: str = ""
+
+
+@dataclass(frozen=True)
+class SolveDefaults:
+    """The ``solve`` section: defaults of the command line; ``None`` where the file is silent."""
+
+    start: float = 0.0
+    stop: float | None = None
+    samples: int | None = None
+    step: float | None = None
+    method: str | None = None
+    tolerance: float | None = None
+    outputs: tuple[str, ...] | None = None
+
+
+@dataclass(frozen=True)
+class Spec:
+    """A whole system file. Mappings keep the file's order; coordinates' order is the order of q.
+
+    ``potential`` maps term names to expressions that are summed (one term named ``potential`` when the
+    file gives a single expression). ``definitions`` and ``parameters`` are sorted so that each uses only
+    earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``text`` is the file as read.
+    """
+
+    filename: str
+    text: str
+    name: str
+    description: str
+    parameters: tuple[Parameter, ...]
+    coordinates: tuple[Coordinate, ...]
+    definitions: Mapping[str, Expression]
+    masses: Mapping[str, Expression]
+    embedding: Mapping[str, tuple[Expression, ...]]
+    potential: Mapping[str, Expression]
+    lagrangian: Expression | None
+    forces: Mapping[str, Expression]
+    generalized_forces: Mapping[str, Expression]
+    dissipation: Expression | None
+    observables: Mapping[str, Expression]
+    solve: SolveDefaults
