@@ -1,0 +1,66 @@
+"""The command ``lagrange``: its subcommands, imported only when named, and the one place that exits."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from importlib import import_module
+
+import click
+
+import lagrange_cli
+from lagrange_cli.cli.report import complain, describe, discard_output
+
+COMMANDS = {
+    "solve": "lagrange_cli.cli.solve",
+    "equations": "lagrange_cli.cli.equations",
+    "check": "lagrange_cli.cli.check",
+    "systems": "lagrange_cli.cli.systems",
+}
+"""Where each command lives; in that module it has its own name. None of them imports anything heavy."""
+
+
+class LazyGroup(click.Group):
+    """A group that imports a command's module when the command is asked for."""
+
+    def list_commands(self, context: click.Context) -> list[str]:
+        return list(COMMANDS)
+
+    def get_command(self, context: click.Context, name: str) -> click.Command | None:
+        if name not in COMMANDS:
+            return None
+        command = getattr(import_module(COMMANDS[name]), name)
+        assert isinstance(command, click.Command)
+        return command
+
+
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
+@click.version_option(lagrange_cli.__version__, prog_name="lagrange")
+def lagrange() -> None:
+    """Lagrangian mechanics from a YAML file: the equations of motion, and the motion itself.
+
+    `lagrange systems` lists systems to start from.
+    """
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run the command line and return the exit status; every error ends here, with a message."""
+    try:
+        status = lagrange.main(arguments, prog_name="lagrange", standalone_mode=False)
+        flush_output()
+    except click.ClickException as error:
+        error.show()
+        return error.exit_code
+    except BrokenPipeError:
+        discard_output()
+        return 0
+    except (Exception, KeyboardInterrupt) as error:
+        message, status = describe(error)
+        complain(message)
+    return status if isinstance(status, int) else 0
+
+
+def flush_output() -> None:
+    """Write out what is still buffered while a failure can still be met."""
+    if sys.stdout is not None:
+        sys.stdout.flush()

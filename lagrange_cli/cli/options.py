@@ -1,0 +1,73 @@
+"""Arguments and options that several commands share, each written once as a decorator."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+Command = TypeVar("Command", bound=Callable[..., Any])
+
+
+def parse_overrides(
+    context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
+) -> dict[str, str]:
+    """``("m=1", "theta=pi/2")`` as a mapping; the last of several values for one name holds."""
+    overrides = {}
+    for pair in pairs:
+        name, equals, value = (part.strip() for part in pair.partition("="))
+        if not (name and equals and value):
+            raise click.BadParameter(f"{pair!r} is not NAME=VALUE, as in --set m=0.5", context, parameter)
+        overrides[name] = value
+    return overrides
+
+
+def refuse_sizes(context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]) -> None:
+    """Indexed families are part of the contract but not built yet: say so instead of ignoring them."""
+    if pairs:
+        raise click.BadParameter("indexed families and their sizes are not supported yet", context, parameter)
+
+
+def system_argument(command: Command) -> Command:
+    """One system file, or ``-`` for standard input, as ``system``."""
+    return click.argument("system", metavar="SYSTEM.yaml")(command)
+
+
+def systems_argument(command: Command) -> Command:
+    """One or more system files (``-``: standard input), as ``systems``."""
+    return click.argument("systems", metavar="SYSTEM.yaml...", nargs=-1, required=True)(command)
+
+
+def shared_options(command: Command) -> Command:
+    """``--set`` as ``overrides``, ``--size``, ``--json`` as ``as_json`` and ``--quiet`` as ``quiet``."""
+    for option in reversed(
+        (
+            click.option(
+                "--set",
+                "overrides",
+                metavar="NAME=VALUE",
+                multiple=True,
+                callback=parse_overrides,
+                help="Change a parameter, or the initial state (theta, theta_dot); repeatable. "
+                "VALUE is a number or an expression in parameters.",
+            ),
+            click.option(
+                "--size",
+                metavar="NAME=N",
+                multiple=True,
+                expose_value=False,
+                callback=refuse_sizes,
+                help="Change the size of an indexed family (not supported yet).",
+            ),
+            click.option(
+                "--json",
+                "as_json",
+                is_flag=True,
+                help="Print one JSON object per system on standard output, and nothing else there.",
+            ),
+            click.option("--quiet", is_flag=True, help="Print no summary, progress or warning; errors remain."),
+        )
+    ):
+        command = option(command)
+    return command

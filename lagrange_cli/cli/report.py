@@ -1,0 +1,109 @@
+"""What a command says: results on standard output, everything else on standard error."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import click
+
+from lagrange_cli.cli.source import display_name, stem
+from lagrange_cli.errors import FileError, LagrangeError, SpecError
+
+INTERRUPTED = 130
+UNEXPECTED = 1
+
+
+def emit(text: str) -> None:
+    """Write text to standard output. A reader that has hung up ends the output, not the work.
+
+    Raises ``FileError`` where standard output cannot be written for another reason (a full disk).
+    """
+    try:
+        click.echo(text)
+    except BrokenPipeError:
+        discard_output()
+    except OSError as error:
+        discard_output()
+        raise FileError(f"standard output could not be written: {error.strerror or error}") from error
+
+
+def discard_output() -> None:
+    """Send what is still buffered for standard output to nowhere, so that closing it cannot fail."""
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, sys.stdout.fileno())
+    os.close(nowhere)
+
+
+def emit_json(content: Mapping[str, Any]) -> None:
+    """Write one JSON object on one line; numbers that are not finite become null."""
+    emit(json.dumps(finite(content), ensure_ascii=False, allow_nan=False))
+
+
+def finite(content: Any) -> Any:
+    """``content`` with None for NaN and infinities, which JSON does not know."""
+    if isinstance(content, float):
+        return content if math.isfinite(content) else None
+    if isinstance(content, Mapping):
+        return {str(key): finite(value) for key, value in content.items()}
+    if isinstance(content, (list, tuple)):
+        return [finite(value) for value in content]
+    return content
+
+
+def complain(text: str) -> None:
+    """Write a message to standard error; where even that is impossible there is nobody to tell."""
+    try:
+        click.echo(text, err=True)
+    except OSError:
+        sys.stderr = None
+
+
+def describe(error: BaseException, system: str = "") -> tuple[str, int]:
+    """The message and the exit status for an error; ``system`` names the one of several it befell."""
+    if isinstance(error, SpecError):
+        return str(error), error.exit_code
+    where = f"{display_name(system)}: " if system and display_name(system) not in str(error) else ""
+    if isinstance(error, LagrangeError):
+        return f"Error: {where}{error}", error.exit_code
+    if isinstance(error, (KeyboardInterrupt, click.Abort)):
+        return "Interrupted.", INTERRUPTED
+    if os.environ.get("LAGRANGE_DEBUG") == "1":
+        import traceback
+
+        return "".join(traceback.format_exception(error)).rstrip(), UNEXPECTED
+    kind = type(error).__name__
+    what = " ".join(str(error).split())[:300]
+    return (
+        f"Error: {where}this is a fault of lagrange itself ({kind}: {what}); please report it "
+        "(LAGRANGE_DEBUG=1 shows where it happened)",
+        UNEXPECTED,
+    )
+
+
+def run_each(systems: Iterable[str], action: Callable[[str], int], *, as_json: bool) -> int:
+    """Run ``action`` on every system, whatever becomes of the others, and return the highest status.
+
+    A failure is told on standard error, and with ``as_json`` by an object of its own on standard output,
+    so that there is one object per system. An interrupt ends the whole run.
+    """
+    systems = tuple(systems)
+    worst = 0
+    for system in systems:
+        try:
+            status = action(system)
+        except (KeyboardInterrupt, click.exceptions.Exit, click.ClickException):
+            raise
+        except Exception as error:
+            message, status = describe(error, system if len(systems) > 1 else "")
+            complain(message)
+            if as_json:
+                emit_json({"name": stem(system), "status": "failed", "message": message, "exit_code": status})
+        worst = max(worst, status)
+        if status == INTERRUPTED:
+            break
+    return worst

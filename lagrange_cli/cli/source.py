@@ -1,0 +1,66 @@
+"""From what the user typed for a system to the ``Spec`` it names."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lagrange_cli.cli import shipped
+from lagrange_cli.errors import FileError, UsageError
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import Spec
+
+STANDARD_INPUT = "-"
+LARGEST_FILE = 4_000_000
+"""Bytes that are read at most: a system file is text that a person wrote (the reader refuses more)."""
+
+
+def display_name(system: str) -> str:
+    """The name under which messages speak of the system."""
+    return "<stdin>" if system == STANDARD_INPUT else system
+
+
+def stem(system: str) -> str:
+    """``pendulum`` for ``systems/pendulum.yaml``; ``stdin`` for standard input."""
+    return "stdin" if system == STANDARD_INPUT else Path(system).stem or Path(system).name
+
+
+def read_system(system: str) -> Spec:
+    """Read and check a system file.
+
+    Raises ``FileError`` where the file cannot be read and ``SpecError`` where it is wrong.
+    """
+    content = read_bytes(system)
+
+    from lagrange_cli.spec.read import read_spec
+
+    return read_spec(content, display_name(system))
+
+
+def read_bytes(system: str) -> bytes:
+    """The content of the file, or of standard input, up to one byte more than the reader accepts."""
+    if system == STANDARD_INPUT:
+        if sys.stdin is None or sys.stdin.closed:
+            raise FileError("standard input is closed: give the name of a system file")
+        return sys.stdin.buffer.read(LARGEST_FILE + 1)
+    try:
+        with Path(system).open("rb") as file:
+            return file.read(LARGEST_FILE + 1)
+    except FileNotFoundError as error:
+        raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
+    except IsADirectoryError as error:
+        raise FileError(f"{system} is a directory, not a system file") from error
+    except OSError as error:
+        raise FileError(f"{system} could not be read: {error.strerror or error}") from error
+    except ValueError as error:  # a NUL in the name
+        raise UsageError(f"{system!r} is not the name of a file: {error}") from error
+
+
+def shipped_hint(system: str) -> str:
+    """How to get the shipped system that was perhaps meant, or an empty text."""
+    name = Path(system).stem
+    if name not in shipped.names():
+        return ""
+    return f"\n  a system of that name is shipped: lagrange systems {name} > {name}.yaml"
