@@ -66,7 +66,9 @@ def shared_options(command: Command) -> Command:
                 is_flag=True,
                 help="Print one JSON object per system on standard output, and nothing else there.",
             ),
-            click.option("--quiet", is_flag=True, help="Print no summary, progress or warning; errors remain."),
+            click.option(
+                "--quiet", is_flag=True, help="Print no summary, progress or warning; errors remain."
+            ),
         )
     ):
         command = option(command)

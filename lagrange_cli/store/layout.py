@@ -1,0 +1,50 @@
+"""``Layout``: which series an output file holds, and in what pieces they are laid down."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+BYTES = 8
+"""Bytes of a number: every series is of IEEE doubles."""
+
+ROWS = 65536
+"""Samples per HDF5 chunk, where there are so many: half a megabyte per scalar series writes at disk speed."""
+
+MEMORY = 32 * 2**20
+"""Bytes that the unfinished chunks of all series may take together."""
+
+AXES = "xyz"
+"""The names of a vector's components."""
+
+
+@dataclass(frozen=True)
+class Series:
+    """One dataset of shape ``(n, *shape)``: a number or a vector per sample time.
+
+    ``path`` is its place in the file without a leading slash (``diagnostics/p/theta``); ``unit`` is empty
+    where it is not known.
+    """
+
+    path: str
+    shape: tuple[int, ...] = ()
+    unit: str = ""
+    long_name: str = ""
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The series of a file; the sample times ``/t`` are always there and are not among them."""
+
+    series: tuple[Series, ...]
+
+    def chunk_rows(self, expected: int) -> int:
+        """Samples per chunk for about ``expected`` samples: large, but bounded over all series."""
+        row = BYTES * (1 + sum(math.prod(series.shape) for series in self.series))
+        return max(1, min(ROWS, expected, max(64, MEMORY // row)))
+
+    def vector_sizes(self) -> tuple[int, ...]:
+        """The numbers of components that occur among vectors of up to three, in ascending order."""
+        return tuple(
+            sorted({s.shape[0] for s in self.series if len(s.shape) == 1 and s.shape[0] <= len(AXES)})
+        )
