@@ -34,9 +34,7 @@ class LazyGroup(click.Group):
         return command
 
 
-@click.group(
-    cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100}
-)
+@click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
 @click.version_option(lagrange_cli.__version__, prog_name="lagrange")
 def lagrange() -> None:
     """Lagrangian mechanics from a YAML file: the equations of motion, and the motion itself.

@@ -23,10 +23,26 @@ def parse_overrides(
     return overrides
 
 
-def refuse_sizes(context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]) -> None:
-    """Indexed families are part of the contract but not built yet: say so instead of ignoring them."""
-    if pairs:
-        raise click.BadParameter("indexed families and their sizes are not supported yet", context, parameter)
+def refuse(reason: str, *, unless: object = None) -> Callable[[click.Context, click.Parameter, Any], None]:
+    """A callback for an option that the contract has and this version has not: it says so."""
+
+    def callback(context: click.Context, parameter: click.Parameter, value: Any) -> None:
+        if value and value != unless:
+            raise click.BadParameter(reason, context, parameter)
+
+    return callback
+
+
+def parse_outputs(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[str, ...] | None:
+    """``"q, v,h"`` as a tuple of names; their meaning is checked with the system at hand."""
+    if text is None:
+        return None
+    names = tuple(name.strip() for name in text.split(",") if name.strip())
+    if not names:
+        raise click.BadParameter("it names nothing; as in --outputs q,v,h", context, parameter)
+    return names
 
 
 def system_argument(command: Command) -> Command:
@@ -57,7 +73,7 @@ def shared_options(command: Command) -> Command:
                 metavar="NAME=N",
                 multiple=True,
                 expose_value=False,
-                callback=refuse_sizes,
+                callback=refuse("indexed families and their sizes are not supported yet"),
                 help="Change the size of an indexed family (not supported yet).",
             ),
             click.option(
@@ -66,9 +82,7 @@ def shared_options(command: Command) -> Command:
                 is_flag=True,
                 help="Print one JSON object per system on standard output, and nothing else there.",
             ),
-            click.option(
-                "--quiet", is_flag=True, help="Print no summary, progress or warning; errors remain."
-            ),
+            click.option("--quiet", is_flag=True, help="Print no summary, progress or warning, only errors."),
         )
     ):
         command = option(command)

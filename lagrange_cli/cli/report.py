@@ -55,6 +55,11 @@ def finite(content: Any) -> Any:
     return content
 
 
+def count_of(number: int, noun: str) -> str:
+    """``1 step``, ``2 steps``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
 def complain(text: str) -> None:
     """Write a message to standard error; where even that is impossible there is nobody to tell."""
     try:

@@ -45,6 +45,5 @@ class Layout:
 
     def vector_sizes(self) -> tuple[int, ...]:
         """The numbers of components that occur among vectors of up to three, in ascending order."""
-        return tuple(
-            sorted({s.shape[0] for s in self.series if len(s.shape) == 1 and s.shape[0] <= len(AXES)})
-        )
+        sizes = {series.shape[0] for series in self.series if len(series.shape) == 1}
+        return tuple(sorted(size for size in sizes if size <= len(AXES)))

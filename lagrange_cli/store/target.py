@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -45,10 +46,8 @@ class Target:
 
     def discard(self) -> None:
         """Remove the temporary file, if there is one."""
-        try:
+        with suppress(OSError):  # the error that led here is the one worth telling
             self.temporary.unlink(missing_ok=True)
-        except OSError:
-            pass  # the error that led here is the one worth telling
 
 
 def find_target(name: str, *, force: bool) -> Target:
@@ -60,15 +59,11 @@ def find_target(name: str, *, force: bool) -> Target:
     try:
         path = Path(os.path.realpath(name))
         if path.is_dir():
-            raise FileError(
-                f"{name} is a directory: name a file in it with --output {Path(name) / 'NAME.h5'}"
-            )
+            raise FileError(f"{name} is a directory: name a file in it, as {Path(name) / 'NAME.h5'}")
         if path.exists() and not path.is_file():
             raise FileError(f"{name} is no plain file and cannot be replaced by one")
         if path.exists() and not force:
-            raise FileError(
-                f"{name} exists and is kept: add --force to replace it, or choose another --output"
-            )
+            raise FileError(f"{name} exists and is kept: --force replaces it, --output names another")
         folder = path.parent
         if not folder.is_dir():
             raise FileError(f"{name} cannot be written: there is no directory {folder}")

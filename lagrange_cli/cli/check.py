@@ -1,0 +1,82 @@
+"""``lagrange check``: is the file right, what kind of system is it, and what will ``solve`` skip?"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli.options import shared_options, systems_argument
+from lagrange_cli.cli.report import count_of, emit, emit_json, run_each
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
+
+
+@click.command("check")
+@systems_argument
+@shared_options
+def check(systems: tuple[str, ...], overrides: dict[str, str], as_json: bool, quiet: bool) -> int:
+    """Validate system files and say what kind of systems they describe.
+
+    Degrees of freedom, scleronomic or rheonomic, cyclic coordinates, what is conserved and why, and what
+    'solve' will skip and why. Nothing is integrated or written.
+    """
+    return run_each(
+        systems, lambda system: check_system(system, overrides, as_json=as_json, quiet=quiet), as_json=as_json
+    )
+
+
+def check_system(system: str, overrides: dict[str, str], *, as_json: bool, quiet: bool) -> int:
+    """Check one system; returns the exit status."""
+    from lagrange_cli.cli.settings import check_defaults
+    from lagrange_cli.cli.source import read_system
+    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.mechanics.derive import derive
+    from lagrange_cli.model.build import build_model
+    from lagrange_cli.spec.values import resolve_values
+
+    spec = read_system(system)
+    check_defaults(spec)
+    resolve_values(spec, overrides)
+    residual = derive(build_model(spec, GraphAlgebra()))
+    if as_json:
+        emit_json(as_object(spec.name, residual))
+    elif not quiet:
+        emit(as_text(spec.name, residual))
+    return 0
+
+
+def as_object(name: str, residual: Residual) -> dict[str, Any]:
+    """The facts for ``--json``."""
+    return {
+        "name": name,
+        "degrees_of_freedom": len(residual.coordinates),
+        "scleronomic": residual.scleronomic,
+        "cyclic": list(residual.cyclic),
+        "conserved": [
+            {"quantity": each.quantity, "expression": each.expression, "because": each.because}
+            for each in residual.conserved
+        ],
+        "skipped": list(residual.skipped),
+    }
+
+
+def as_text(name: str, residual: Residual) -> str:
+    """The facts in a few lines."""
+    kind = "scleronomic" if residual.scleronomic else "rheonomic"
+    conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in residual.conserved]
+    return "\n".join(
+        (
+            f"{name}: {count_of(len(residual.coordinates), 'degree')} of freedom, {kind}",
+            f"  coordinates: {', '.join(residual.coordinates)}",
+            f"  cyclic: {', '.join(residual.cyclic) or 'none'}",
+            *section("conserved", conserved),
+            *section("skipped by solve", residual.skipped),
+        )
+    )
+
+
+def section(title: str, lines: Any) -> list[str]:
+    """A titled list, one line for each entry."""
+    return [f"  {title}:", *(f"    {line}" for line in lines)] if lines else [f"  {title}: nothing"]

@@ -1,0 +1,181 @@
+"""``Settings``: how a motion is to be integrated and sampled, from the file's ``solve`` and the options."""
+
+from __future__ import annotations
+
+import math
+import sys
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from difflib import get_close_matches
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import LagrangeError, Problem, SpecError, UsageError
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import SolveDefaults, Spec
+
+METHODS = ("taylor", "DOP853", "Radau", "BDF", "LSODA")
+"""The project's own Taylor series, and scipy's methods."""
+
+OUTPUTS = ("q", "v", "p", "h", "T", "U", "energy", "positions", "ledger", "action", "observables")
+"""What can be written; the sample times ``t`` always are."""
+
+DEFAULT_OUTPUTS = ("q", "v", "p", "h")
+ALL = "all"
+PARTICLE_OUTPUTS = frozenset({"T", "U", "energy", "positions"})
+"""What a system has only if it is given by particles, not by a Lagrangian."""
+
+DEFAULT_SAMPLES = 1001
+MOST_SAMPLES = 10**10
+FULL_PRECISION = sys.float_info.epsilon
+"""The default tolerance of ``taylor``: it pays about twice for full double precision, not ten times."""
+
+LOOSEST_TOLERANCE = 0.1
+TIGHTEST_TOLERANCE = {"taylor": 1e-16}
+TIGHTEST_OF_SCIPY = 100 * FULL_PRECISION
+"""scipy's methods raise smaller relative tolerances to this one, with a warning."""
+
+DEFAULT_TOLERANCE = {"taylor": FULL_PRECISION}
+DEFAULT_OF_SCIPY = 1e-10
+
+
+@dataclass(frozen=True)
+class Settings:
+    """A run's settings, all of them checked: ``count`` samples at ``start + i*step``, up to ``stop``."""
+
+    start: float
+    stop: float
+    count: int
+    step: float
+    method: str
+    tolerance: float
+    outputs: frozenset[str]
+
+
+def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
+    """The file's defaults, overruled by what the command line gives; ``start`` is the file's.
+
+    A number of samples and a step are two ways to say one thing, so that either overrules both.
+    """
+    if options.samples is not None and options.step is not None:
+        raise UsageError("--samples and --step are two ways to say the same: give one of them")
+    given = {
+        name: getattr(options, name)
+        for name in ("stop", "samples", "step", "method", "tolerance", "outputs")
+        if getattr(options, name) is not None
+    }
+    if "samples" in given or "step" in given:
+        given = {"samples": None, "step": None} | given
+    return replace(defaults, **given)
+
+
+def resolve_settings(spec: Spec, options: SolveDefaults) -> Settings:
+    """The settings of a run: the options of the command line over the file's ``solve`` section.
+
+    Raises ``UsageError`` for what the command line asks, ``SpecError`` for what the file asks.
+    """
+    asked = merge(spec.solve, options)
+    if asked.stop is None:
+        raise UsageError("it is not said when to stop: add --stop 10, or 'solve: {stop: 10}' to the file")
+    check_defaults(spec)
+    count, step = sample_times(asked.start, asked.stop, asked.samples, asked.step)
+    method = resolve_method(asked.method)
+    return Settings(
+        start=asked.start,
+        stop=asked.stop,
+        count=count,
+        step=step,
+        method=method,
+        tolerance=resolve_tolerance(asked.tolerance, method),
+        outputs=resolve_outputs(asked.outputs, has_particles=spec.lagrangian is None),
+    )
+
+
+def check_defaults(spec: Spec) -> None:
+    """Check the file's own ``solve`` section, whatever the options say.
+
+    Raises ``SpecError``.
+    """
+    given = spec.solve
+    try:
+        method = resolve_method(given.method)
+        resolve_tolerance(given.tolerance, method)
+        resolve_outputs(given.outputs, has_particles=spec.lagrangian is None)
+        if given.stop is not None:
+            sample_times(given.start, given.stop, given.samples, given.step)
+    except LagrangeError as error:
+        raise SpecError(spec.filename, [Problem(0, 0, f"in 'solve': {error}")]) from error
+
+
+def sample_times(start: float, stop: float, samples: int | None, step: float | None) -> tuple[int, float]:
+    """How many samples there are, and how far apart.
+
+    With ``step`` they are at start + i*step; ``stop`` is one of them when it is a whole number of steps
+    away, up to rounding. Else they divide the time from ``start`` to ``stop`` evenly, both included.
+    """
+    if not math.isfinite(start) or not math.isfinite(stop):
+        raise UsageError(f"the motion must start and stop at finite times, not at {start} and {stop}")
+    if stop <= start:
+        raise UsageError(f"the motion must stop after it starts: stop = {stop:g}, start = {start:g}")
+    if step is None:
+        count = DEFAULT_SAMPLES if samples is None else samples
+        if count < 2:
+            raise UsageError(f"at least 2 samples are needed, the start and the end, not {count}")
+        check_count(count)
+        return count, (stop - start) / (count - 1)
+    if not (math.isfinite(step) and step > 0):
+        raise UsageError(f"the step between samples must be a positive number, not {step:g}")
+    ratio = (stop - start) / step
+    check_count(ratio)
+    nearest = round(ratio)
+    whole = nearest if abs(ratio - nearest) <= 1e-9 + 4 * FULL_PRECISION * ratio else math.floor(ratio)
+    if whole < 1:
+        raise UsageError(f"the step between samples ({step:g}) is longer than the motion ({stop - start:g})")
+    return whole + 1, step
+
+
+def check_count(count: float) -> None:
+    """Refuse what no disk holds."""
+    if count > MOST_SAMPLES:
+        raise UsageError(f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written")
+
+
+def resolve_method(name: str | None) -> str:
+    """The method's proper name, whatever case it was written in."""
+    if name is None:
+        return METHODS[0]
+    for method in METHODS:
+        if method.lower() == name.lower():
+            return method
+    raise UsageError(f"unknown method {name!r}{suggest(name, METHODS)}")
+
+
+def resolve_tolerance(tolerance: float | None, method: str) -> float:
+    """The tolerance asked for, if the method can take it; else the method's default."""
+    if tolerance is None:
+        return DEFAULT_TOLERANCE.get(method, DEFAULT_OF_SCIPY)
+    tightest = TIGHTEST_TOLERANCE.get(method, TIGHTEST_OF_SCIPY)
+    if not tightest <= tolerance <= LOOSEST_TOLERANCE:
+        raise UsageError(
+            f"the tolerance of method {method} must be from {tightest:.3g} to {LOOSEST_TOLERANCE:g}, "
+            f"not {tolerance:g}"
+        )
+    return tolerance
+
+
+def resolve_outputs(names: Iterable[str] | None, *, has_particles: bool) -> frozenset[str]:
+    """The outputs asked for; ``all`` stands for every one that the system has."""
+    known = frozenset(OUTPUTS) if has_particles else frozenset(OUTPUTS) - PARTICLE_OUTPUTS
+    asked = set(DEFAULT_OUTPUTS if names is None else names)
+    for name in sorted(asked - known - {ALL, "t"}):
+        if name in PARTICLE_OUTPUTS:
+            raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")
+        raise UsageError(f"unknown output {name!r}{suggest(name, (*OUTPUTS, ALL))}")
+    return known if ALL in asked else frozenset(asked & known)
+
+
+def suggest(name: str, known: Iterable[str]) -> str:
+    """``: did you mean 'energy'?`` and the list of what there is."""
+    known = list(known)
+    near = get_close_matches(name, known, n=1)
+    return (f": did you mean {near[0]!r}?" if near else ";") + " There are " + ", ".join(known)

@@ -1,0 +1,325 @@
+"""``lagrange solve``: integrate the motion and write it to an HDF5 file."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import lagrange_cli
+from lagrange_cli.cli.interrupts import Interrupts
+from lagrange_cli.cli.options import parse_outputs, refuse, shared_options, systems_argument
+from lagrange_cli.cli.progress import Progress
+from lagrange_cli.cli.report import INTERRUPTED, complain, count_of, emit, emit_json, finite, run_each
+from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
+from lagrange_cli.cli.source import read_system, stem
+from lagrange_cli.errors import MotionError, UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.integrate.run import Outcome, Prepared
+    from lagrange_cli.spec.spec import SolveDefaults, Spec
+    from lagrange_cli.spec.values import Values
+    from lagrange_cli.store.layout import Layout
+    from lagrange_cli.store.target import Target
+
+EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
+"""The exit status for each way a motion can end; what was computed is written in every case."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asks of every system."""
+
+    options: SolveDefaults
+    overrides: dict[str, str]
+    output: str | None
+    force: bool
+    as_json: bool
+    quiet: bool
+
+
+@dataclass(frozen=True)
+class Stopwatch:
+    """Seconds spent per stage, in the order of the pipeline."""
+
+    seconds: dict[str, float] = field(
+        default_factory=lambda: dict.fromkeys(("parse", "derive", "compile", "integrate", "write"), 0.0)
+    )
+    started: float = field(default_factory=time.perf_counter)
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Add the time spent inside to the stage of that name."""
+        before = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.seconds[name] += time.perf_counter() - before
+
+    def move(self, seconds: float, source: str, target: str) -> None:
+        """Book time that was spent within one stage to another."""
+        self.seconds[source] -= seconds
+        self.seconds[target] += seconds
+
+    def report(self) -> dict[str, float]:
+        """The stages, and the total since the system's turn came."""
+        return {**self.seconds, "total": time.perf_counter() - self.started}
+
+
+@click.command("solve")
+@systems_argument
+@click.option("-o", "--output", metavar="FILE.h5", help="The file to write [SYSTEM.h5, in this directory].")
+@click.option("--stop", type=float, help="The time at which the motion ends.")
+@click.option(
+    "--samples", type=int, help=f"Write so many samples, evenly from start to stop [{DEFAULT_SAMPLES}]."
+)
+@click.option("--step", type=float, help="Write a sample every STEP instead.")
+@click.option(
+    "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
+)
+@click.option("--method", metavar="NAME", help=f"One of {', '.join(METHODS)} [{METHODS[0]}].")
+@click.option(
+    "--outputs",
+    metavar="LIST",
+    callback=parse_outputs,
+    help=f"What to write, as a comma list of {', '.join(OUTPUTS)}, or all [{','.join(DEFAULT_OUTPUTS)}].",
+)
+@click.option("--force", is_flag=True, help="Replace an existing output; otherwise it is kept and reported.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    expose_value=False,
+    callback=refuse("interrupted runs cannot be resumed yet; --force starts anew"),
+    help="Continue an interrupted run (not available yet).",
+)
+@click.option(
+    "--jobs",
+    type=click.IntRange(min=1),
+    expose_value=False,
+    callback=refuse("systems run one after the other for now", unless=1),
+    help="Solve so many systems at a time (only 1 for now).",
+)
+@click.option(
+    "--no-cache", is_flag=True, expose_value=False, help="Compile anew (nothing is cached for now)."
+)
+@shared_options
+def solve(
+    systems: tuple[str, ...],
+    output: str | None,
+    stop: float | None,
+    samples: int | None,
+    step: float | None,
+    tolerance: float | None,
+    method: str | None,
+    outputs: tuple[str, ...] | None,
+    force: bool,
+    overrides: dict[str, str],
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Integrate the motion of each system and write it to an HDF5 file.
+
+    SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
+    """
+    from lagrange_cli.spec.spec import SolveDefaults
+
+    refuse_shared_outputs(systems, output)
+    request = Request(
+        SolveDefaults(
+            stop=stop, samples=samples, step=step, method=method, tolerance=tolerance, outputs=outputs
+        ),
+        overrides,
+        output,
+        force,
+        as_json,
+        quiet,
+    )
+    return run_each(systems, lambda system: solve_system(system, request), as_json=as_json)
+
+
+def refuse_shared_outputs(systems: tuple[str, ...], output: str | None) -> None:
+    """No two systems may be written to one file."""
+    if output is not None and len(systems) > 1:
+        raise UsageError("--output names one file, but there are several systems; leave it out")
+    names = [output_name(system, output) for system in systems]
+    for name in names:
+        if names.count(name) > 1:
+            raise UsageError(f"two of the systems would be written to {name}: solve them one by one")
+
+
+def output_name(system: str, output: str | None) -> str:
+    """The file a system is written to."""
+    return f"{stem(system)}.h5" if output is None else output
+
+
+def find_output(system: str, request: Request) -> Target:
+    """The output, checked before any work is done for it."""
+    from lagrange_cli.store.target import find_target
+
+    name = output_name(system, request.output)
+    if name == "-":
+        raise UsageError("an HDF5 file cannot be written to standard output: give --output a name")
+    target = find_target(name, force=request.force)
+    if target.path.exists() and Path(system).exists() and target.path.samefile(system):
+        raise UsageError(f"{name} is the system file itself: give --output another name")
+    return target
+
+
+def solve_system(system: str, request: Request) -> int:
+    """Read, derive, compile, integrate and write one system; returns the exit status."""
+    watch = Stopwatch()
+    target = find_output(system, request)
+    with watch.stage("parse"):
+        spec, values, settings = read_run(system, request)
+    prepared = prepare_run(spec, settings, watch)
+    outcome = integrate_and_write(spec, values, settings, prepared, target, watch, quiet=request.quiet)
+    status = outcome.ending.status
+    if request.as_json:
+        emit_json(as_object(spec, settings, target, outcome, watch))
+    elif not request.quiet:
+        emit(as_text(spec, settings, target, outcome, watch))
+    if status in ("failed", "interrupted"):
+        complain(f"{spec.name}: {outcome.message}")
+    return EXIT_STATUS[status]
+
+
+def read_run(system: str, request: Request) -> tuple[Spec, Values, Settings]:
+    """The system, its numbers as run, and how it is to be run."""
+    from lagrange_cli.spec.values import resolve_values
+
+    spec = read_system(system)
+    return spec, resolve_values(spec, request.overrides), resolve_settings(spec, request.options)
+
+
+def prepare_run(spec: Spec, settings: Settings, watch: Stopwatch) -> Prepared:
+    """Derive the residual and compile what the run needs of it."""
+    with watch.stage("derive"):
+        from lagrange_cli.expression.graph import GraphAlgebra
+        from lagrange_cli.integrate.run import prepare
+        from lagrange_cli.mechanics.derive import derive
+        from lagrange_cli.model.build import build_model
+
+        residual = derive(build_model(spec, GraphAlgebra()))
+        prepared = prepare(
+            residual, method=settings.method, tolerance=settings.tolerance, outputs=settings.outputs
+        )
+    watch.move(prepared.compile_seconds, "derive", "compile")
+    return prepared
+
+
+def integrate_and_write(
+    spec: Spec,
+    values: Values,
+    settings: Settings,
+    prepared: Prepared,
+    target: Target,
+    watch: Stopwatch,
+    *,
+    quiet: bool,
+) -> Outcome:
+    """Integrate chunk by chunk into the output file, whatever way the motion ends."""
+    from lagrange_cli.integrate.run import Times, integrate
+    from lagrange_cli.store.writer import Writer
+
+    times = Times(start=settings.start, stop=settings.stop, count=settings.count, step=settings.step)
+    progress = Progress(spec.name, settings.start, settings.stop, quiet=quiet)
+    with watch.stage("write"):
+        writer = Writer(target, layout(spec, prepared), expected=settings.count)
+    with writer:
+
+        def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
+            before = watch.seconds["write"]
+            with watch.stage("write"):
+                writer.append(chunk)
+            watch.seconds["integrate"] -= watch.seconds["write"] - before
+            if len(chunk["t"]):
+                progress.show(float(chunk["t"][-1]))
+
+        with Interrupts() as interrupted:
+            with watch.stage("integrate"):
+                outcome = integrate(prepared, values, times, emit_chunk, interrupted)
+            progress.clear()
+            with watch.stage("write"):
+                writer.finish(attributes(spec, values, settings, outcome))
+    return outcome
+
+
+def layout(spec: Spec, prepared: Prepared) -> Layout:
+    """The datasets of the run, with the units the file gives."""
+    from lagrange_cli.store.layout import Layout, Series
+
+    units = {f"q/{coordinate.name}": coordinate.unit for coordinate in spec.coordinates}
+    return Layout(
+        tuple(
+            Series(dataset.path, tuple(dataset.shape), units.get(dataset.path, ""), dataset.long_name)
+            for dataset in prepared.datasets
+            if dataset.path != "t"
+        )
+    )
+
+
+def attributes(
+    spec: Spec, values: Values, settings: Settings, outcome: Outcome
+) -> dict[str, str | int | float]:
+    """The root's attributes: everything that made the file, and how the run ended."""
+    return {
+        "generator": f"lagrange-cli {lagrange_cli.__version__}",
+        "name": spec.name,
+        "spec": spec.text,
+        "parameters": json.dumps(dict(values.parameters)),
+        "method": settings.method,
+        "tolerance": settings.tolerance,
+        "steps": outcome.steps,
+        "status": outcome.ending.status,
+        "message": outcome.message,
+        "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
+        "p_drift": json.dumps(finite(outcome.p_drift)),
+    }
+
+
+def as_object(
+    spec: Spec, settings: Settings, target: Target, outcome: Outcome, watch: Stopwatch
+) -> dict[str, Any]:
+    """The run for ``--json``."""
+    return {
+        "name": spec.name,
+        "output": target.shown,
+        "status": outcome.ending.status,
+        "message": outcome.message,
+        "method": settings.method,
+        "tolerance": settings.tolerance,
+        "steps": outcome.steps,
+        "evaluations": outcome.evaluations,
+        "t": outcome.t,
+        "h_drift": outcome.h_drift,
+        "p_drift": dict(outcome.p_drift),
+        "seconds": watch.report(),
+    }
+
+
+def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, watch: Stopwatch) -> str:
+    """The run in a few lines."""
+    drifts = {} if outcome.h_drift is None else {"h": outcome.h_drift}
+    drifts |= {f"p_{coordinate}": drift for coordinate, drift in outcome.p_drift.items()}
+    seconds = watch.report()
+    stages = ", ".join(f"{name} {seconds[name]:.3f}" for name in watch.seconds)
+    return "\n".join(
+        (
+            f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
+            f"  {outcome.message}",
+            f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
+            f"method {settings.method}",
+            "  drift: "
+            + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked"),
+            f"  wrote {target.shown} in {seconds['total']:.3f} s ({stages})",
+        )
+    )
