@@ -107,7 +107,8 @@ def run_each(systems: Iterable[str], action: Callable[[str], int], *, as_json: b
             message, status = describe(error, system if len(systems) > 1 else "")
             complain(message)
             if as_json:
-                emit_json({"name": stem(system), "status": "failed", "message": message, "exit_code": status})
+                text = message.removeprefix("Error: ")
+                emit_json({"name": stem(system), "status": "failed", "message": text, "exit_code": status})
         worst = max(worst, status)
         if status == INTERRUPTED:
             break

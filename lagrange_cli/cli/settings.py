@@ -6,10 +6,10 @@ import math
 import sys
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from difflib import get_close_matches
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, Problem, SpecError, UsageError
+from lagrange_cli.expression.near import known_hint, near_hint
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import SolveDefaults, Spec
@@ -147,7 +147,7 @@ def resolve_method(name: str | None) -> str:
     for method in METHODS:
         if method.lower() == name.lower():
             return method
-    raise UsageError(f"unknown method {name!r}{suggest(name, METHODS)}")
+    raise UsageError(f"unknown method {name!r}; {suggest(name, METHODS)}")
 
 
 def resolve_tolerance(tolerance: float | None, method: str) -> float:
@@ -170,12 +170,11 @@ def resolve_outputs(names: Iterable[str] | None, *, has_particles: bool) -> froz
     for name in sorted(asked - known - {ALL, "t"}):
         if name in PARTICLE_OUTPUTS:
             raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")
-        raise UsageError(f"unknown output {name!r}{suggest(name, (*OUTPUTS, ALL))}")
+        raise UsageError(f"unknown output {name!r}; {suggest(name, (*OUTPUTS, ALL))}")
     return known if ALL in asked else frozenset(asked & known)
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """``: did you mean 'energy'?`` and the list of what there is."""
-    known = list(known)
-    near = get_close_matches(name, known, n=1)
-    return (f": did you mean {near[0]!r}?" if near else ";") + " There are " + ", ".join(known)
+    """What was perhaps meant, and what there is."""
+    known = tuple(known)
+    return "; ".join(hint for hint in (near_hint(name, known), known_hint(known)) if hint)

@@ -20,13 +20,14 @@ from lagrange_cli.cli.report import INTERRUPTED, complain, count_of, emit, emit_
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
 from lagrange_cli.cli.source import read_system, stem
 from lagrange_cli.errors import MotionError, UsageError
+from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.integrate.run import Outcome, Prepared
-    from lagrange_cli.spec.spec import SolveDefaults, Spec
+    from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.target import Target
@@ -130,8 +131,6 @@ def solve(
 
     SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
     """
-    from lagrange_cli.spec.spec import SolveDefaults
-
     refuse_shared_outputs(systems, output)
     request = Request(
         SolveDefaults(

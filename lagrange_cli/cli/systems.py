@@ -7,6 +7,7 @@ import click
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.report import emit
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.near import known_hint, near_hint
 
 
 @click.command("systems")
@@ -25,15 +26,7 @@ def systems(name: str | None) -> None:
         return
     name = name.removesuffix(".yaml")
     if name not in known:
-        raise UsageError(f"no system called {name!r} is shipped{near_matches(name, known)}")
+        raise UsageError(
+            f"no system called {name!r} is shipped; {near_hint(name, known) or known_hint(known)}"
+        )
     emit(shipped.text(name).removesuffix("\n"))
-
-
-def near_matches(name: str, known: list[str]) -> str:
-    """``: did you mean 'pendulum'?``, or the whole list where nothing is near."""
-    from difflib import get_close_matches
-
-    near = get_close_matches(name, known, n=3)
-    if near:
-        return ": did you mean " + " or ".join(repr(match) for match in near) + "?"
-    return "; there are " + ", ".join(known)
