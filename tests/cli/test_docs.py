@@ -1,0 +1,20 @@
+"""The pages about the command line say what the commands say."""
+
+import re
+import runpy
+from pathlib import Path
+
+from lagrange_cli.cli import settings
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def test_the_reference_of_the_command_line_is_up_to_date():
+    made = runpy.run_path(str(ROOT / "docs" / "make_cli.py"))["page"]()
+    assert (ROOT / "docs" / "cli.md").read_text(encoding="utf-8") == made, "run python docs/make_cli.py"
+
+
+def test_the_page_of_the_output_file_names_every_output():
+    page = (ROOT / "docs" / "output-file.md").read_text(encoding="utf-8")
+    column = re.findall(r"^\| .*\| (.*?) \|$", page.partition("## Attributes")[0], re.MULTILINE)
+    assert set(re.findall(r"`(\w+)`", " ".join(column))) == set(settings.OUTPUTS)

@@ -1,0 +1,131 @@
+"""How a run's settings follow from the file and the options."""
+
+from dataclasses import dataclass
+
+import pytest
+
+from lagrange_cli.cli.settings import (
+    DEFAULT_OUTPUTS,
+    DEFAULT_SAMPLES,
+    FULL_PRECISION,
+    OUTPUTS,
+    PARTICLE_OUTPUTS,
+    check_defaults,
+    resolve_settings,
+    sample_times,
+)
+from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.spec.spec import SolveDefaults
+
+
+@dataclass
+class SpecWith:
+    """As much of a ``Spec`` as the settings depend on."""
+
+    solve: SolveDefaults
+    lagrangian: object = None
+    filename: str = "system.yaml"
+
+
+def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen
+    return resolve_settings(SpecWith(file, **spec), options)
+
+
+def test_a_file_that_says_only_when_to_stop_gets_the_defaults():
+    settings = resolve()
+    assert (settings.start, settings.stop, settings.count) == (0.0, 10.0, DEFAULT_SAMPLES)
+    assert (settings.method, settings.tolerance) == ("taylor", FULL_PRECISION)
+    assert settings.outputs == set(DEFAULT_OUTPUTS)
+
+
+def test_options_overrule_the_file():
+    file = SolveDefaults(start=1.0, stop=10.0, samples=5, method="Radau", tolerance=1e-6, outputs=("q",))
+    options = SolveDefaults(stop=3.0, step=0.5, method="bdf", tolerance=1e-8, outputs=("h", "t"))
+    settings = resolve(file, options)
+    assert (settings.start, settings.stop, settings.count, settings.step) == (1.0, 3.0, 5, 0.5)
+    assert (settings.method, settings.tolerance, settings.outputs) == ("BDF", 1e-8, {"h"})
+
+
+def test_samples_overrule_the_files_step():
+    assert resolve(SolveDefaults(stop=1.0, step=0.1), SolveDefaults(samples=3)).step == 0.5
+
+
+@pytest.mark.parametrize(
+    ("stop", "step", "count"),
+    [
+        (20.0, 0.01, 2001),  # 20/0.01 rounds to 2000
+        (0.3, 0.1, 4),  # 0.3/0.1 rounds to just below 3
+        (1.0, 0.3, 4),  # 0, 0.3, 0.6, 0.9
+        (1.0, 1.0, 2),
+        (1e6, 0.1, 10_000_001),
+    ],
+)
+def test_a_step_reaches_the_end_where_it_divides_the_time(stop, step, count):
+    assert sample_times(0.0, stop, None, step) == (count, step)
+
+
+def test_samples_include_both_ends():
+    assert sample_times(-1.0, 1.0, 5, None) == (5, 0.5)
+
+
+def test_all_outputs_are_those_the_system_has():
+    assert resolve(options=SolveDefaults(outputs=("all",))).outputs == set(OUTPUTS)
+    given = resolve(options=SolveDefaults(outputs=("all",)), lagrangian="L")
+    assert given.outputs == set(OUTPUTS) - PARTICLE_OUTPUTS
+
+
+def test_scipys_methods_have_a_default_tolerance_they_can_keep():
+    assert resolve(options=SolveDefaults(method="DOP853")).tolerance > 100 * FULL_PRECISION
+
+
+WRONG = {
+    "stop before start": (SolveDefaults(stop=-1.0), "must stop after it starts"),
+    "stop at start": (SolveDefaults(stop=0.0), "must stop after it starts"),
+    "stop is not a number": (SolveDefaults(stop=float("nan")), "finite"),
+    "stop is infinite": (SolveDefaults(stop=float("inf")), "finite"),
+    "zero samples": (SolveDefaults(stop=1.0, samples=0), "at least 2 samples"),
+    "one sample": (SolveDefaults(stop=1.0, samples=1), "at least 2 samples"),
+    "too many samples": (SolveDefaults(stop=1.0, samples=10**15), "more than"),
+    "step of zero": (SolveDefaults(stop=1.0, step=0.0), "positive"),
+    "negative step": (SolveDefaults(stop=1.0, step=-0.1), "positive"),
+    "step is not a number": (SolveDefaults(stop=1.0, step=float("nan")), "positive"),
+    "step too small": (SolveDefaults(stop=1.0, step=1e-300), "more than"),
+    "step too long": (SolveDefaults(stop=1.0, step=2.0), "longer than the motion"),
+    "unknown method": (SolveDefaults(stop=1.0, method="rk4"), "known: taylor, DOP853"),
+    "misspelt method": (SolveDefaults(stop=1.0, method="tayler"), "did you mean 'taylor'"),
+    "tolerance of zero": (SolveDefaults(stop=1.0, tolerance=0.0), "tolerance"),
+    "negative tolerance": (SolveDefaults(stop=1.0, tolerance=-1e-9), "tolerance"),
+    "tolerance is not a number": (SolveDefaults(stop=1.0, tolerance=float("nan")), "tolerance"),
+    "loose tolerance": (SolveDefaults(stop=1.0, tolerance=1.0), "tolerance"),
+    "too tight for scipy": (SolveDefaults(stop=1.0, method="LSODA", tolerance=1e-15), "tolerance"),
+    "misspelt output": (SolveDefaults(stop=1.0, outputs=("q", "enrgy")), "did you mean 'energy'"),
+    "unknown output": (SolveDefaults(stop=1.0, outputs=("zzz",)), "known: q, v, p, h"),
+}
+
+
+@pytest.mark.parametrize(("wrong", "message"), WRONG.values(), ids=WRONG)
+def test_what_the_command_line_asks_wrongly_is_a_usage_error(wrong, message):
+    with pytest.raises(UsageError, match=message):
+        resolve(options=wrong)
+
+
+@pytest.mark.parametrize(("wrong", "message"), WRONG.values(), ids=WRONG)
+def test_what_the_file_asks_wrongly_is_an_error_of_the_file(wrong, message):
+    with pytest.raises(SpecError, match=message) as caught:
+        check_defaults(SpecWith(wrong))
+    assert "system.yaml: in 'solve'" in str(caught.value)
+
+
+def test_no_stop_at_all():
+    with pytest.raises(UsageError, match="--stop"):
+        resolve(SolveDefaults())
+
+
+def test_samples_and_step_at_once():
+    with pytest.raises(UsageError, match="one of them"):
+        resolve(options=SolveDefaults(samples=3, step=0.1))
+
+
+def test_a_lagrangian_has_no_particles_to_write():
+    with pytest.raises(UsageError, match="lagrangian.*'positions'"):
+        resolve(options=SolveDefaults(outputs=("positions",)), lagrangian="L")
