@@ -1,0 +1,430 @@
+"""The algebra that serves ``solve``: a small hash-consed expression graph.
+
+Equal expressions are one node. Constants are folded, like terms and like factors collected, 0 and 1
+vanish, and cos^2 + sin^2 = 1 is applied wherever both squares stand in one sum with equal factors.
+Products of sums are kept as written (each costs one convolution in Taylor space). Nodes are numbered in
+the order of their creation, so a node's arguments always have smaller numbers than the node itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+
+class Kind(Enum):
+    """What a node is; ``Node.data`` holds what its arguments do not."""
+
+    NUMBER = "number"  # data: the float
+    SYMBOL = "symbol"  # data: the name
+    SUM = "sum"  # data: (constant, coefficients); value = constant + sum coefficient_i * argument_i
+    PRODUCT = "product"  # data: exponents (int or float); value = prod argument_i ** exponent_i
+    POWER = "power"  # arguments: base and an exponent that is no number
+    FUNCTION = "function"  # data: the function's name
+    DDT = "ddt"  # the total time derivative of the argument along the motion
+
+
+class Node:
+    """One expression; made only by its ``Graph``. Combines with ``+ - * / **`` and numbers."""
+
+    __slots__ = ("arguments", "data", "graph", "kind", "number", "symbols")
+
+    def __init__(self, graph: Graph, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int) -> None:
+        self.graph = graph
+        self.kind = kind
+        self.data = data
+        self.arguments = arguments
+        self.symbols = symbols
+        """Bit set of the symbols this expression depends on."""
+        self.number = len(graph.nodes)
+        """Position in the order of creation."""
+
+    def __add__(self, other: Node | float) -> Node:
+        return self.graph.sum([(self, 1.0), (self.graph.lift(other), 1.0)])
+
+    __radd__ = __add__
+
+    def __sub__(self, other: Node | float) -> Node:
+        return self.graph.sum([(self, 1.0), (self.graph.lift(other), -1.0)])
+
+    def __rsub__(self, other: Node | float) -> Node:
+        return self.graph.sum([(self.graph.lift(other), 1.0), (self, -1.0)])
+
+    def __neg__(self) -> Node:
+        return self.graph.sum([(self, -1.0)])
+
+    def __mul__(self, other: Node | float) -> Node:
+        return self.graph.product([(self, 1), (self.graph.lift(other), 1)])
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, other: Node | float) -> Node:
+        return self.graph.product([(self, 1), (self.graph.lift(other), -1)])
+
+    def __rtruediv__(self, other: Node | float) -> Node:
+        return self.graph.product([(self.graph.lift(other), 1), (self, -1)])
+
+    def __pow__(self, other: Node | float) -> Node:
+        return self.graph.power(self, self.graph.lift(other))
+
+    def __rpow__(self, other: Node | float) -> Node:
+        return self.graph.power(self.graph.lift(other), self)
+
+    @property
+    def is_zero(self) -> bool:
+        """Whether the expression is identically 0 by structure."""
+        return self.kind is Kind.NUMBER and self.data == 0.0
+
+    def __repr__(self) -> str:
+        inner = ", ".join([repr(self.data)] * (self.data is not None) + [repr(a) for a in self.arguments])
+        return f"{self.kind.value}({inner})"
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """``coefficient * node`` with a numerical coefficient."""
+
+    coefficient: float
+    node: Node
+
+
+class Graph:
+    """A table in which every distinct expression exists once."""
+
+    def __init__(self) -> None:
+        self.nodes: list[Node] = []
+        self._table: dict[tuple[Any, ...], Node] = {}
+        self._symbols: dict[str, int] = {}
+        self._derivatives: dict[tuple[int, int], Node] = {}
+        self.zero = self.constant(0.0)
+        self.one = self.constant(1.0)
+
+    # ------------------------------------------------------------------ leaves
+
+    def constant(self, value: float) -> Node:
+        """The node of a number (-0.0 is 0)."""
+        value = float(value) + 0.0
+        return self._make(Kind.NUMBER, value, (), 0)
+
+    def symbol(self, name: str) -> Node:
+        """The node of a symbol; the same name gives the same node."""
+        bit = self._symbols.setdefault(name, len(self._symbols))
+        return self._make(Kind.SYMBOL, name, (), 1 << bit)
+
+    def lift(self, value: Node | float) -> Node:
+        """A node as it is, a number as its node."""
+        return value if isinstance(value, Node) else self.constant(value)
+
+    def _make(self, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int | None = None) -> Node:
+        key = (kind, data, tuple(argument.number for argument in arguments))
+        node = self._table.get(key)
+        if node is None:
+            if symbols is None:
+                symbols = 0
+                for argument in arguments:
+                    symbols |= argument.symbols
+            node = Node(self, kind, data, arguments, symbols)
+            self.nodes.append(node)
+            self._table[key] = node
+        return node
+
+    # ------------------------------------------------------------------ sums
+
+    def sum(self, terms: Iterable[tuple[Node, float]]) -> Node:
+        """``sum coefficient * node``, flattened, like terms collected."""
+        constant = 0.0
+        collected: dict[Node, float] = {}
+        for node, coefficient in terms:
+            if node.kind is Kind.NUMBER:
+                constant += coefficient * node.data
+            elif node.kind is Kind.SUM:
+                inner, coefficients = node.data
+                constant += coefficient * inner
+                for argument, factor in zip(node.arguments, coefficients):
+                    collected[argument] = collected.get(argument, 0.0) + coefficient * factor
+            else:
+                collected[node] = collected.get(node, 0.0) + coefficient
+        collected = {node: c for node, c in collected.items() if c != 0.0}
+        constant += self._fold_squares(collected)
+        if not collected:
+            return self.constant(constant)
+        if constant == 0.0 and len(collected) == 1:
+            ((node, coefficient),) = collected.items()
+            if coefficient == 1.0:
+                return node
+        ordered = sorted(collected.items(), key=lambda item: item[0].number)
+        data = (constant + 0.0, tuple(coefficient for _, coefficient in ordered))
+        return self._make(Kind.SUM, data, tuple(node for node, _ in ordered))
+
+    def _fold_squares(self, collected: dict[Node, float]) -> float:
+        """Replace c R cos(u)^2 + c R sin(u)^2 by c R in place; returns what became a constant."""
+        constant = 0.0
+        pending = [node for node in collected if node.kind is Kind.PRODUCT]
+        while pending:
+            node = pending.pop()
+            if node not in collected:
+                continue
+            for factor, exponent in zip(node.arguments, node.data):
+                if exponent != 2 or factor.kind is not Kind.FUNCTION or factor.data not in ("cos", "sin"):
+                    continue
+                rest = self.product([(node, 1), (factor, -2)])
+                partner = self.function("sin" if factor.data == "cos" else "cos", factor.arguments)
+                twin = self.product([(rest, 1), (partner, 2)])
+                if collected.get(twin) != collected[node]:
+                    continue
+                coefficient = collected.pop(node)
+                del collected[twin]
+                scaled = self.split_coefficient(rest)
+                if scaled.node is self.one:
+                    constant += coefficient * scaled.coefficient
+                else:
+                    total = collected.pop(scaled.node, 0.0) + coefficient * scaled.coefficient
+                    if total != 0.0:
+                        collected[scaled.node] = total
+                        if scaled.node.kind is Kind.PRODUCT:
+                            pending.append(scaled.node)
+                break
+        return constant
+
+    def split_coefficient(self, node: Node) -> Scaled:
+        """``node`` as a number times a node that carries no numerical factor."""
+        if node.kind is Kind.NUMBER:
+            return Scaled(node.data, self.one)
+        if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0.0:
+            return Scaled(node.data[1][0], node.arguments[0])
+        return Scaled(1.0, node)
+
+    # ------------------------------------------------------------------ products and powers
+
+    def product(self, factors: Iterable[tuple[Node, int | float]]) -> Node:
+        """``prod node ** exponent``, flattened, like factors collected, numbers in front."""
+        coefficient = 1.0
+        collected: dict[Node, int | float] = {}
+        pending = list(factors)
+        while pending:
+            node, exponent = pending.pop()
+            if node.kind is Kind.NUMBER:
+                coefficient *= real_power(node.data, exponent)
+                continue
+            integral = exponent == int(exponent) if math.isfinite(exponent) else False
+            if integral and node.kind is Kind.PRODUCT:
+                pending.extend((a, e * exponent) for a, e in zip(node.arguments, node.data))
+                continue
+            scaled = self.split_coefficient(node)
+            if scaled.node is not node and (integral or scaled.coefficient > 0.0):
+                coefficient *= real_power(scaled.coefficient, exponent)
+                pending.append((scaled.node, exponent))
+                continue
+            collected[node] = collected.get(node, 0) + exponent
+        if coefficient == 0.0:
+            return self.zero
+        parts = [(a, tidy(e)) for a, e in collected.items() if e != 0]
+        if not parts:
+            return self.constant(coefficient)
+        parts.sort(key=lambda part: part[0].number)
+        if len(parts) == 1 and parts[0][1] == 1:
+            node = parts[0][0]
+        else:
+            node = self._make(Kind.PRODUCT, tuple(e for _, e in parts), tuple(a for a, _ in parts))
+        return node if coefficient == 1.0 else self.sum([(node, coefficient)])
+
+    def power(self, base: Node, exponent: Node) -> Node:
+        """``base ** exponent``; a numerical exponent makes a product, any other a power node."""
+        if exponent.kind is Kind.NUMBER:
+            return self.product([(base, tidy(exponent.data))])
+        if base is self.one:
+            return self.one
+        return self._make(Kind.POWER, None, (base, exponent))
+
+    def function(self, name: str, arguments: Sequence[Node]) -> Node:
+        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2."""
+        arguments = tuple(arguments)
+        if name == "sqrt":
+            return self.product([(arguments[0], 0.5)])
+        if all(argument.kind is Kind.NUMBER for argument in arguments):
+            return self.constant(real_function(name, [argument.data for argument in arguments]))
+        return self._make(Kind.FUNCTION, name, arguments)
+
+    def ddt(self, node: Node) -> Node:
+        """The total time derivative along the motion, left for the Taylor series to take."""
+        if node.kind is Kind.NUMBER:
+            return self.zero
+        return self._make(Kind.DDT, None, (node,))
+
+    # ------------------------------------------------------------------ derivatives
+
+    def diff(self, node: Node, symbol: Node) -> Node:
+        """The partial derivative of ``node`` with respect to ``symbol`` (no ``ddt`` may stand in it)."""
+        known = self._derivatives
+        for inner in reachable([node], lambda n: bool(n.symbols & symbol.symbols)):
+            key = (inner.number, symbol.number)
+            if key not in known:
+                known[key] = self._derivative(inner, symbol)
+        return known.get((node.number, symbol.number), self.zero)
+
+    def _derivative(self, node: Node, symbol: Node) -> Node:
+        if node is symbol:
+            return self.one
+
+        def inner(argument: Node) -> Node:
+            return self._derivatives.get((argument.number, symbol.number), self.zero)
+
+        if node.kind is Kind.SUM:
+            return self.sum([(inner(a), c) for a, c in zip(node.arguments, node.data[1])])
+        if node.kind is Kind.PRODUCT:
+            terms = []
+            for argument, exponent in zip(node.arguments, node.data):
+                rate = inner(argument)
+                if not rate.is_zero:
+                    terms.append((self.product([(node, 1), (argument, -1), (rate, 1)]), float(exponent)))
+            return self.sum(terms)
+        return self.sum(
+            [
+                (self.product([(partial, 1), (inner(argument), 1)]), 1.0)
+                for argument, partial in zip(node.arguments, self.partials(node))
+                if not inner(argument).is_zero
+            ]
+        )
+
+    def partials(self, node: Node) -> tuple[Node, ...]:
+        """Partial derivatives of a function or power node with respect to its arguments."""
+        u = node.arguments[0]
+        if node.kind is Kind.POWER:
+            exponent = node.arguments[1]
+            return (exponent * self.power(u, exponent - 1.0), node * self.function("log", (u,)))
+        if node.kind is not Kind.FUNCTION:
+            raise ValueError(f"no partial derivatives of {node.kind}")
+        name = node.data
+        if name == "atan2":  # atan2(y, x)
+            x = node.arguments[1]
+            square = u * u + x * x
+            return (x / square, -u / square)
+        rules = {
+            "sin": lambda: self.function("cos", (u,)),
+            "cos": lambda: -self.function("sin", (u,)),
+            "tan": lambda: 1.0 + node * node,
+            "sinh": lambda: self.function("cosh", (u,)),
+            "cosh": lambda: self.function("sinh", (u,)),
+            "tanh": lambda: 1.0 - node * node,
+            "exp": lambda: node,
+            "log": lambda: 1.0 / u,
+            "asin": lambda: (1.0 - u * u) ** -0.5,
+            "acos": lambda: -((1.0 - u * u) ** -0.5),
+            "atan": lambda: 1.0 / (1.0 + u * u),
+        }
+        return (rules[name](),)
+
+    # ------------------------------------------------------------------ parameters apart
+
+    def split_parameters(self, node: Node, variables: int) -> tuple[Node, Node]:
+        """``node`` as (constant of the motion) * (rest); ``variables`` is the bit set of q, v and t."""
+        if not node.symbols & variables:
+            return node, self.one
+        scaled = self.split_coefficient(node)
+        if scaled.node.kind is not Kind.PRODUCT:
+            return self.constant(scaled.coefficient), scaled.node
+        parts = list(zip(scaled.node.arguments, scaled.node.data))
+        fixed = [(a, e) for a, e in parts if not a.symbols & variables]
+        moving = [(a, e) for a, e in parts if a.symbols & variables]
+        return scaled.coefficient * self.product(fixed), self.product(moving)
+
+
+def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:
+    """All nodes below ``roots`` (those for which ``enter`` holds), arguments before their users."""
+    seen: set[Node] = set()
+    pending = [root for root in roots if enter is None or enter(root)]
+    while pending:
+        node = pending.pop()
+        if node not in seen:
+            seen.add(node)
+            pending.extend(a for a in node.arguments if a not in seen and (enter is None or enter(a)))
+    return sorted(seen, key=lambda node: node.number)
+
+
+def tidy(exponent: float) -> int | float:
+    """A whole exponent as an int, any other as a float."""
+    return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else float(exponent)
+
+
+def real_power(base: float, exponent: float) -> float:
+    """``base ** exponent`` in real arithmetic: nan or inf where Python would raise or turn complex."""
+    try:
+        return math.pow(base, exponent)
+    except ZeroDivisionError:
+        return math.inf
+    except ValueError:
+        return math.inf if base == 0.0 else math.nan
+    except OverflowError:
+        return math.inf
+
+
+def real_function(name: str, arguments: Sequence[float]) -> float:
+    """An elementary function of floats: nan or inf where ``math`` would raise."""
+    try:
+        return float(getattr(math, name)(*arguments))
+    except ValueError:
+        return -math.inf if name == "log" and arguments[0] == 0.0 else math.nan
+    except OverflowError:
+        return -math.inf if name == "sinh" and arguments[0] < 0.0 else math.inf
+
+
+class GraphAlgebra:
+    """``Algebra[Node]`` over one graph; see ``expression.algebra``."""
+
+    def __init__(self) -> None:
+        self.graph = Graph()
+
+    def number(self, text: str) -> Node:
+        return self.graph.constant(float(text))
+
+    def pi(self) -> Node:
+        return self.graph.constant(math.pi)
+
+    def symbol(self, name: str) -> Node:
+        return self.graph.symbol(name)
+
+    def function(self, name: str, arguments: Sequence[Node]) -> Node:
+        return self.graph.function(name, arguments)
+
+    def diff(self, expression: Node, symbol: Node) -> Node:
+        return self.graph.diff(expression, symbol)
+
+
+def evaluate(nodes: Sequence[Node], values: Mapping[str, float]) -> tuple[dict[Node, float], dict[Node, float]]:
+    """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
+
+    The second number is what a value must be compared with before it is called zero: the value computed
+    with every subtraction turned into an addition (a running bound of the cancellation).
+    """
+    value: dict[Node, float] = {}
+    size: dict[Node, float] = {}
+    for node in reachable(nodes):
+        a = node.arguments
+        if node.kind is Kind.NUMBER:
+            value[node], size[node] = node.data, abs(node.data)
+        elif node.kind is Kind.SYMBOL:
+            value[node] = values[node.data]
+            size[node] = abs(value[node])
+        elif node.kind is Kind.SUM:
+            constant, coefficients = node.data
+            value[node] = constant + sum(c * value[x] for c, x in zip(coefficients, a))
+            size[node] = abs(constant) + sum(abs(c) * size[x] for c, x in zip(coefficients, a))
+        elif node.kind is Kind.PRODUCT:
+            result, bound = 1.0, 1.0
+            for x, e in zip(a, node.data):
+                power = real_power(value[x], e)
+                result *= power
+                bound *= real_power(size[x], e) if e > 0 else abs(power)
+            value[node], size[node] = result, bound
+        elif node.kind is Kind.POWER:
+            value[node] = real_power(value[a[0]], value[a[1]])
+            size[node] = abs(value[node])
+        elif node.kind is Kind.FUNCTION:
+            value[node] = real_function(node.data, [value[x] for x in a])
+            size[node] = max(abs(value[node]), 1.0)
+        else:
+            raise ValueError("a time derivative has no value without a motion")
+    return value, size

@@ -1,0 +1,117 @@
+"""T, U, L, the generalized momenta p_k and the energy function h of a model, over any algebra.
+
+For masses with an embedding, T = T2 + T1 + T0 by degree in the velocities, and for U without velocities
+h = T2 - T0 + U (Goldstein, 3rd ed., eq. 2.56): written so, nothing cancels that could be left out.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lagrange_cli.expression.graph import Graph, Node
+from lagrange_cli.mechanics.residual import Residual, contract
+
+
+@dataclass(frozen=True)
+class Energetics:
+    """Functions of q, q_dot, t over the graph; all scalars but ``momenta`` (one for each coordinate).
+
+    ``power`` is sum_k Q_k q_dot_k with every force outside L, ``torque[k]`` = dL/dq_k + Q_k, and
+    ``explicit_rate`` = dL/dt at fixed q, q_dot. ``kinetic`` and ``potential`` are None for a given L.
+    """
+
+    residual: Residual
+
+    @property
+    def _graph(self) -> Graph:
+        return self.residual.graph
+
+    @property
+    def kinetic(self) -> Node | None:
+        """T = sum m v^2/2."""
+        model = self.residual.model
+        if model.lagrangian is not None:
+            return None
+        return self._graph.sum([(p.mass * u * u, 0.5) for p in model.particles for u in p.velocity])
+
+    @property
+    def potential(self) -> Node | None:
+        """U, as given."""
+        return None if self.residual.model.lagrangian is not None else self.residual.model.potential
+
+    @property
+    def lagrangian(self) -> Node:
+        """L = T - U, or as given."""
+        kinetic, potential = self.kinetic, self.potential
+        if kinetic is None or potential is None:
+            assert self.residual.model.lagrangian is not None
+            return self.residual.model.lagrangian
+        return kinetic - potential
+
+    @property
+    def momenta(self) -> tuple[Node, ...]:
+        """p_k = dL/dq_dot_k."""
+        model, graph = self.residual.model, self._graph
+        if model.lagrangian is not None:
+            return tuple(graph.diff(model.lagrangian, v) for v in model.v)
+        return tuple(
+            contract(
+                graph,
+                ((graph.diff(x, q), p.mass * u) for p in model.particles for x, u in zip(p.position, p.velocity)),
+                self.residual.variables,
+            )
+            - graph.diff(model.potential, v)
+            for q, v in zip(model.q, model.v)
+        )
+
+    @property
+    def energy_function(self) -> Node:
+        """h = sum q_dot_k p_k - L."""
+        model, graph = self.residual.model, self._graph
+        if model.lagrangian is not None:
+            pairs = zip(model.v, self.momenta)
+            return graph.sum([(v * p, 1.0) for v, p in pairs] + [(model.lagrangian, -1.0)])
+        terms = [(model.potential, 1.0)]
+        terms += [(v * graph.diff(model.potential, v), -1.0) for v in model.v]
+        for particle in model.particles:
+            for x, u in zip(particle.position, particle.velocity):
+                drift = graph.diff(x, model.time)
+                if drift.is_zero:
+                    terms.append((particle.mass * u * u, 0.5))
+                else:
+                    linear = graph.sum([(graph.diff(x, q) * v, 1.0) for q, v in zip(model.q, model.v)])
+                    terms.append((particle.mass * linear * linear, 0.5))
+                    terms.append((particle.mass * drift * drift, -0.5))
+        return graph.sum(terms)
+
+    @property
+    def forces(self) -> tuple[Node, ...]:
+        """Q_k of everything that L does not hold: F_i . dr_i/dq_k, generalized forces, -dD/dq_dot_k."""
+        model, graph = self.residual.model, self._graph
+        return tuple(
+            graph.sum(
+                [(graph.diff(x, q) * f, 1.0) for p in model.particles for x, f in zip(p.position, p.force)]
+                + [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
+            )
+            for q, v, given in zip(model.q, model.v, model.generalized_forces)
+        )
+
+    def lagrangian_rate(self, symbol: Node) -> Node:
+        """dL/dsymbol at fixed other arguments, for ``symbol`` a coordinate or t."""
+        model, graph = self.residual.model, self._graph
+        if model.lagrangian is not None:
+            return graph.diff(model.lagrangian, symbol)
+        terms = (
+            (graph.diff(u, symbol), p.mass * u) for p in model.particles for u in p.velocity
+        )
+        return contract(graph, terms, self.residual.variables) - graph.diff(model.potential, symbol)
+
+    @property
+    def torques(self) -> tuple[Node, ...]:
+        """dL/dq_k + Q_k: what dp_k/dt must equal."""
+        return tuple(self.lagrangian_rate(q) + force for q, force in zip(self.residual.model.q, self.forces))
+
+    @property
+    def power(self) -> Node:
+        """sum_k Q_k q_dot_k: the power of the forces outside L."""
+        return self._graph.sum([(force * v, 1.0) for force, v in zip(self.forces, self.residual.model.v)])

@@ -1,0 +1,120 @@
+"""Text of LLVM IR, one instruction at a time, in static single assignment form.
+
+A value is the text of an operand (``%12`` or a hexadecimal constant), or None for a number known to be 0, so
+that additions and multiplications with 0 are never written.
+"""
+
+from __future__ import annotations
+
+import struct
+from typing import TypeAlias
+
+Operand: TypeAlias = str
+Value: TypeAlias = str | None
+
+ONE: Operand = "0x3FF0000000000000"
+
+
+def literal(value: float) -> Value:
+    """A floating-point constant in LLVM's exact notation; None for 0."""
+    if value == 0.0:
+        return None
+    return "0x" + struct.pack(">d", value).hex().upper()
+
+
+def operand(value: Value) -> Operand:
+    """A value as an instruction needs it: 0 written out."""
+    return "0x0000000000000000" if value is None else value
+
+
+class Emitter:
+    """Collects the body of one function."""
+
+    def __init__(self) -> None:
+        self.lines: list[str] = []
+        self.operations = 0
+        """Floating-point operations written so far."""
+        self._count = 0
+
+    def fresh(self) -> str:
+        """A new name."""
+        self._count += 1
+        return f"%v{self._count}"
+
+    def line(self, text: str) -> None:
+        """One line as it is: a label, a branch, a store."""
+        self.lines.append(text)
+
+    def define(self, text: str) -> Operand:
+        """A new value defined by ``text``."""
+        name = self.fresh()
+        self.lines.append(f"  {name} = {text}")
+        return name
+
+    def _arithmetic(self, text: str) -> Operand:
+        self.operations += 1
+        return self.define(text)
+
+    def add(self, a: Value, b: Value) -> Value:
+        if a is None:
+            return b
+        if b is None:
+            return a
+        return self._arithmetic(f"fadd double {a}, {b}")
+
+    def sub(self, a: Value, b: Value) -> Value:
+        if b is None:
+            return a
+        if a is None:
+            return self.neg(b)
+        return self._arithmetic(f"fsub double {a}, {b}")
+
+    def neg(self, a: Value) -> Value:
+        return None if a is None else self._arithmetic(f"fneg double {a}")
+
+    def mul(self, a: Value, b: Value) -> Value:
+        if a is None or b is None:
+            return None
+        if a == ONE:
+            return b
+        if b == ONE:
+            return a
+        return self._arithmetic(f"fmul double {a}, {b}")
+
+    def div(self, a: Value, b: Value) -> Value:
+        if a is None:
+            return None
+        return self._arithmetic(f"fdiv double {a}, {operand(b)}")
+
+    def fma(self, a: Value, b: Value, c: Value) -> Value:
+        """``a * b + c``, fused where the processor can."""
+        if a is None or b is None:
+            return c
+        if c is None:
+            return self.mul(a, b)
+        if a == ONE:
+            return self.add(b, c)
+        if b == ONE:
+            return self.add(a, c)
+        return self._arithmetic(f"call double @llvm.fmuladd.f64(double {a}, double {b}, double {c})")
+
+    def fms(self, a: Value, b: Value, c: Value) -> Value:
+        """``c - a * b``, fused where the processor can."""
+        if a is None or b is None:
+            return c
+        return self.fma(self.neg(a), b, c)
+
+    def call(self, function: str, *arguments: Value) -> Operand:
+        """A call of a declared function of doubles."""
+        listed = ", ".join(f"double {operand(a)}" for a in arguments)
+        return self._arithmetic(f"call double @{function}({listed})")
+
+    def load(self, pointer: str, index: int | str) -> Operand:
+        """``pointer[index]``."""
+        address = self.define(f"getelementptr inbounds double, ptr {pointer}, i64 {index}")
+        return self.define(f"load double, ptr {address}, align 8")
+
+    def store(self, value: Value, pointer: str, index: int | str) -> None:
+        """``pointer[index] = value``."""
+        address = self.define(f"getelementptr inbounds double, ptr {pointer}, i64 {index}")
+        self.line(f"  store double {operand(value)}, ptr {address}, align 8")

@@ -1,0 +1,140 @@
+"""Code that factors the mass matrix once a step and solves with it at every order.
+
+Each diagonal block on its own. A definite block by Cholesky's method in the form L D L^T, which needs no
+pivoting (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1); any other by Gaussian elimination
+with partial pivoting, the exchanges written as selections.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
+
+DEFINITE_FLOOR = 64 * 2.0**-52
+"""A pivot smaller than this part of its diagonal entry is rounding: the matrix is singular."""
+
+
+@dataclass(frozen=True)
+class Definite:
+    """L D L^T of a block: ``lower[j][i]`` for i < j, and the reciprocals of D."""
+
+    lower: tuple[tuple[Value, ...], ...]
+    reciprocal: tuple[Value, ...]
+
+    def flat(self) -> list[Value]:
+        return [x for row in self.lower for x in row] + list(self.reciprocal)
+
+    def rebuilt(self, flat: list[Value]) -> Definite:
+        """The same structure with other operands (loaded from where ``flat`` was stored)."""
+        left = iter(flat)
+        lower = tuple(tuple(next(left) for _ in row) for row in self.lower)
+        return Definite(lower, tuple(next(left) for _ in self.reciprocal))
+
+    def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
+        """x with M x = ``right``."""
+        x = list(right)
+        size = len(x)
+        for j in range(size):
+            for i in range(j):
+                x[j] = emitter.fms(self.lower[j][i], x[i], x[j])
+        x = [emitter.mul(value, reciprocal) for value, reciprocal in zip(x, self.reciprocal)]
+        for j in reversed(range(size)):
+            for i in range(j + 1, size):
+                x[j] = emitter.fms(self.lower[i][j], x[i], x[j])
+        return x
+
+
+@dataclass(frozen=True)
+class General:
+    """P M = L U of a block: ``swaps[j][i]`` says (as an i1) whether rows j and i were exchanged."""
+
+    swaps: tuple[tuple[str, ...], ...]
+    lower: tuple[tuple[Value, ...], ...]
+    upper: tuple[tuple[Value, ...], ...]
+    reciprocal: tuple[Value, ...]
+
+    def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
+        """x with M x = ``right``."""
+        x = list(right)
+        size = len(x)
+        for j in range(size):
+            for i, swap in zip(range(j + 1, size), self.swaps[j]):
+                x[j], x[i] = exchange(emitter, swap, x[j], x[i])
+            for i in range(j + 1, size):
+                x[i] = emitter.fms(self.lower[i][j], x[j], x[i])
+        for j in reversed(range(size)):
+            for i in range(j + 1, size):
+                x[j] = emitter.fms(self.upper[j][i], x[i], x[j])
+            x[j] = emitter.mul(x[j], self.reciprocal[j])
+        return x
+
+
+def exchange(emitter: Emitter, swap: str, a: Value, b: Value) -> tuple[Value, Value]:
+    """(b, a) where ``swap`` holds, else (a, b)."""
+    if a is None and b is None:
+        return None, None
+    first = emitter.define(f"select i1 {swap}, double {operand(b)}, double {operand(a)}")
+    second = emitter.define(f"select i1 {swap}, double {operand(a)}, double {operand(b)}")
+    return first, second
+
+
+def factor_definite(emitter: Emitter, matrix: list[list[Value]]) -> tuple[Definite, str]:
+    """L D L^T of a symmetric positive block, and an i1 that tells whether it is regular."""
+    size = len(matrix)
+    lower: list[list[Value]] = [[] for _ in range(size)]
+    scaled: list[list[Value]] = [[] for _ in range(size)]  # L[j][i] * D[i]
+    reciprocal: list[Value] = []
+    regular = "true"
+    for j in range(size):
+        for i in range(j):
+            value = matrix[j][i]
+            for m in range(i):
+                value = emitter.fms(scaled[j][m], lower[i][m], value)
+            scaled[j].append(value)
+            lower[j].append(emitter.mul(value, reciprocal[i]))
+        pivot = matrix[j][j]
+        for m in range(j):
+            pivot = emitter.fms(scaled[j][m], lower[j][m], pivot)
+        floor = emitter.mul(literal(DEFINITE_FLOOR), matrix[j][j]) if j else None
+        good = emitter.define(f"fcmp ogt double {operand(pivot)}, {operand(floor)}")
+        regular = emitter.define(f"and i1 {regular}, {good}")
+        reciprocal.append(emitter.div(ONE, pivot))
+    return Definite(tuple(map(tuple, lower)), tuple(reciprocal)), regular
+
+
+def factor_general(emitter: Emitter, matrix: list[list[Value]]) -> tuple[General, str]:
+    """P M = L U of a block by partial pivoting, and an i1 that tells whether it is regular."""
+    size = len(matrix)
+    rows = [list(row) for row in matrix]
+    lower: list[list[Value]] = [[None] * size for _ in range(size)]
+    swaps: list[tuple[str, ...]] = []
+    reciprocal: list[Value] = []
+    regular = "true"
+    for j in range(size):
+        swapped = []
+        scale: Value = None
+        for i in range(j, size):
+            scale = emitter.call("llvm.maxnum.f64", scale, emitter.call("llvm.fabs.f64", matrix[i][j]))
+        for i in range(j + 1, size):
+            here = emitter.call("llvm.fabs.f64", rows[j][j])
+            there = emitter.call("llvm.fabs.f64", rows[i][j])
+            swap = emitter.define(f"fcmp ogt double {there}, {here}")
+            swapped.append(swap)
+            for k in range(size):
+                if k >= j:
+                    rows[j][k], rows[i][k] = exchange(emitter, swap, rows[j][k], rows[i][k])
+                else:
+                    lower[j][k], lower[i][k] = exchange(emitter, swap, lower[j][k], lower[i][k])
+        swaps.append(tuple(swapped))
+        floor = emitter.mul(literal(DEFINITE_FLOOR), scale) if j else None
+        good = emitter.define(
+            f"fcmp ogt double {emitter.call('llvm.fabs.f64', rows[j][j])}, {operand(floor)}"
+        )
+        regular = emitter.define(f"and i1 {regular}, {good}")
+        reciprocal.append(emitter.div(ONE, rows[j][j]))
+        for i in range(j + 1, size):
+            lower[i][j] = emitter.mul(rows[i][j], reciprocal[j])
+            for k in range(j + 1, size):
+                rows[i][k] = emitter.fms(lower[i][j], rows[j][k], rows[i][k])
+    return General(tuple(swaps), tuple(map(tuple, lower)), tuple(map(tuple, rows)), tuple(reciprocal)), regular

@@ -1,0 +1,162 @@
+"""``Program``: the text of one system's machine code, and what it holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from lagrange_cli.expression.graph import Node
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.emitter import Emitter, Value, literal, operand
+from lagrange_cli.native.jet import LANES, Jet, arrange
+from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
+from lagrange_cli.native.series import SeriesProgram, lower
+from lagrange_cli.native.stepper import stepper
+
+
+@dataclass(frozen=True)
+class Program:
+    """LLVM IR of a system, and the sizes of the arrays that it works on.
+
+    ``observed`` names the quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures
+    carried along, whose values follow q and v in the state. Sizes count doubles.
+    """
+
+    text: str
+    order: int
+    degrees: int
+    parameters: tuple[str, ...]
+    integrals: tuple[str, ...]
+    observed: tuple[str, ...]
+    constants: int
+    work: int
+    span: int
+    series: SeriesProgram
+    operations: Mapping[str, int]
+
+    @property
+    def rows(self) -> int:
+        """Rows of the state: q, v and the integrals."""
+        return 2 * self.degrees + len(self.integrals)
+
+    @property
+    def trial(self) -> int:
+        """Doubles of scratch that ``@advance`` needs to look ahead."""
+        return LANES * -(-2 * self.degrees // LANES) + self.work
+
+
+def order_for(tolerance: float) -> int:
+    """The order of q's series: 1 + the order that is cheapest at ``tolerance`` (Jorba and Zou 2005, eq. 11)."""
+    return 1 + max(4, math.ceil(1.0 - math.log(tolerance) / 2.0))
+
+
+def write_program(
+    residual: Residual,
+    order: int,
+    integrands: Mapping[str, Node],
+    observed: Mapping[str, Node],
+) -> Program:
+    """The program that advances ``residual`` with q's series to ``order`` (>= 2; 2 gives accelerations only)."""
+    model = residual.model
+    constants = Constants()
+    series = lower(
+        residual.graph, residual.variables, model.q, model.v, model.time,
+        residual.residual, list(integrands.values()),
+    )  # fmt: skip
+    layout = arrange(series, order)
+    jet = Jet(residual, series, layout, constants)
+    parts = [jet.write()]
+    degrees, rows = len(model.q), 2 * len(model.q) + len(integrands)
+    if order >= 5:
+        parts.append(stepper(layout, degrees, rows))
+    else:
+        parts.append(_ACCELERATE.replace("@@slot@@", str(layout.span * degrees)).replace("@@span@@", str(layout.span))
+                     .replace("@@degrees@@", str(degrees)))
+    observe, observe_operations = _observe(residual, constants, list(observed.values()))
+    parts.append(observe)
+    prepare, size = emit_prepare(constants, model.parameters)
+    parts.append(prepare)
+    return Program(
+        text="\n".join([DECLARATIONS, _GLOBALS, *_tables(order), *parts, _ATTRIBUTES]),
+        order=order,
+        degrees=degrees,
+        parameters=tuple(model.parameters),
+        integrals=tuple(integrands),
+        observed=tuple(observed),
+        constants=size,
+        work=layout.doubles,
+        span=layout.span,
+        series=series,
+        operations={"jet": jet.emitter.operations, "observe": observe_operations},
+    )
+
+
+def _observe(residual: Residual, constants: Constants, nodes: list[Node]) -> tuple[str, int]:
+    """The function that computes ``nodes`` at each of ``%count`` samples; arrays have ``%stride`` columns."""
+    emitter, model = Emitter(), residual.model
+    emitter.line("entry:\n  %none = icmp eq i64 %count, 0\n  br i1 %none, label %done, label %loop\nloop:")
+    emitter.line("  %i = phi i64 [ 0, %entry ], [ %next, %loop ]")
+    known: dict[Node, Value] = {model.time: emitter.load("%times", "%i")}
+    for row, symbol in enumerate((*model.q, *model.v)):
+        known[symbol] = emitter.load("%states", _column(emitter, row))
+    emit_values(emitter, nodes, known, constants)
+    for row, node in enumerate(nodes):
+        value = known[node] if node.symbols & residual.variables else constants.value(emitter, node)
+        emitter.store(value, "%results", _column(emitter, row))
+    emitter.line("  %next = add nuw nsw i64 %i, 1\n  %more = icmp ult i64 %next, %count")
+    emitter.line("  br i1 %more, label %loop, label %done\ndone:\n  ret void")
+    body = "\n".join(emitter.lines)
+    head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
+    return f"define void @observe({head}, i64 %stride, i64 %count) #0 {{\n{body}\n}}\n", emitter.operations
+
+
+def _column(emitter: Emitter, row: int) -> str:
+    base = emitter.define(f"mul i64 %stride, {row}")
+    return emitter.define(f"add i64 {base}, %i")
+
+
+def _tables(order: int) -> list[str]:
+    size = order + 4
+    rows = {
+        "numbers": [float(m) for m in range(size)],
+        "reciprocals": [0.0] + [1.0 / m for m in range(1, size)],
+    }
+    return [
+        f"@{name} = private constant [{size} x double] [{', '.join(f'double {operand(literal(x))}' for x in row)}]"
+        for name, row in rows.items()
+    ]
+
+
+_GLOBALS = f"""
+declare double @llvm.maxnum.f64(double, double)
+declare double @llvm.minnum.f64(double, double)
+declare double @llvm.vector.reduce.fadd.v{LANES}f64(double, <{LANES} x double>)
+declare <{LANES} x double> @llvm.fmuladd.v{LANES}f64(<{LANES} x double>, <{LANES} x double>, <{LANES} x double>)
+declare i8 @llvm.ctpop.i8(i8)
+"""
+
+_ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
+
+_ACCELERATE = """
+; accelerations at one state: false where the mass matrix is singular
+define i64 @accelerate(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out) #0 {
+entry:
+  %regular = call i1 @jet(ptr %constants, double %t, ptr %state, ptr %work)
+  br label %loop
+loop:
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %offset = mul i64 %i, @@span@@
+  %place = add i64 %offset, @@slot@@
+  %aa = getelementptr inbounds double, ptr %work, i64 %place
+  %a = load double, ptr %aa, align 8
+  %oa = getelementptr inbounds double, ptr %out, i64 %i
+  store double %a, ptr %oa, align 8
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@degrees@@
+  br i1 %more, label %loop, label %done
+done:
+  %code = zext i1 %regular to i64
+  ret i64 %code
+}
+"""
