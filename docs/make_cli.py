@@ -1,4 +1,4 @@
-"""Write docs/cli.md from the commands themselves: ``python docs/make_cli.py``. A test fails when they differ."""
+"""Write docs/cli.md from the commands: ``python docs/make_cli.py``. A test fails when they differ."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ EXIT_STATUS = """## Exit status
 | 1 | a fault of lagrange itself; please report it (`LAGRANGE_DEBUG=1` shows where it happened) |
 | 2 | wrong usage: an option, its value, a `--set` of an unknown name |
 | 3 | the system file is wrong; every mistake is shown with its place and a way out |
-| 4 | the motion could not be continued (what was computed is kept), or `equations --verify` found a difference |
+| 4 | the motion could not be continued (what was computed is kept), or `--verify` found a difference |
 | 5 | a file could not be read or written |
 | 130 | interrupted (what was computed is kept; a second Ctrl-C gives up at once) |
 

@@ -51,7 +51,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except click.ClickException as error:
         error.show()
         return error.exit_code
-    except BrokenPipeError:
+    except (BrokenPipeError, SystemExit):  # click exits when the reader of its help has hung up
         discard_output()
         return 0
     except (Exception, KeyboardInterrupt) as error:

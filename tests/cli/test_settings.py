@@ -127,5 +127,5 @@ def test_samples_and_step_at_once():
 
 
 def test_a_lagrangian_has_no_particles_to_write():
-    with pytest.raises(UsageError, match="lagrangian.*'positions'"):
+    with pytest.raises(UsageError, match="has no output 'positions'"):
         resolve(options=SolveDefaults(outputs=("positions",)), lagrangian="L")

@@ -1,0 +1,183 @@
+"""The shell of the command line: help, the handler at the edge, and what becomes of standard output."""
+
+import json
+import os
+import subprocess
+import sys
+
+import click
+import pytest
+
+import lagrange_cli
+from lagrange_cli.cli import report, shipped
+from lagrange_cli.cli.main import COMMANDS, LazyGroup, main
+from lagrange_cli.errors import FileError, LagrangeError, MotionError, Problem, SpecError, UsageError
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+
+
+def test_help_names_every_command_with_its_purpose(capsys):
+    assert main(["--help"]) == 0
+    out = capsys.readouterr().out
+    for name in COMMANDS:
+        assert any(line.split()[:1] == [name] and len(line.split()) > 2 for line in out.splitlines())
+
+
+@pytest.mark.parametrize("arguments", [["--help"], ["-h"], *([name, "--help"] for name in COMMANDS)])
+def test_help_is_help(arguments, capsys):
+    assert main(arguments) == 0
+    assert capsys.readouterr().out.startswith("Usage: lagrange")
+
+
+def test_version(capsys):
+    assert main(["--version"]) == 0
+    assert capsys.readouterr().out == f"lagrange, version {lagrange_cli.__version__}\n"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_every_command_in_the_table_exists_under_its_own_name(name):
+    command = LazyGroup().get_command(click.Context(LazyGroup()), name)
+    assert command is not None and command.name == name
+
+
+@pytest.mark.parametrize(
+    "arguments", [["slove"], ["solve"], ["systems", "a", "b"], ["check", "--nosuch", "x"]]
+)
+def test_wrong_usage_ends_with_status_2_and_a_hint(arguments, capsys):
+    assert main(arguments) == 2
+    captured = capsys.readouterr()
+    assert captured.out == "" and "--help" in captured.err
+
+
+RAISED = {
+    "usage": (UsageError("wrong option"), 2, "Error: wrong option\n"),
+    "spec": (SpecError("a.yaml", [Problem(0, 0, "it is empty")]), 3, "a.yaml: it is empty\n"),
+    "motion": (MotionError("stuck"), 4, "Error: stuck\n"),
+    "file": (FileError("no such file"), 5, "Error: no such file\n"),
+    "interrupt": (KeyboardInterrupt(), 130, "\nInterrupted.\n"),
+}
+
+
+@pytest.mark.parametrize(("error", "status", "message"), RAISED.values(), ids=RAISED)
+def test_every_error_ends_as_a_message_and_its_status(error, status, message, monkeypatch, capsys):
+    def names():
+        raise error
+
+    monkeypatch.setattr(shipped, "names", names)
+    assert main(["systems"]) == status
+    captured = capsys.readouterr()
+    assert (captured.out, captured.err) == ("", message)
+
+
+def test_every_kind_of_error_has_a_status_of_its_own():
+    kinds = LagrangeError.__subclasses__()
+    assert {kind.exit_code for kind in kinds} == {2, 3, 4, 5}
+    assert len(kinds) == 4
+
+
+@pytest.mark.parametrize("error", [ZeroDivisionError("by zero"), RecursionError("deep"), MemoryError()])
+def test_what_nobody_expected_is_one_line_that_asks_for_a_report(error, monkeypatch, capsys):
+    def names():
+        raise error
+
+    monkeypatch.setattr(shipped, "names", names)
+    monkeypatch.delenv("LAGRANGE_DEBUG", raising=False)
+    assert main(["systems"]) == 1
+    err = capsys.readouterr().err
+    assert "please report it" in err and type(error).__name__ in err
+    assert err.count("\n") == 1 and "Traceback" not in err
+    monkeypatch.setenv("LAGRANGE_DEBUG", "1")
+    assert main(["systems"]) == 1
+    assert "Traceback" in capsys.readouterr().err
+
+
+def test_the_others_still_run_and_the_highest_status_counts(capsys):
+    outcomes = {"a": 0, "b": SpecError("b", [Problem(0, 0, "wrong")]), "c": FileError("gone"), "d": 4, "e": 0}
+    ran = []
+
+    def action(system):
+        ran.append(system)
+        if isinstance(outcomes[system], Exception):
+            raise outcomes[system]
+        return outcomes[system]
+
+    assert report.run_each(outcomes, action, as_json=False) == 5
+    assert ran == list(outcomes)
+    assert capsys.readouterr().err == "b: wrong\nError: c: gone\n"
+
+
+def test_with_json_a_failure_has_an_object_too(capsys):
+    def action(system):
+        raise MotionError("stuck")
+
+    assert report.run_each(["dir/a.yaml"], action, as_json=True) == 4
+    captured = capsys.readouterr()
+    assert json.loads(captured.out) == {"name": "a", "status": "failed", "message": "stuck", "exit_code": 4}
+    assert captured.err == "Error: stuck\n"
+
+
+def test_an_interrupt_ends_the_whole_run():
+    ran = []
+
+    def action(system):
+        ran.append(system)
+        return 130
+
+    assert report.run_each(["a", "b"], action, as_json=False) == 130
+    assert ran == ["a"]
+
+
+def test_json_knows_no_infinities(capsys):
+    report.emit_json({"a": float("nan"), "b": [float("inf"), 1.5], "c": {"d": -float("inf")}, "é": "θ"})
+    out = capsys.readouterr().out
+    assert json.loads(out) == {"a": None, "b": [None, 1.5], "c": {"d": None}, "é": "θ"}
+    assert out.count("\n") == 1
+
+
+@pytest.mark.parametrize("arguments", [["systems"], ["--help"], ["check", str(SYSTEMS / "pendulum.yaml")]])
+def test_a_reader_that_hangs_up_is_no_error(arguments, tmp_path):
+    reader, writer = os.pipe()
+    os.close(reader)
+    run = subprocess.run(
+        [sys.executable, "-m", "lagrange_cli", *arguments],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    os.close(writer)
+    assert (run.returncode, run.stderr) == (0, "")
+
+
+def test_standard_output_on_a_full_disk(tmp_path):
+    with open("/dev/full", "w") as full:
+        run = subprocess.run(
+            [sys.executable, "-m", "lagrange_cli", "systems"],
+            env=ENVIRONMENT,
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+        )
+    assert run.returncode == 5
+    assert run.stderr == "Error: standard output could not be written: No space left on device\n"
+
+
+def test_systems_lists_each_with_one_line(tmp_path):
+    run = lagrange("systems", cwd=tmp_path)
+    assert run.returncode == 0
+    lines = run.stdout.splitlines()
+    assert [line.split()[0] for line in lines] == sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
+    assert all(len(line.split(maxsplit=1)[1]) > 20 and len(line) <= 120 for line in lines)
+
+
+@pytest.mark.parametrize("name", ["pendulum", "pendulum.yaml"])
+def test_systems_writes_one_out_as_it_is(tmp_path, name):
+    run = lagrange("systems", name, cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout == (SYSTEMS / "pendulum.yaml").read_text(encoding="utf-8")
+
+
+def test_systems_suggests_what_was_meant(tmp_path):
+    run = lagrange("systems", "pendlum", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (2, "")
+    assert "did you mean 'pendulum'" in run.stderr

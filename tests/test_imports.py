@@ -1,0 +1,69 @@
+"""What a command does not need it does not import: each runs in a process of its own that tells."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.cli.command import ENVIRONMENT, ROOT, SYSTEMS
+
+HEAVY = {"click", "yaml", "numpy", "h5py", "llvmlite", "sympy", "mpmath", "scipy", "matplotlib"}
+PROBE = """
+import json, sys
+from lagrange_cli.cli.main import main
+status = main(sys.argv[1:])
+print(json.dumps([status, sorted(sys.modules)]), file=sys.stderr)
+"""
+PENDULUM = str(SYSTEMS / "pendulum.yaml")
+
+
+def modules_imported_by(arguments: list[str], cwd: Path) -> set[str]:
+    """The modules in memory after the command has done its work (which must have succeeded)."""
+    run = subprocess.run(
+        [sys.executable, "-c", PROBE, *arguments], cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True
+    )
+    messages, _, answer = run.stderr.rstrip().rpartition("\n")
+    status, modules = json.loads(answer)
+    assert status == 0, messages
+    return set(modules)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "needed"),
+    [
+        (["--help"], {"click"}),
+        (["--version"], {"click"}),
+        (["systems"], {"click"}),
+        (["systems", "pendulum"], {"click"}),
+        (["solve", "--help"], {"click"}),
+        (["equations", "--help"], {"click"}),
+        (["check", PENDULUM], {"click", "yaml"}),
+        (["solve", PENDULUM], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
+        (["solve", PENDULUM, "--outputs", "all"], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
+        (["equations", PENDULUM], {"click", "yaml", "sympy", "mpmath"}),
+    ],
+    ids=lambda value: " ".join(value).replace(PENDULUM, "pendulum.yaml") if isinstance(value, list) else None,
+)
+def test_a_command_imports_what_it_needs_and_nothing_else(arguments, needed, tmp_path):
+    assert modules_imported_by(arguments, tmp_path) & HEAVY == needed
+
+
+def test_scipy_is_imported_by_its_own_methods(tmp_path):
+    modules = modules_imported_by(["solve", PENDULUM, "--method", "DOP853"], tmp_path)
+    assert "scipy" in modules and "sympy" not in modules
+
+
+def test_a_plain_solve_loads_only_the_stages_it_goes_through(tmp_path):
+    modules = modules_imported_by(["solve", PENDULUM], tmp_path)
+    assert not [name for name in modules if name.startswith("lagrange_cli.symbolic")]
+    assert "lagrange_cli.expression.symbolic" not in modules
+
+
+def test_the_package_itself_imports_nothing():
+    script = "import sys; before = set(sys.modules); import lagrange_cli; print(set(sys.modules) - before)"
+    run = subprocess.run(
+        [sys.executable, "-c", script], cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=True
+    )
+    assert run.stdout.strip() == "{'lagrange_cli'}"
