@@ -61,7 +61,7 @@ class Problem:
             return f"{head}\n  {self.hint}" if self.hint else head
         lines = [f"{filename}:{self.line}:{self.column}: {self.message}"]
         excerpt, column = clip(self.excerpt, self.column)
-        number = str(self.line)
+        number = f"{self.line:>2}"
         carets = "^" * max(1, min(self.length, len(excerpt) - column + 1))
         lines.append(f"  {number} | {excerpt}")
         pointer = f"  {' ' * len(number)} | {' ' * (column - 1)}{carets}"

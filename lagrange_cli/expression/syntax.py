@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TypeAlias
 
@@ -12,6 +13,16 @@ class Span:
 
     start: int
     stop: int
+
+
+class ExpressionError(Exception):
+    """A mistake in an expression: ``span`` of its text, what is wrong, and a way out."""
+
+    def __init__(self, span: Span, message: str, hint: str = "") -> None:
+        super().__init__(f"{message}: {hint}" if hint else message)
+        self.span = span
+        self.message = message
+        self.hint = hint
 
 
 @dataclass(frozen=True)
@@ -66,3 +77,20 @@ class Vector:
 
 
 Tree: TypeAlias = Number | Name | Negative | Binary | Call | Vector
+
+
+def names(tree: Tree) -> Iterator[Name]:
+    """Every name in ``tree``, from left to right."""
+    pending = [tree]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Name):
+            yield node
+        elif isinstance(node, Negative):
+            pending.append(node.operand)
+        elif isinstance(node, Binary):
+            pending += (node.right, node.left)
+        elif isinstance(node, Call):
+            pending += reversed(node.arguments)
+        elif isinstance(node, Vector):
+            pending += reversed(node.items)

@@ -11,9 +11,18 @@ FUNCTIONS: dict[str, int] = {
 VECTOR_FUNCTIONS: dict[str, int] = {"dot": 2, "cross": 2, "norm": 1}
 """Functions of vectors; ``dot`` and ``norm`` give scalars, ``cross`` a vector."""
 
+CALLABLE: dict[str, int] = FUNCTIONS | VECTOR_FUNCTIONS
+"""Everything that may stand before a parenthesis."""
+
+NON_SMOOTH = frozenset({"abs", "sign", "min", "max", "where"})
+"""Functions of the language that are not supported yet: their kinks must be located first."""
+
+FAMILY_WORDS = frozenset({"sum", "range"})
+"""Words of indexed families, which are not supported yet."""
+
 CONSTANTS = frozenset({"pi"})
 TIME = "t"
-RESERVED = frozenset(FUNCTIONS) | frozenset(VECTOR_FUNCTIONS) | CONSTANTS | {TIME}
+RESERVED = frozenset(CALLABLE) | NON_SMOOTH | FAMILY_WORDS | CONSTANTS | {TIME}
 """Names a system file cannot give to anything of its own."""
 
 COMPONENTS = ("x", "y", "z")

@@ -3,18 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
-from lagrange_cli.expression.syntax import Tree
-
-
-@dataclass(frozen=True)
-class Place:
-    """A stretch of a line of the file: ``line`` and ``column`` count from 1."""
-
-    line: int
-    column: int
-    length: int = 1
+from lagrange_cli.expression.syntax import Span, Tree
+from lagrange_cli.spec.source import Passage
+from lagrange_cli.spec.source import Place as Place
 
 
 @dataclass(frozen=True)
@@ -22,12 +15,21 @@ class Expression:
     """An expression: its text, its tree, and where in the file it stands.
 
     ``tree`` is a ``Vector`` (or a vector-valued tree) where a vector is due and scalar-valued otherwise:
-    this has been checked, and every name in it is known.
+    this has been checked, and every name in it is known. ``passages`` are the pieces of the file the text
+    was put together from, each with its offset in ``text``.
     """
 
     text: str
     tree: Tree
     place: Place
+    passages: tuple[tuple[int, Passage], ...] = field(default=(), repr=False, compare=False)
+
+    def at(self, span: Span) -> Place:
+        """Where ``span`` of the text stands in the file."""
+        for offset, passage in reversed(self.passages):
+            if offset <= span.start:
+                return passage.place(Span(span.start - offset, span.stop - offset))
+        return self.place
 
 
 @dataclass(frozen=True)
@@ -71,7 +73,8 @@ class Spec:
     """A whole system file. Mappings keep the file's order; coordinates' order is the order of q.
 
     ``potential`` maps term names to expressions that are summed (one term named ``potential`` when the
-    file gives a single expression). ``definitions`` and ``parameters`` are sorted so that each uses only
+    file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
+    ``definitions`` and ``parameters`` are sorted so that each uses only
     earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``text`` is the file as read.
     """
 
@@ -83,7 +86,7 @@ class Spec:
     coordinates: tuple[Coordinate, ...]
     definitions: Mapping[str, Expression]
     masses: Mapping[str, Expression]
-    embedding: Mapping[str, tuple[Expression, ...]]
+    embedding: Mapping[str, Expression]
     potential: Mapping[str, Expression]
     lagrangian: Expression | None
     forces: Mapping[str, Expression]

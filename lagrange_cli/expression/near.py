@@ -1,0 +1,29 @@
+"""Near matches for a misspelt name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+_LONGEST = 60  # comparing is quadratic in the lengths; no name of ours is longer
+_MOST = 500
+
+
+def near_hint(name: str, known: Iterable[str]) -> str:
+    """``did you mean 'theta'?``, or nothing where no known name is near."""
+    import difflib
+
+    if len(name) > _LONGEST:
+        return ""
+    candidates = [word for word in known if len(word) <= _LONGEST][:_MOST]
+    by_lower_case = {word.lower(): word for word in reversed(candidates)}
+    if name.lower() in by_lower_case:
+        return f"did you mean '{by_lower_case[name.lower()]}'?"
+    matches = difflib.get_close_matches(name, candidates, n=2, cutoff=0.6)
+    return f"did you mean {' or '.join(repr(match) for match in matches)}?" if matches else ""
+
+
+def known_hint(known: Iterable[str], limit: int = 16) -> str:
+    """``known: a, b, c``: what could have been written, cut off when there is too much of it."""
+    words = list(known)
+    shown = ", ".join(words[:limit])
+    return f"known: {shown}{', ...' if len(words) > limit else ''}" if words else ""

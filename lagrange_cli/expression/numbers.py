@@ -1,0 +1,59 @@
+"""The algebra of floats: what parameters, masses and initial values are evaluated over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from lagrange_cli.expression.build import Scope, build
+from lagrange_cli.expression.syntax import ExpressionError, Tree
+from lagrange_cli.expression.vocabulary import FUNCTIONS
+
+_FUNCTIONS: dict[str, Callable[..., float]] = {name: getattr(math, name) for name in FUNCTIONS}
+
+
+class NumberAlgebra:
+    """``Algebra[float]``; a symbol is the number that ``values`` has for it."""
+
+    def __init__(self, values: Mapping[str, float] | None = None) -> None:
+        self.values = values or {}
+
+    def number(self, text: str) -> float:
+        return float(text)
+
+    def pi(self) -> float:
+        return math.pi
+
+    def symbol(self, name: str) -> float:
+        return self.values[name]
+
+    def function(self, name: str, arguments: Sequence[float]) -> float:
+        """Raises ArithmeticError outside the function's domain, OverflowError beyond the largest float."""
+        try:
+            return _FUNCTIONS[name](*arguments)
+        except ValueError as error:
+            shown = ", ".join(f"{argument:.6g}" for argument in arguments)
+            raise ArithmeticError(f"{name}({shown}) is not a real number") from error
+
+    def diff(self, expression: float, symbol: float) -> float:
+        raise NotImplementedError("a number remembers no symbol")
+
+
+def evaluate(tree: Tree, scope: Scope | None = None) -> float:
+    """The finite number ``tree`` stands for; ``scope`` gives the values of its names.
+
+    Raises:
+        ExpressionError: for a vector, a division by zero, a value outside a function's domain, or a
+            result that is infinite or not a number.
+    """
+    value: Any = build(tree, scope or NumberAlgebra().symbol, NumberAlgebra())
+    if isinstance(value, tuple):
+        raise ExpressionError(
+            tree.span, "this is a vector, and a number is due", "take a component or norm()"
+        )
+    if not math.isfinite(value):
+        raise ExpressionError(
+            tree.span, f"the value is not a finite number ({value})", "change what makes it up"
+        )
+    return float(value)

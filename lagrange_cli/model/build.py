@@ -1,0 +1,120 @@
+"""``Spec`` to ``Model`` over any algebra."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from functools import reduce
+from operator import add
+from typing import Generic
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.algebra import Algebra, E, Value
+from lagrange_cli.expression.build import build
+from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.spec import Expression, Spec
+
+
+def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
+    """The system's expressions over ``algebra``, with dr/dt by the chain rule.
+
+    Raises:
+        SpecError: where the algebra finds a constant that does not exist, such as 1/0.
+    """
+    scope = _Scope(spec, algebra)
+    zero = algebra.number("0")
+    particles = tuple(scope.particle(name, zero) for name in spec.embedding)
+    return Model(
+        name=spec.name,
+        algebra=algebra,
+        coordinates=tuple(coordinate.name for coordinate in spec.coordinates),
+        time=scope.time,
+        q=scope.q,
+        v=scope.v,
+        parameters=scope.parameters,
+        particles=particles,
+        potential=_total((scope.scalar(term) for term in spec.potential.values()), zero),
+        lagrangian=None if spec.lagrangian is None else scope.scalar(spec.lagrangian),
+        generalized_forces=tuple(
+            scope.scalar(spec.generalized_forces[coordinate.name])
+            if coordinate.name in spec.generalized_forces
+            else zero
+            for coordinate in spec.coordinates
+        ),
+        dissipation=zero if spec.dissipation is None else scope.scalar(spec.dissipation),
+        observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
+    )
+
+
+class _Scope(Generic[E]):
+    """The values of names: symbols, definitions, and the particles once all of them are built."""
+
+    def __init__(self, spec: Spec, algebra: Algebra[E]) -> None:
+        self.spec = spec
+        self.algebra = algebra
+        self.time = algebra.symbol(TIME)
+        self.q = tuple(algebra.symbol(coordinate.name) for coordinate in spec.coordinates)
+        self.v = tuple(algebra.symbol(velocity_name(coordinate.name)) for coordinate in spec.coordinates)
+        self.parameters = {one.name: algebra.symbol(one.name) for one in spec.parameters}
+        self.values: dict[str, Value] = {TIME: self.time, **self.parameters}
+        for coordinate, q, v in zip(spec.coordinates, self.q, self.v, strict=True):
+            self.values |= {coordinate.name: q, velocity_name(coordinate.name): v}
+        self.velocities: dict[str, tuple[E, ...]] = {}
+        for name, definition in spec.definitions.items():  # each uses only earlier ones
+            self.values[name] = self.build(definition)
+        positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
+        self.values |= positions
+
+    def __call__(self, identifier: str) -> Value:
+        base, _, component = identifier.partition(".")
+        if component in VELOCITY_COMPONENTS:
+            return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
+        value = self.values[base]
+        return value[COMPONENTS.index(component)] if component else value
+
+    def velocity(self, particle: str) -> tuple[E, ...]:
+        """dr/dt = sum_k dr/dq_k q_dot_k + dr/dt, built when it is first asked for."""
+        if particle not in self.velocities:
+            self.velocities[particle] = tuple(self._rate(component) for component in self.values[particle])
+        return self.velocities[particle]
+
+    def _rate(self, component: E) -> E:
+        zero = self.algebra.number("0")
+        terms: list[E] = []
+        for q, v in zip(self.q, self.v, strict=True):
+            slope = self.algebra.diff(component, q)
+            if slope != zero:
+                terms.append(slope * v)  # type: ignore[operator]
+        explicit = self.algebra.diff(component, self.time)
+        if explicit != zero:
+            terms.append(explicit)
+        return _total(terms, zero)
+
+    def particle(self, name: str, zero: E) -> Particle[E]:
+        position = self.values[name]
+        force = self.vector(self.spec.forces[name]) if name in self.spec.forces else ()
+        return Particle(name, self.scalar(self.spec.masses[name]), position, self.velocity(name), force)
+
+    def scalar(self, expression: Expression) -> E:
+        value: E = self.build(expression)
+        return value
+
+    def vector(self, expression: Expression) -> tuple[E, ...]:
+        value = self.build(expression)
+        return value if isinstance(value, tuple) else (value,)
+
+    def build(self, expression: Expression) -> Value:
+        try:
+            return build(expression.tree, self, self.algebra)
+        except ExpressionError as error:
+            source = Source(self.spec.filename, self.spec.text)
+            place = expression.at(error.span)
+            raise SpecError(source.filename, [source.problem(place, error.message, error.hint)]) from error
+
+
+def _total(terms: Iterable[E], zero: E) -> E:
+    """The sum, without a zero in front of it."""
+    found = list(terms)
+    return reduce(add, found) if found else zero

@@ -1,0 +1,269 @@
+"""YAML text to plain nodes: each scalar is its text and its place, and nothing is guessed from it.
+
+PyYAML's parser (libyaml's, where it is there) gives events; the nodes are put together here, so that
+nesting, size and the growth by aliases are bounded, duplicate keys are found, and ``no``, ``y`` or ``1e-3``
+remain what was written.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, TypeAlias
+
+import yaml
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import WHOLE_FILE, Passage, Place, Source
+
+MAX_BYTES = 4_000_000
+MAX_NODES = 50_000
+MAX_DEPTH = 20
+_SPACES = "YAML indents with spaces: replace each tab by spaces"
+_HINTS: tuple[tuple[str, str], ...] = (
+    ("tab character", _SPACES),
+    ("'\\t'", _SPACES),
+    ("cannot start any token", "put the text in quotes: no text can begin with this character"),
+    ("mapping values are not allowed", "write 'key: value', one a line and equally indented"),
+    ("',' or ']'", 'put each item that has [ ] { } or a comma in quotes, or write a vector as "(x, y)"'),
+    ("',' or '}'", "put each value that has [ ] { } or a comma in quotes, or write one key a line"),
+    ("alphabetic or numeric character", "put the text in quotes: it begins with '*' or '&'"),
+    ("undefined alias", "put the text in quotes: '*' at its beginning stands for an alias"),
+    ("could not find expected ':'", "write 'key: value', one a line"),
+    ("expected ':'", "write 'key: value', one a line"),
+    ("expected key", "indent all keys of a section equally"),
+    ("<block end>", "indent all keys of a section equally"),
+    ("'-' indicator", "indent all items of a list equally, each after '- '"),
+    ("end of stream", "close what was opened: a quote, a bracket or a brace"),
+    ("escape character", "use single quotes, where a backslash means itself"),
+    ("node content", "leave the bracket out or put the text in quotes"),
+    ("block sequence entries", "put each '- item' on a line of its own"),
+    ("sequence entries", "put each '- item' on a line of its own"),
+)
+
+
+@dataclass(frozen=True)
+class Scalar:
+    """A text; ``plain`` if without quotes."""
+
+    passage: Passage
+    plain: bool
+    size: int = 1
+
+    @property
+    def text(self) -> str:
+        return self.passage.text
+
+    @property
+    def place(self) -> Place:
+        return self.passage.place()
+
+    @property
+    def empty(self) -> bool:
+        """Nothing was written, or one of YAML's words for it."""
+        return self.plain and self.text in ("", "~", "null")
+
+
+@dataclass(frozen=True)
+class Sequence:
+    """A list."""
+
+    items: tuple[Node, ...]
+    place: Place
+    size: int
+
+
+@dataclass(frozen=True)
+class Mapping:
+    """Keys and values in the file's order; no key comes twice."""
+
+    entries: tuple[tuple[Scalar, Node], ...]
+    place: Place
+    size: int
+
+
+Node: TypeAlias = Scalar | Sequence | Mapping
+
+
+def decode(data: bytes | str, filename: str) -> Source:
+    """The file's text, which must be UTF-8 without control characters and of a sensible size.
+
+    Raises:
+        SpecError: where it is not.
+    """
+    hint = "a system file is text in UTF-8"
+    if len(data) > MAX_BYTES:
+        raise Source(filename, "").error(WHOLE_FILE, f"the file is larger than {MAX_BYTES} bytes", hint)
+    try:
+        text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
+        text.encode()
+    except UnicodeError as error:
+        raise Source(filename, "").error(WHOLE_FILE, "the file is not text in UTF-8", hint) from error
+    if "\0" in text:
+        raise Source(filename, "").error(WHOLE_FILE, "the file is binary, not text", hint)
+    if not text.strip():
+        raise Source(filename, "").error(
+            WHOLE_FILE, "the file is empty", "'lagrange systems pendulum' shows an example"
+        )
+    return Source(filename, text.removeprefix("\ufeff"))
+
+
+def compose(source: Source, problems: Problems) -> Node:
+    """The file's one document as a node.
+
+    Raises:
+        SpecError: where the text is not YAML, or passes the bounds.
+    """
+    loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+    try:
+        return _Composer(source, problems, yaml.parse(source.text, Loader=loader)).document()
+    except yaml.YAMLError as error:
+        raise _translated(source, error) from error
+
+
+class _Composer:
+    """Puts nodes together from the parser's events."""
+
+    def __init__(self, source: Source, problems: Problems, events: Iterator[Any]) -> None:
+        self.source = source
+        self.problems = problems
+        self.events = events
+        self.anchors: dict[str, Node] = {}
+        self.size = 0
+
+    def document(self) -> Node:
+        root: Node | None = None
+        for event in self.events:
+            if isinstance(event, yaml.DocumentStartEvent):
+                if root is not None:
+                    raise self._error(
+                        event, "a system file is one document", "put each system in its own file"
+                    )
+                root = self._node(next(self.events), 0)
+        if root is None:
+            raise self.source.error(
+                WHOLE_FILE, "the file is empty", "'lagrange systems pendulum' shows an example"
+            )
+        return root
+
+    def _node(self, event: Any, depth: int) -> Node:
+        if depth > MAX_DEPTH:
+            raise self._error(event, f"the file is nested more than {MAX_DEPTH} deep", "no key needs that")
+        if isinstance(event, yaml.AliasEvent):
+            node = self.anchors.get(str(event.anchor))
+            if node is None:
+                raise self._error(
+                    event,
+                    f"'*{event.anchor}' refers to nothing before it",
+                    "put the text in quotes: '*' at its beginning stands for an alias",
+                )
+            self._count(event, node.size)
+            return node
+        if event.tag is not None and event.tag != "!":
+            raise self._error(event, "YAML tags are not supported", "leave out the word that begins with '!'")
+        self._count(event, 1)
+        node = self._fresh(event, depth)
+        if event.anchor is not None:
+            self.anchors[event.anchor] = node
+        return node
+
+    def _fresh(self, event: Any, depth: int) -> Node:
+        start, stop = event.start_mark, event.end_mark
+        if isinstance(event, yaml.ScalarEvent):
+            ends = (start.line, start.column), (stop.line, stop.column)
+            passage = Passage(self.source, event.value, *ends, block=event.style in ("|", ">"))
+            return Scalar(passage, plain=not event.style)
+        before = self.size
+        place = Place(start.line + 1, start.column + 1)
+        children: list[Node] = []
+        ending = yaml.SequenceEndEvent if isinstance(event, yaml.SequenceStartEvent) else yaml.MappingEndEvent
+        while not isinstance(child := next(self.events), ending):
+            children.append(self._node(child, depth + 1))
+        if isinstance(event, yaml.SequenceStartEvent):
+            items = self._rejoined(children) if event.flow_style else children
+            return Sequence(tuple(items), place, 1 + self.size - before)
+        pairs = list(zip(children[::2], children[1::2], strict=True))
+        if event.flow_style:
+            pairs = self._rejoined_pairs(pairs)
+        return Mapping(tuple(self._entries(pairs)), place, 1 + self.size - before)
+
+    def _entries(self, pairs: list[tuple[Node, Node]]) -> Iterator[tuple[Scalar, Node]]:
+        seen: dict[str, Place] = {}
+        for key, value in pairs:
+            if not isinstance(key, Scalar):
+                self.problems.add(key.place, "a key must be a name", "write 'name: value'")
+            elif key.plain and key.text == "<<":
+                self.problems.add(key.place, "merge keys are not supported", "write the keys out")
+            elif key.text in seen:
+                self.problems.add(
+                    key.place,
+                    f"the key '{key.text}' comes twice",
+                    f"it is already in line {seen[key.text].line}",
+                )
+            else:
+                seen[key.text] = key.place
+                yield key, value
+
+    def _rejoined(self, items: list[Node]) -> list[Node]:
+        """``[atan2(y, x), 0]``: YAML splits at every comma, we only outside parentheses."""
+        joined: list[Node] = []
+        for item in items:
+            last = joined[-1] if joined else None
+            if _is_open(last) and isinstance(item, Scalar) and item.plain:
+                assert isinstance(last, Scalar)
+                joined[-1] = self._join(last, item)
+            else:
+                joined.append(item)
+        return joined
+
+    def _rejoined_pairs(self, pairs: list[tuple[Node, Node]]) -> list[tuple[Node, Node]]:
+        """``{bead: (x, y), ...}``: the pieces after the first come as keys without values."""
+        joined: list[tuple[Node, Node]] = []
+        for key, value in pairs:
+            last = joined[-1][1] if joined else None
+            bare = isinstance(value, Scalar) and value.empty and value.text == ""
+            if _is_open(last) and bare and isinstance(key, Scalar) and key.plain:
+                assert isinstance(last, Scalar)
+                joined[-1] = joined[-1][0], self._join(last, key)
+            else:
+                joined.append((key, value))
+        return joined
+
+    def _join(self, first: Scalar, second: Scalar) -> Scalar:
+        text = f"{first.text}, {second.text}"
+        return Scalar(Passage(self.source, text, first.passage.start, second.passage.stop), plain=True)
+
+    def _count(self, event: Any, nodes: int) -> None:
+        self.size += nodes
+        if self.size > MAX_NODES:
+            raise self._error(
+                event,
+                f"the file has more than {MAX_NODES} values once its aliases are written out",
+                "shorten it",
+            )
+
+    def _error(self, event: Any, message: str, hint: str) -> SpecError:
+        mark = event.start_mark
+        return self.source.error(Place(mark.line + 1, mark.column + 1), message, hint)
+
+
+def _is_open(node: Node | None) -> bool:
+    return isinstance(node, Scalar) and node.plain and node.text.count("(") > node.text.count(")")
+
+
+def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
+    mark = getattr(error, "problem_mark", None)
+    problem = getattr(error, "problem", None)
+    if mark is None or problem is None:  # a character that YAML does not allow anywhere
+        return source.error(WHOLE_FILE, "the file has control characters", "a system file is text in UTF-8")
+    line, column = min(mark.line, len(source.lines) - 1), mark.column
+    while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
+        line -= 1
+        column = len(source.lines[line])
+    character = source.lines[line][column : column + 1]
+    sought = f"{problem} {character!r}" if character == "\t" else problem
+    hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
+    context = getattr(error, "context", None)
+    message = f"this is not YAML: {context + ', ' if context else ''}{problem}"
+    return source.error(Place(line + 1, column + 1), message, hint)

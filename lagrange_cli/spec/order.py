@@ -1,0 +1,43 @@
+"""The order in which things that depend on one another can be computed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+
+def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list[list[str]]]:
+    """The keys of ``uses``, each after all keys it uses, and the cycles there are.
+
+    Names that are no keys are ignored. A cycle is given from a name back to itself; its members, and what
+    uses them, are missing from the order.
+    """
+    remaining = {name: {other for other in used if other in uses} for name, used in uses.items()}
+    users: dict[str, list[str]] = {name: [] for name in uses}
+    for name, used in remaining.items():
+        for other in used:
+            users[other].append(name)
+    order = [name for name, used in remaining.items() if not used]
+    for name in order:  # grows while it is walked
+        for user in users[name]:
+            remaining[user].discard(name)
+            if not remaining[user]:
+                order.append(user)
+    stuck = {name: used for name, used in remaining.items() if used}
+    return order, _cycles(stuck)
+
+
+def _cycles(stuck: Mapping[str, set[str]]) -> list[list[str]]:
+    """Follow what is stuck until a name comes again: every such walk ends in a cycle."""
+    cycles: list[list[str]] = []
+    seen: set[str] = set()
+    for name in stuck:
+        path: list[str] = []
+        position: dict[str, int] = {}
+        while name not in seen:
+            seen.add(name)
+            position[name] = len(path)
+            path.append(name)
+            name = min(other for other in stuck[name] if other in stuck)
+        if name in position:
+            cycles.append([*path[position[name] :], name])
+    return cycles

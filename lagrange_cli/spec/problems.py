@@ -1,0 +1,35 @@
+"""Collects the mistakes of a file, so that all of them are shown at once."""
+
+from __future__ import annotations
+
+from lagrange_cli.errors import Problem, SpecError
+from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.spec.source import Place, Source
+from lagrange_cli.spec.spec import Expression
+
+MOST = 50
+"""After this many a reader has enough to do, and the rest is likely to follow from them."""
+
+
+class Problems:
+    """The problems found so far in ``source``."""
+
+    def __init__(self, source: Source) -> None:
+        self.source = source
+        self.found: list[Problem] = []
+
+    def add(self, place: Place, message: str, hint: str = "") -> None:
+        """Note a problem; the file is given up where there are too many."""
+        self.found.append(self.source.problem(place, message, hint))
+        if len(self.found) >= MOST:
+            self.stop_if_any()
+
+    def add_expression(self, expression: Expression, error: ExpressionError, where: str = "") -> None:
+        """Note a mistake within an expression, at the exact piece."""
+        message = f"{error.message} in {where}" if where else error.message
+        self.add(expression.at(error.span), message, error.hint)
+
+    def stop_if_any(self) -> None:
+        """Raise SpecError with everything found."""
+        if self.found:
+            raise SpecError(self.source.filename, self.found)
