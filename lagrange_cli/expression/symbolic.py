@@ -1,0 +1,48 @@
+"""The algebra of sympy expressions: what people read, and what needs algebra, is built over it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from math import isinf
+
+import sympy
+
+FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
+    "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan,
+    "asin": sympy.asin, "acos": sympy.acos, "atan": sympy.atan, "atan2": sympy.atan2,
+    "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
+    "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt,
+}  # fmt: skip
+
+
+class SympyAlgebra:
+    """``Algebra[sympy.Expr]``.
+
+    Numbers are exact rationals, so that nothing is lost and like terms cancel. Symbols carry no
+    assumptions: those read back from printed text are then the same, and sqrt(r**2) stays as it was
+    written instead of turning into Abs(r), whose derivative the expression language does not have.
+    """
+
+    def number(self, text: str) -> sympy.Expr:
+        """The exact rational that a literal stands for: 9.81 is 981/100. Raises ``OverflowError``."""
+        size = float(text)
+        if isinf(size):
+            raise OverflowError
+        # what is nothing to a float is nothing here: 1e-999999999 written out would not fit a computer
+        return sympy.Rational(text.replace("_", "")) if size else sympy.S.Zero
+
+    def pi(self) -> sympy.Expr:
+        """The circle constant."""
+        return sympy.pi
+
+    def symbol(self, name: str) -> sympy.Expr:
+        """The symbol of that name."""
+        return sympy.Symbol(name)
+
+    def function(self, name: str, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
+        """One of the functions of ``expression.vocabulary``."""
+        return FUNCTIONS[name](*arguments)
+
+    def diff(self, expression: sympy.Expr, symbol: sympy.Expr) -> sympy.Expr:
+        """The partial derivative of ``expression`` by ``symbol``."""
+        return expression.diff(symbol)

@@ -1,0 +1,102 @@
+"""What the motion keeps and why, in plain words; and what it does not keep, with its rate of change."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import sympy
+
+from lagrange_cli.model.model import Model
+from lagrange_cli.symbolic.equations import Changing, Conserved
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.order import Order
+
+Energies = tuple[sympy.Expr | None, sympy.Expr | None, sympy.Expr, sympy.Expr]
+"""T, U (None each where L is given), L, h."""
+
+
+def balance(
+    model: Model[sympy.Expr],
+    order: Order,
+    energies: Energies,
+    rows: tuple[Sequence[sympy.Expr], Sequence[sympy.Expr], Sequence[sympy.Expr]],
+    accelerations: Sequence[sympy.Expr] | None,
+) -> tuple[tuple[Conserved, ...], tuple[Changing, ...]]:
+    """The conserved quantities and those that are not; ``rows`` are p_k, dL/dq_k and Q_k for every k."""
+    momenta, slopes, forces = rows
+    conserved: list[Conserved] = []
+    changing: list[Changing] = []
+    for name, momentum, slope, force in zip(model.coordinates, momenta, slopes, forces, strict=True):
+        if slope != 0:
+            continue
+        if force == 0:
+            because = f"{name} is cyclic: L does not contain it, and no generalized force acts on it"
+            conserved.append(Conserved(f"p_{name}", momentum, because))
+        else:
+            because = f"{name} is cyclic, but a generalized force acts on it"
+            changing.append(Changing(f"p_{name}", force, because))
+    balance_energy(model, order, energies, forces, accelerations, conserved, changing)
+    return tuple(conserved), tuple(changing)
+
+
+def balance_energy(
+    model: Model[sympy.Expr],
+    order: Order,
+    energies: Energies,
+    forces: Sequence[sympy.Expr],
+    accelerations: Sequence[sympy.Expr] | None,
+    conserved: list[Conserved],
+    changing: list[Changing],
+) -> None:
+    """Append what becomes of h, by dh/dt = -dL/dt + sum_k Q_k v_k, and of T + U where that is another."""
+    kinetic, potential, lagrangian, h = energies
+    slip = tidy(-lagrangian.diff(model.time), order)
+    power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
+    identity = describe_energy(model, energies, order)
+    if slip == 0 and power == 0:
+        because = "L does not contain t explicitly"
+        if any(force != 0 for force in forces):
+            because += ", and the generalized forces do no work"
+        conserved.append(Conserved("h", h, f"{because}{identity}"))
+    else:
+        reasons = []
+        if slip != 0:
+            reasons.append("L contains t explicitly")
+        if power != 0:
+            reasons.append("generalized forces or friction do work")
+        changing.append(Changing("h", tidy(slip + power, order), " and ".join(reasons) + identity))
+    if kinetic is None or potential is None or depends_on(potential, model.v):
+        return
+    difference = tidy(kinetic + potential - h, order)
+    if difference == 0 or accelerations is None:
+        return
+    rates = [
+        difference.diff(symbol) * rate
+        for symbols, values in ((model.q, model.v), (model.v, accelerations))
+        for symbol, rate in zip(symbols, values, strict=True)
+    ]
+    rate = tidy(sympy.Add(*rates, difference.diff(model.time), slip, power), order)
+    because = "the embedding contains t, so that whatever moves it does work"
+    if rate == 0:
+        conserved.append(Conserved("T + U", tidy(kinetic + potential, order), "its rate of change is zero"))
+    else:
+        changing.append(Changing("T + U", rate, because))
+
+
+def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) -> str:
+    """How h stands to T + U, as the end of a sentence."""
+    kinetic, potential, _, h = energies
+    if kinetic is None or potential is None:
+        return ""
+    if tidy(kinetic + potential - h, order) == 0:
+        if any(depends_on(component, [model.time]) for p in model.particles for component in p.position):
+            return "; h = T + U although the embedding contains t"
+        return "; h = T + U, as the embedding does not contain t and U contains no velocities"
+    if depends_on(potential, model.v):
+        return "; h is not T + U, as U contains velocities"
+    return "; h is not T + U, as the embedding contains t"
+
+
+def depends_on(expression: sympy.Expr, symbols: Sequence[sympy.Expr]) -> bool:
+    """Whether any of the symbols occurs in the expression."""
+    return not expression.free_symbols.isdisjoint(symbols)

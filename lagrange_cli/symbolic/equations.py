@@ -1,0 +1,73 @@
+"""``Equations``: everything that ``lagrange equations`` can show of a system, as sympy expressions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import sympy
+
+from lagrange_cli.symbolic.order import Order
+
+
+@dataclass(frozen=True)
+class Equation:
+    """One Euler-Lagrange equation, ``left = right``, in textbook form.
+
+    ``right`` holds the terms without coordinates and velocities. ``factor``, made of parameters and numbers, has
+    been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right).
+    """
+
+    left: sympy.Expr
+    right: sympy.Expr
+    factor: sympy.Expr
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """A quantity that the motion keeps, and the reason in plain words."""
+
+    quantity: str
+    expression: sympy.Expr
+    because: str
+
+
+@dataclass(frozen=True)
+class Changing:
+    """A quantity that one might expect to be kept and is not: its rate of change and the reason."""
+
+    quantity: str
+    rate: sympy.Expr | None
+    because: str
+
+
+@dataclass(frozen=True)
+class Equations:
+    """The equations of motion of a system with n coordinates.
+
+    ``q``, ``v``, ``a`` are the symbols of coordinates, velocities and accelerations (length n each). ``T`` and
+    ``U`` are None where the file gives L itself. ``momenta``, ``equations``, ``generalized_forces`` and ``force``
+    have length n, ``mass_matrix`` n rows of n: ``mass_matrix`` a = ``force``. ``accelerations`` is None where
+    the explicit solution is too long to be of use to a reader.
+    """
+
+    name: str
+    coordinates: tuple[str, ...]
+    parameters: Mapping[str, sympy.Expr]
+    order: Order
+    time: sympy.Expr
+    q: tuple[sympy.Expr, ...]
+    v: tuple[sympy.Expr, ...]
+    a: tuple[sympy.Expr, ...]
+    T: sympy.Expr | None
+    U: sympy.Expr | None
+    L: sympy.Expr
+    momenta: tuple[sympy.Expr, ...]
+    generalized_forces: tuple[sympy.Expr, ...]
+    equations: tuple[Equation, ...]
+    mass_matrix: tuple[tuple[sympy.Expr, ...], ...]
+    force: tuple[sympy.Expr, ...]
+    accelerations: tuple[sympy.Expr, ...] | None
+    h: sympy.Expr
+    conserved: tuple[Conserved, ...]
+    changing: tuple[Changing, ...]

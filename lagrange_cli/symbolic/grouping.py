@@ -1,0 +1,90 @@
+"""From a sum of monomials to what a textbook would write: grouped by accelerations and velocities."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from fractions import Fraction
+
+import sympy
+
+from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.terms import (
+    Monomial,
+    Terms,
+    TooLargeError,
+    common_factor,
+    divide,
+    from_terms,
+    term,
+    to_terms,
+)
+from lagrange_cli.symbolic.trigonometry import contract
+
+
+def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
+    """The same expression, contracted and grouped; as it was where that would be too much work."""
+    try:
+        return group(contract(to_terms(expression)), order)
+    except TooLargeError:
+        return expression
+
+
+def group(terms: Terms, order: Order) -> sympy.Expr:
+    """The sum of the terms, those with the same velocities and accelerations (and roots) taken together."""
+    groups: dict[Monomial, Terms] = {}
+    for monomial, coefficient in terms.items():
+        moving = frozenset(item for item in monomial if is_grouped_by(item, order))
+        groups.setdefault(moving, {})[monomial - moving] = coefficient
+    return sympy.Add(
+        *(
+            term(moving) * (factored(inner, order) if moving else collected(inner, order))
+            for moving, inner in groups.items()
+        )
+    )
+
+
+def is_grouped_by(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
+    """Whether a factor of a monomial is one that textbooks collect: x_dot, theta_ddot, 1/r^3 of a distance."""
+    base, exponent = item
+    if order.is_motion(base):
+        return exponent > 0
+    return bool(base.is_Add) and order.role(base) > Role.PARAMETER
+
+
+def factored(terms: Terms, order: Order) -> sympy.Expr:
+    """The sum as one product: what all terms share, times the rest."""
+    content, number = common_factor(terms)
+    number = with_leading_sign(terms, number, order)
+    return multiplied(term(content, number), collected(divide(terms, content, number), order))
+
+
+def collected(terms: Terms, order: Order) -> sympy.Expr:
+    """The sum with the parameters before each function of the coordinates taken together."""
+    groups: dict[Monomial, Terms] = {}
+    for monomial, coefficient in terms.items():
+        moving = frozenset(item for item in monomial if order.role(item[0]) > Role.PARAMETER)
+        groups.setdefault(moving, {})[monomial - moving] = coefficient
+    return sympy.Add(*(times_constant(moving, inner, order) for moving, inner in groups.items()))
+
+
+def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
+    """A sum of products of parameters, factored, times a function of the coordinates."""
+    content, number = common_factor(terms)
+    number = with_leading_sign(terms, number, order)
+    rest = from_terms(divide(terms, content, number))
+    if len(terms) > 2 and any(exponent > 1 or len(m) > 1 for m in terms for _, exponent in m - content):
+        rest = sympy.factor(rest)  # m2**2 + 2*m2*m3 + m3**2
+    return multiplied(term(moving) * term(content, number), rest)
+
+
+def with_leading_sign(terms: Mapping[Monomial, Fraction], number: Fraction, order: Order) -> Fraction:
+    """The common number with the sign that leaves the first term of the sum positive."""
+    first = min(terms, key=lambda monomial: order.term_key(term(monomial)))
+    return abs(number) if terms[first] > 0 else -abs(number)
+
+
+def multiplied(factor: sympy.Expr, expression: sympy.Expr) -> sympy.Expr:
+    """The product, a number in front of a sum kept there instead of being spread over its terms."""
+    if expression.is_Add and factor.is_Number and abs(factor) != 1:
+        return sympy.Mul(factor, expression, evaluate=False)
+    return factor * expression

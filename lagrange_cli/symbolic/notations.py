@@ -1,0 +1,156 @@
+"""The four notations: plain text (which the file's grammar and sympy read back), unicode, LaTeX, Python."""
+
+from __future__ import annotations
+
+import keyword
+import re
+from collections.abc import Sequence
+
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
+from lagrange_cli.symbolic.render import Level, Notation
+
+GREEK = {
+    "alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "zeta": "ζ", "eta": "η",
+    "theta": "θ", "iota": "ι", "kappa": "κ", "lambda": "λ", "mu": "μ", "nu": "ν", "xi": "ξ", "pi": "π",
+    "rho": "ρ", "sigma": "σ", "tau": "τ", "upsilon": "υ", "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω",
+    "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
+    "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
+}  # fmt: skip
+SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
+SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
+DOTS = {0: "", 1: "\N{COMBINING DOT ABOVE}", 2: "\N{COMBINING DIAERESIS}"}
+
+
+def dotted(name: str) -> tuple[str, int]:
+    """A name without its ending ``_dot`` or ``_ddot``, and how many dots that ending stands for."""
+    for suffix, dots in ((ACCELERATION_SUFFIX, 2), (VELOCITY_SUFFIX, 1)):
+        if name.endswith(suffix) and name != suffix:
+            return name.removesuffix(suffix), dots
+    return name, 0
+
+
+def split_index(name: str) -> tuple[str, list[str]]:
+    """``theta1`` as theta and [1]; ``p_theta1`` as p and [theta1]."""
+    stem, *indices = [part for part in name.split("_") if part] or [name]
+    match = re.fullmatch(r"(\D+)(\d+)", stem)
+    return (match[1], [match[2], *indices]) if match else (stem, indices)
+
+
+class Text(Notation):
+    """Plain ASCII in the grammar of the system file; sympy reads it back."""
+
+    def symbol(self, name: str) -> str:
+        return name
+
+    def decimal(self, digits: str) -> str:
+        return digits
+
+    def product(self, factors: Sequence[str]) -> str:
+        return "*".join(factors)
+
+    def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
+        below = denominator[0] if len(denominator) == 1 else f"({self.product(denominator)})"
+        return f"{self.product(numerator) or '1'}/{below}", Level.PRODUCT
+
+    def power(self, base: str, exponent: str) -> str:
+        return f"{base}**{exponent}"
+
+    def root(self, text: str) -> str:
+        return self.call("sqrt", [text])
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        return f"{function}({', '.join(arguments)})"
+
+    def parentheses(self, text: str) -> str:
+        return f"({text})"
+
+
+class Python(Text):
+    """Python source over ``math``; names that the source uses otherwise get a trailing underscore."""
+
+    def __init__(self, taken: frozenset[str] = frozenset()) -> None:
+        self.taken = taken
+
+    def symbol(self, name: str) -> str:
+        while keyword.iskeyword(name) or name in self.taken:
+            name += "_"
+        return name
+
+
+class Unicode(Text):
+    """Greek letters, superscripts and dots."""
+
+    plus, minus, negative = " + ", " − ", "−"
+    powers_of_functions = True
+
+    def symbol(self, name: str) -> str:
+        bare, dots = dotted(name)
+        stem, indices = split_index(bare)
+        letter = GREEK.get(stem, stem)
+        text = letter[0] + DOTS[dots] + letter[1:]
+        for index in indices:
+            text += index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.symbol(index)}"
+        return text
+
+    def decimal(self, digits: str) -> str:
+        mantissa, _, exponent = digits.partition("e")
+        return f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPTS)}" if exponent else digits
+
+    def product(self, factors: Sequence[str]) -> str:
+        return " ".join(factors)
+
+    def power(self, base: str, exponent: str) -> str:
+        if exponent.isdigit():
+            return base + exponent.translate(SUPERSCRIPTS)
+        return f"{base}^{exponent}"
+
+    def root(self, text: str) -> str:
+        return f"√{text}" if len(text) == 1 else f"√({text})"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        return f"{self.power(function, exponent) if exponent else function}({', '.join(arguments)})"
+
+
+class Latex(Notation):
+    """LaTeX for a displayed formula."""
+
+    powers_of_functions = True
+    functions = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln"}
+
+    def symbol(self, name: str) -> str:
+        bare, dots = dotted(name)
+        stem, indices = split_index(bare)
+        text = f"\\{stem}" if stem in GREEK else stem if len(stem) == 1 else rf"\mathrm{{{stem}}}"
+        if dots:
+            text = rf"\{'d' * dots}ot{{{text}}}"
+        if indices:
+            text += "_{" + ",".join(self.symbol(index) for index in indices) + "}"
+        return text
+
+    def decimal(self, digits: str) -> str:
+        mantissa, _, exponent = digits.partition("e")
+        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else digits
+
+    def product(self, factors: Sequence[str]) -> str:
+        return r" \, ".join(factors) if all(map(str.isdigit, factors)) else " ".join(factors)
+
+    def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
+        return rf"\frac{{{self.product(numerator) or '1'}}}{{{self.product(denominator)}}}", Level.PRODUCT
+
+    def power(self, base: str, exponent: str) -> str:
+        return f"{base}^{{{exponent}}}"
+
+    def root(self, text: str) -> str:
+        return rf"\sqrt{{{text}}}"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        if function == "exp" and not exponent:
+            return rf"e^{{{arguments[0]}}}"
+        name = self.functions.get(function)
+        if name is None:
+            name = rf"\operatorname{{{function}}}" if function == "atan2" else f"\\{function}"
+        raised = f"{name}^{{{exponent}}}" if exponent else name
+        return raised + self.parentheses(", ".join(arguments))
+
+    def parentheses(self, text: str) -> str:
+        return rf"\left({text}\right)"

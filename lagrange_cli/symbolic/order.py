@@ -1,0 +1,114 @@
+"""In which order a textbook writes factors and terms.
+
+A product reads: numbers, parameters in the file's order, time and coordinates, their functions, velocities,
+accelerations. A sum reads: accelerations first, then squares and products of velocities, then the rest.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from enum import IntEnum
+from typing import Any
+
+import sympy
+
+
+class Role(IntEnum):
+    """What a symbol stands for; the order is that of factors in a product."""
+
+    PARAMETER = 0
+    TIME = 1
+    COORDINATE = 2
+    VELOCITY = 3
+    ACCELERATION = 4
+
+
+@dataclass(frozen=True)
+class Order:
+    """The role and rank of every symbol, and the sort keys that follow from them."""
+
+    ranks: dict[sympy.Symbol, tuple[Role, int]]
+    known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
+
+    def role(self, expression: sympy.Expr) -> Role:
+        """The fastest thing an expression depends on."""
+        return self.describe(expression)[0]
+
+    def is_motion(self, base: sympy.Expr) -> bool:
+        """Whether ``base`` is itself a velocity or an acceleration."""
+        return bool(base.is_Symbol) and self.role(base) >= Role.VELOCITY
+
+    def describe(self, expression: sympy.Expr) -> tuple[Role, tuple[int, ...]]:
+        """The role of an expression and the ranks of the symbols that have that role."""
+        found = self.known.get(expression)
+        if found is None:
+            symbols = [self.ranks[symbol] for symbol in expression.free_symbols]
+            role = max((role for role, _ in symbols), default=Role.PARAMETER)
+            found = role, tuple(sorted(rank for own, rank in symbols if own == role))
+            self.known[expression] = found
+        return found
+
+    def factor_key(self, base: sympy.Expr) -> tuple[Any, ...]:
+        """Sort key of a factor within a product; ``base`` is the factor without its exponent."""
+        role, ranks = self.describe(base)
+        if base.is_Symbol:
+            return (role, 0, ranks, 0, "")
+        if role is Role.PARAMETER:  # (m1 + m2) g l1: a sum stands where its first symbol would
+            return (role, 0, ranks, 1, str(base)) if ranks else (role, -1, ranks, 1, str(base))
+        if base.is_Add and len(ranks) < 2:
+            return (role, 1, ranks, 1, str(base))
+        name = {"sin": 0, "cos": 1}.get(getattr(base.func, "__name__", ""), 2)
+        return (role, 2 if base.is_Function else 1, ranks, name, str(base))
+
+    def term_key(self, expression: sympy.Expr) -> tuple[Any, ...]:
+        """Sort key of a term within a sum."""
+        accelerations: list[int] = []
+        velocities: list[int] = []
+        degree = 0
+        slow: list[tuple[Any, ...]] = []
+        constants: list[tuple[Any, ...]] = []
+        for factor in sympy.Mul.make_args(expression):
+            if factor.is_Number:
+                continue
+            base, exponent = base_and_exponent(factor)
+            role, ranks = self.describe(base)
+            times = int(exponent) if exponent.is_Integer and exponent > 0 else 1
+            if role is Role.ACCELERATION:
+                accelerations += ranks * times
+            elif role is Role.VELOCITY:
+                velocities += ranks * times
+            elif role is Role.PARAMETER:
+                constants.append((self.factor_key(base), -times))
+            else:
+                degree += times
+                slow.append((self.factor_key(base), -times))
+        return (
+            -len(accelerations),
+            sorted(accelerations),
+            -len(velocities),
+            len(set(velocities)),
+            sorted(velocities),
+            degree,
+            sorted(slow),
+            sorted(constants),
+        )
+
+    def sorted_terms(self, expression: sympy.Expr) -> list[sympy.Expr]:
+        """The terms of a sum in the order of reading. Where nothing moves, a positive term goes first."""
+        terms = sorted(sympy.Add.make_args(expression), key=self.term_key)
+        if is_negative(terms[0]) and self.role(expression) < Role.VELOCITY:
+            first = next((term for term in terms if not is_negative(term)), None)
+            if first is not None:
+                terms.remove(first)
+                terms.insert(0, first)
+        return terms
+
+
+def is_negative(term: sympy.Expr) -> bool:
+    """Whether a term is written with a minus sign."""
+    return bool(term.as_coeff_Mul()[0].is_negative)
+
+
+def base_and_exponent(factor: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
+    """A factor as base and exponent; unlike sympy's own, exp(x) is no power but a function."""
+    return (factor.base, factor.exp) if factor.is_Pow else (factor, sympy.S.One)

@@ -1,0 +1,191 @@
+"""An expression as a line of text: one walk for every notation, in the order of a textbook."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from enum import IntEnum
+from fractions import Fraction
+
+import sympy
+
+from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
+
+
+class Level(IntEnum):
+    """How tightly a piece of text holds together; looser pieces get parentheses."""
+
+    SUM = 0
+    PRODUCT = 1
+    POWER = 2
+    ATOM = 3
+
+
+class Notation(ABC):
+    """How one format writes numbers, names, products, fractions, powers and functions."""
+
+    plus, minus = " + ", " - "
+    negative = "-"
+
+    @abstractmethod
+    def symbol(self, name: str) -> str:
+        """A name: a parameter, a coordinate, a velocity ``theta_dot``, an acceleration ``theta_ddot``."""
+
+    @abstractmethod
+    def decimal(self, digits: str) -> str:
+        """A decimal number such as ``9.81`` or ``6.674e-11``."""
+
+    @abstractmethod
+    def product(self, factors: Sequence[str]) -> str:
+        """Factors, each of level POWER at least."""
+
+    @abstractmethod
+    def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
+        """A quotient of two products; a numerator without factors is 1."""
+
+    @abstractmethod
+    def power(self, base: str, exponent: str) -> str:
+        """A power; ``base`` is of level ATOM, ``exponent`` any text."""
+
+    @abstractmethod
+    def root(self, text: str) -> str:
+        """A square root."""
+
+    @abstractmethod
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        """A function's value, raised to ``exponent`` if there is one."""
+
+    @abstractmethod
+    def parentheses(self, text: str) -> str:
+        """``(text)``."""
+
+    powers_of_functions = False
+    """Whether the exponent goes to the function's name: sin^2(x)."""
+
+
+def render(expression: sympy.Expr, notation: Notation, order: Order) -> str:
+    """The expression in the given notation."""
+    return Renderer(notation, order).at(expression, Level.SUM)
+
+
+class Renderer:
+    """The walk itself: every method gives text and the level at which it holds together."""
+
+    def __init__(self, notation: Notation, order: Order) -> None:
+        self.notation = notation
+        self.order = order
+
+    def at(self, expression: sympy.Expr, level: Level) -> str:
+        """Text that can stand where ``level`` is needed."""
+        text, own = self.piece(expression)
+        return text if own >= level else self.notation.parentheses(text)
+
+    def piece(self, expression: sympy.Expr) -> tuple[str, Level]:
+        """Text and level of an expression."""
+        if expression.is_Add:
+            return self.sum(expression), Level.SUM
+        if is_negative(expression):
+            return self.notation.negative + self.at(negated(expression), Level.PRODUCT), Level.SUM
+        if expression.is_Symbol:
+            return self.notation.symbol(expression.name), Level.ATOM
+        if expression.is_Rational or expression.is_Mul:
+            return self.quotient(expression)
+        if expression.is_Pow and expression.exp.is_Rational:
+            return self.quotient(expression) if expression.exp.is_negative else self.power(expression)
+        if expression.is_Pow:
+            return self.raised(expression.base, self.at(expression.exp, Level.ATOM))
+        if expression.is_Function:
+            return self.call(expression), Level.ATOM
+        if expression is sympy.E:
+            return self.notation.call("exp", ["1"]), Level.ATOM
+        return self.notation.symbol(str(expression)), Level.ATOM  # pi
+
+    def sum(self, expression: sympy.Expr) -> str:
+        """Terms with their signs between them."""
+        first, *others = self.order.sorted_terms(expression)
+        text = self.at(first, Level.SUM)
+        for term in others:
+            sign = self.notation.minus if is_negative(term) else self.notation.plus
+            text += sign + self.at(negated(term) if is_negative(term) else term, Level.PRODUCT)
+        return text
+
+    def quotient(self, expression: sympy.Expr) -> tuple[str, Level]:
+        """A product with its negative powers below the line."""
+        above: list[sympy.Expr] = []
+        below: list[sympy.Expr] = []
+        number = Fraction(1)
+        for factor in sympy.Mul.make_args(expression):
+            base, exponent = base_and_exponent(factor)
+            if factor.is_Rational:
+                number *= Fraction(int(factor.p), int(factor.q))
+            elif exponent.is_Rational and exponent.is_negative:
+                below.append(base**-exponent)
+            else:
+                above.append(factor)
+        front, bottom = self.number(number)
+        above.sort(key=self.factor_key)
+        below.sort(key=self.factor_key)
+        if len(above) == 1 and not front and not bottom and not below:
+            return self.piece(above[0])
+        numerator = front + [self.at(factor, Level.POWER) for factor in above]
+        denominator = bottom + [self.at(factor, Level.POWER) for factor in below]
+        if denominator:
+            return self.notation.fraction(numerator, denominator)
+        if len(numerator) > 1:
+            return self.notation.product(numerator), Level.PRODUCT
+        return (numerator or ["1"])[0], Level.ATOM
+
+    def factor_key(self, factor: sympy.Expr) -> tuple[object, ...]:
+        return self.order.factor_key(base_and_exponent(factor)[0])
+
+    def number(self, value: Fraction) -> tuple[list[str], list[str]]:
+        """What a positive rational puts above and below the line: 1/2 below, 9.81 above."""
+        if value == 1:
+            return [], []
+        if value.denominator == 1 and value.numerator < 10**15:
+            return [str(value.numerator)], []
+        if not reads_as_fraction(value):
+            try:
+                digits = repr(float(value))
+            except OverflowError:
+                digits = str(value.numerator // value.denominator)
+            return [self.notation.decimal(digits)], []
+        return ([] if value.numerator == 1 else [str(value.numerator)]), [str(value.denominator)]
+
+    def power(self, expression: sympy.Expr) -> tuple[str, Level]:
+        """A positive rational power."""
+        base, exponent = expression.base, expression.exp
+        if exponent == sympy.Rational(1, 2):
+            return self.notation.root(self.at(base, Level.SUM)), Level.ATOM
+        digits = self.at(exponent, Level.SUM)
+        return self.raised(base, digits if exponent.is_Integer else self.notation.parentheses(digits))
+
+    def raised(self, base: sympy.Expr, exponent: str) -> tuple[str, Level]:
+        if self.notation.powers_of_functions and base.is_Function:
+            return self.call(base, exponent), Level.POWER
+        return self.notation.power(self.at(base, Level.ATOM), exponent), Level.POWER
+
+    def call(self, expression: sympy.Expr, exponent: str = "") -> str:
+        arguments = [self.at(argument, Level.SUM) for argument in expression.args]
+        return self.notation.call(expression.func.__name__, arguments, exponent)
+
+
+def negated(expression: sympy.Expr) -> sympy.Expr:
+    """A term written with a minus sign, without it; a sum within the term stays together."""
+    coefficient, rest = expression.as_coeff_Mul()
+    if rest.is_Add and coefficient != -1:
+        return sympy.Mul(-coefficient, rest, evaluate=False)
+    return -coefficient * rest
+
+
+def reads_as_fraction(value: Fraction) -> bool:
+    """Whether a textbook writes a fraction (1/2, 3/4, 1/3, 1/5) or a decimal number (9.81, 0.3)."""
+    rest = value.denominator
+    for prime in (2, 5):
+        while rest % prime == 0:
+            rest //= prime
+    if rest != 1:  # no decimal number is this one: a fraction, unless it is absurdly long
+        return max(value.numerator, value.denominator) < 10**15
+    if value.denominator & (value.denominator - 1) == 0:
+        return value.numerator < 10 and value.denominator <= 1024
+    return value.numerator == 1 and value.denominator == 5
