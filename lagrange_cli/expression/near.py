@@ -18,8 +18,8 @@ def near_hint(name: str, known: Iterable[str]) -> str:
     by_lower_case = {word.lower(): word for word in reversed(candidates)}
     if name.lower() in by_lower_case:
         return f"did you mean '{by_lower_case[name.lower()]}'?"
-    matches = difflib.get_close_matches(name, candidates, n=2, cutoff=0.6)
-    return f"did you mean {' or '.join(repr(match) for match in matches)}?" if matches else ""
+    matches = difflib.get_close_matches(name, candidates, n=1, cutoff=0.6)
+    return f"did you mean '{matches[0]}'?" if matches else ""
 
 
 def known_hint(known: Iterable[str], limit: int = 16) -> str:
@@ -27,3 +27,8 @@ def known_hint(known: Iterable[str], limit: int = 16) -> str:
     words = list(known)
     shown = ", ".join(words[:limit])
     return f"known: {shown}{', ...' if len(words) > limit else ''}" if words else ""
+
+
+def shown(name: str) -> str:
+    """The name in quotes, cut off where nobody would read on."""
+    return f"'{name if len(name) <= _LONGEST else name[:_LONGEST] + '...'}'"

@@ -8,7 +8,7 @@ from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import build
-from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, names
 from lagrange_cli.expression.vocabulary import (
     ACCELERATION_SUFFIX,
@@ -99,6 +99,7 @@ class Names:
                 f"the {what.value} '{name}' has the name of a {other.what.value}",
                 f"rename it, or the {other.what.value}{first}",
             )
+            self.table[name] = replace(other, kinds=frozenset(), value=None)  # either may be meant
             return False
         self.table[name] = Meaning(what, frozenset({what}), value, place)
         return True
@@ -144,6 +145,8 @@ class Names:
     def _look_up(self, name: Name, section: str) -> Meaning:
         base, _, component = name.identifier.partition(".")
         meaning = self.table.get(base)
+        if meaning is None and base in self.problems.broken:
+            return Meaning(Kind.DEFINITION, frozenset(), None)
         if meaning is None:
             raise ExpressionError(name.span, *self._unknown(base))
         rule = RULES[section]
@@ -179,7 +182,7 @@ class Names:
             )
 
     def _unknown(self, name: str) -> tuple[str, str]:
-        message = f"unknown name '{name}'"
+        message = f"unknown name {shown(name)}"
         if name in CALLABLE:
             return f"the function '{name}' needs parentheses", f"write {name}(...)"
         if name.lower() in ("nan", "inf", "infinity"):

@@ -7,6 +7,7 @@ remain what was written.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -14,12 +15,15 @@ from typing import Any, TypeAlias
 import yaml
 
 from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.near import shown
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE, Passage, Place, Source
 
 MAX_BYTES = 4_000_000
 MAX_NODES = 50_000
 MAX_DEPTH = 20
+_EXAMPLE = "'lagrange systems pendulum' shows an example"
+_NOT_YAML = re.compile("[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SPACES = "YAML indents with spaces: replace each tab by spaces"
 _HINTS: tuple[tuple[str, str], ...] = (
     ("tab character", _SPACES),
@@ -94,19 +98,31 @@ def decode(data: bytes | str, filename: str) -> Source:
     """
     hint = "a system file is text in UTF-8"
     if len(data) > MAX_BYTES:
-        raise Source(filename, "").error(WHOLE_FILE, f"the file is larger than {MAX_BYTES} bytes", hint)
+        raise _unreadable(filename, f"the file is larger than {MAX_BYTES} bytes", hint)
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         text.encode()
     except UnicodeError as error:
-        raise Source(filename, "").error(WHOLE_FILE, "the file is not text in UTF-8", hint) from error
+        raise _unreadable(
+            filename, "the file is not text in UTF-8", "save it in the encoding UTF-8"
+        ) from error
     if "\0" in text:
-        raise Source(filename, "").error(WHOLE_FILE, "the file is binary, not text", hint)
+        raise _unreadable(filename, "the file is binary, not text", hint)
     if not text.strip():
-        raise Source(filename, "").error(
-            WHOLE_FILE, "the file is empty", "'lagrange systems pendulum' shows an example"
-        )
-    return Source(filename, text.removeprefix("\ufeff"))
+        raise _unreadable(filename, "the file is empty", _EXAMPLE)
+    source = Source(filename, text.removeprefix("\ufeff"))
+    for number, line in enumerate(source.lines, 1):
+        if strange := _NOT_YAML.search(line):
+            raise source.error(
+                Place(number, strange.start() + 1),
+                f"the character {strange.group()!r} is not allowed in a text file",
+                "delete it",
+            )
+    return source
+
+
+def _unreadable(filename: str, message: str, hint: str) -> SpecError:
+    return Source(filename, "").error(WHOLE_FILE, message, hint)
 
 
 def compose(source: Source, problems: Problems) -> Node:
@@ -142,9 +158,7 @@ class _Composer:
                     )
                 root = self._node(next(self.events), 0)
         if root is None:
-            raise self.source.error(
-                WHOLE_FILE, "the file is empty", "'lagrange systems pendulum' shows an example"
-            )
+            raise _unreadable(self.source.filename, "the file is empty", _EXAMPLE)
         return root
 
     def _node(self, event: Any, depth: int) -> Node:
@@ -198,7 +212,7 @@ class _Composer:
             elif key.text in seen:
                 self.problems.add(
                     key.place,
-                    f"the key '{key.text}' comes twice",
+                    f"the key {shown(key.text)} comes twice",
                     f"it is already in line {seen[key.text].line}",
                 )
             else:
@@ -255,8 +269,8 @@ def _is_open(node: Node | None) -> bool:
 def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None)
-    if mark is None or problem is None:  # a character that YAML does not allow anywhere
-        return source.error(WHOLE_FILE, "the file has control characters", "a system file is text in UTF-8")
+    if mark is None or problem is None:
+        return _unreadable(source.filename, f"this is not YAML: {error}", "a system file is text in UTF-8")
     line, column = min(mark.line, len(source.lines) - 1), mark.column
     while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
         line -= 1

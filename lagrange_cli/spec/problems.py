@@ -12,11 +12,15 @@ MOST = 50
 
 
 class Problems:
-    """The problems found so far in ``source``."""
+    """The problems found so far in ``source``.
+
+    ``broken`` are names whose declaration is wrong: their use is no further mistake.
+    """
 
     def __init__(self, source: Source) -> None:
         self.source = source
         self.found: list[Problem] = []
+        self.broken: set[str] = set()
 
     def add(self, place: Place, message: str, hint: str = "") -> None:
         """Note a problem; the file is given up where there are too many."""

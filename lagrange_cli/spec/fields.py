@@ -1,0 +1,158 @@
+"""Nodes to values: a text, a number, an expression, a vector, a name. Only their form is judged here."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Callable
+from typing import Any
+
+from lagrange_cli.expression.near import shown
+from lagrange_cli.expression.numbers import evaluate
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, Vector, names
+from lagrange_cli.spec import nodes
+from lagrange_cli.spec.nodes import Node, Scalar
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import Passage
+from lagrange_cli.spec.spec import Expression
+
+_NOT_FINITE = frozenset({".nan", ".inf"})  # what YAML calls them; the plain words are unknown names
+
+Reader = Callable[[Node, str, Problems], Any]
+"""Reads the value of a key: the node, what to call it in messages, and where to put problems."""
+
+
+def read_text(node: Node, where: str, problems: Problems) -> str:
+    """A text, taken as it is written."""
+    if not isinstance(node, Scalar):
+        problems.add(node.place, f"{where} must be a text", "put it in quotes if it has [ ] { } or ': '")
+        return ""
+    return "" if node.empty else node.text.strip()
+
+
+def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None:
+    """One expression; that its value is a scalar is checked later."""
+    if isinstance(node, nodes.Mapping):
+        problems.add(node.place, f"{where} must be an expression, not a mapping", "write it on one line")
+        return None
+    if isinstance(node, nodes.Sequence):
+        if where.startswith("parameter"):
+            problems.add(
+                node.place, f"{where} is a list: list parameters are not supported yet", "name each number"
+            )
+        else:
+            problems.add(node.place, f"{where} must be a scalar, not a vector", "write one expression")
+        return None
+    return _parsed((node,), where, problems)
+
+
+def read_vector(node: Node, where: str, problems: Problems) -> Expression | None:
+    """An expression, or a list of the one to three components of a vector."""
+    if not isinstance(node, nodes.Sequence):
+        return read_scalar(node, where, problems)
+    if not 1 <= len(node.items) <= 3:
+        problems.add(
+            node.place, f"{where} must have one to three components, not {len(node.items)}", "write [x, y, z]"
+        )
+        return None
+    scalars = [item for item in node.items if isinstance(item, Scalar)]
+    for item in node.items:
+        if not isinstance(item, Scalar):
+            problems.add(item.place, f"a component of {where} must be an expression", "write [x, y, z]")
+    return _parsed(scalars, where, problems, vector=True) if len(scalars) == len(node.items) else None
+
+
+def _parsed(
+    scalars: tuple[Scalar, ...] | list[Scalar], where: str, problems: Problems, vector: bool = False
+) -> Expression | None:
+    """The expression of one scalar, or the vector whose components are the scalars."""
+    text = "(" if vector else ""
+    passages: list[tuple[int, Passage]] = []
+    trees: list[Tree] = []
+    whole = True
+    for scalar in scalars:
+        if passages:
+            text += ", "
+        passages.append((len(text), scalar.passage))
+        draft = Expression(scalar.text, Vector((), Span(0, 0)), scalar.place, ((len(text), scalar.passage),))
+        try:
+            if scalar.empty:
+                raise ExpressionError(
+                    Span(len(text), len(text) + 1), "a value is missing", "write an expression"
+                )
+            trees.append(parse(scalar.text, len(text)))
+        except ExpressionError as error:
+            problems.add_expression(draft, error, where)
+            whole = False
+        text += scalar.text
+    if not whole:
+        return None
+    text += (",)" if len(scalars) == 1 else ")") if vector else ""
+    tree = Vector(tuple(trees), Span(0, len(text))) if vector else trees[0]
+    return Expression(text, tree, scalars[0].place, tuple(passages))
+
+
+def read_number(node: Node, where: str, problems: Problems) -> float | None:
+    """A number, or an expression of numbers."""
+    expression = read_scalar(node, where, problems)
+    if expression is None:
+        return None
+    try:
+        for name in names(expression.tree):
+            if name.identifier != "pi":
+                special = name.identifier.lower() in ("nan", "inf")
+                raise ExpressionError(
+                    name.span,
+                    f"'{name.identifier}' is not a finite number"
+                    if special
+                    else f"a number is due, not '{name.identifier}'",
+                    "write a number",
+                )
+        return evaluate(expression.tree)
+    except ExpressionError as error:
+        problems.add_expression(expression, error, where)
+        return None
+
+
+def read_count(node: Node, where: str, problems: Problems) -> int | None:
+    """A whole number."""
+    value = read_number(node, where, problems)
+    if value is None:
+        return None
+    if value != int(value):
+        problems.add(node.place, f"{where} must be a whole number", f"write {max(2, round(value))}")
+        return None
+    return int(value)
+
+
+def read_words(node: Node, where: str, problems: Problems) -> tuple[str, ...] | None:
+    """A list of words, or one text with commas between them."""
+    if isinstance(node, nodes.Sequence):
+        return tuple(read_text(item, where, problems) for item in node.items)
+    text = read_text(node, where, problems)
+    return tuple(word.strip() for word in text.split(",") if word.strip())
+
+
+def read_name(key: Scalar, problems: Problems, what: str) -> str | None:
+    """The key as a name of the expression language; None where it cannot be one."""
+    name = unicodedata.normalize("NFKC", key.text)  # as Python's parser does with names in expressions
+    if "[" in name:
+        problems.broken.add(name.partition("[")[0].strip())
+        problems.add(
+            key.place,
+            f"{shown(key.text)}: indexed families are not supported yet",
+            "give each member a name of its own, such as theta1",
+        )
+        return None
+    try:
+        tree_names = list(names(parse(key.text)))
+        if len(tree_names) == 1 and tree_names[0].identifier == name and "." not in name:
+            return name
+    except ExpressionError:
+        pass
+    problems.add(
+        key.place,
+        f"the {what} cannot be called {shown(key.text)}",
+        "a name is letters, digits and _, begins with a letter, and is no word of Python",
+    )
+    return None
