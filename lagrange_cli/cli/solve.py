@@ -231,9 +231,9 @@ def integrate_and_write(
 
     times = Times(start=settings.start, stop=settings.stop, count=settings.count, step=settings.step)
     progress = Progress(spec.name, settings.start, settings.stop, quiet=quiet)
-    with watch.stage("write"):
-        writer = Writer(target, layout(spec, prepared), expected=settings.count)
-    with writer:
+    with Interrupts() as interrupted:
+        with watch.stage("write"):
+            writer = Writer(target, layout(spec, prepared), expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
             before = watch.seconds["write"]
@@ -243,7 +243,7 @@ def integrate_and_write(
             if len(chunk["t"]):
                 progress.show(float(chunk["t"][-1]))
 
-        with Interrupts() as interrupted:
+        with writer:
             with watch.stage("integrate"):
                 outcome = integrate(prepared, values, times, emit_chunk, interrupted)
             progress.clear()
@@ -305,6 +305,12 @@ def as_object(
     }
 
 
+def ended(outcome: Outcome) -> str:
+    """How the motion ended; why, if it did not reach the end, is said on standard error."""
+    status: str = outcome.ending.status
+    return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
+
+
 def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, watch: Stopwatch) -> str:
     """The run in a few lines."""
     drifts = {} if outcome.h_drift is None else {"h": outcome.h_drift}
@@ -314,7 +320,7 @@ def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, wa
     return "\n".join(
         (
             f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
-            f"  {outcome.message}",
+            f"  {ended(outcome)}",
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
             "  drift: "

@@ -5,6 +5,9 @@ import runpy
 from pathlib import Path
 
 from lagrange_cli.cli import settings
+from lagrange_cli.expression.vocabulary import FUNCTIONS, VECTOR_FUNCTIONS
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.sections import SECTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 
@@ -18,3 +21,16 @@ def test_the_page_of_the_output_file_names_every_output():
     page = (ROOT / "docs" / "output-file.md").read_text(encoding="utf-8")
     column = re.findall(r"^\| .*\| (.*?) \|$", page.partition("## Attributes")[0], re.MULTILINE)
     assert set(re.findall(r"`(\w+)`", " ".join(column))) == set(settings.OUTPUTS)
+
+
+def test_the_example_of_the_system_file_is_a_system_file():
+    page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
+    (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    spec = read_spec(example, "example.yaml")
+    assert spec.name == "bead on a rotating hoop"
+
+
+def test_the_page_of_the_system_file_names_every_section_and_function():
+    page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
+    words = set(re.findall(r"\w+", " ".join(re.findall(r"`(.*?)`", page))))
+    assert set(SECTIONS) | set(FUNCTIONS) | set(VECTOR_FUNCTIONS) <= words
