@@ -58,7 +58,7 @@ def as_object(name: str, residual: Residual) -> dict[str, Any]:
             {"quantity": each.quantity, "expression": each.expression, "because": each.because}
             for each in residual.conserved
         ],
-        "skipped": list(residual.skipped),
+        "skipped": list(skipped(residual)),
     }
 
 
@@ -72,7 +72,7 @@ def as_text(name: str, residual: Residual) -> str:
             f"  coordinates: {', '.join(residual.coordinates)}",
             f"  cyclic: {', '.join(residual.cyclic) or 'none'}",
             *section("conserved", conserved),
-            *section("skipped by solve", residual.skipped),
+            *section("skipped by solve", skipped(residual)),
         )
     )
 

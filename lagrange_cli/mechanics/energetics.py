@@ -9,7 +9,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lagrange_cli.expression.graph import Graph, Node
-from lagrange_cli.mechanics.residual import Residual, contract
+from lagrange_cli.mechanics.variables import contract, graph_of, variables
+from lagrange_cli.model.model import Model
 
 
 @dataclass(frozen=True)
@@ -20,16 +21,16 @@ class Energetics:
     ``explicit_rate`` = dL/dt at fixed q, q_dot. ``kinetic`` and ``potential`` are None for a given L.
     """
 
-    residual: Residual
+    model: Model[Node]
 
     @property
     def _graph(self) -> Graph:
-        return self.residual.graph
+        return graph_of(self.model)
 
     @property
     def kinetic(self) -> Node | None:
         """T = sum m v^2/2."""
-        model = self.residual.model
+        model = self.model
         if model.lagrangian is not None:
             return None
         return self._graph.sum([(p.mass * u * u, 0.5) for p in model.particles for u in p.velocity])
@@ -37,28 +38,28 @@ class Energetics:
     @property
     def potential(self) -> Node | None:
         """U, as given."""
-        return None if self.residual.model.lagrangian is not None else self.residual.model.potential
+        return None if self.model.lagrangian is not None else self.model.potential
 
     @property
     def lagrangian(self) -> Node:
         """L = T - U, or as given."""
         kinetic, potential = self.kinetic, self.potential
         if kinetic is None or potential is None:
-            assert self.residual.model.lagrangian is not None
-            return self.residual.model.lagrangian
+            assert self.model.lagrangian is not None
+            return self.model.lagrangian
         return kinetic - potential
 
     @property
     def momenta(self) -> tuple[Node, ...]:
         """p_k = dL/dq_dot_k."""
-        model, graph = self.residual.model, self._graph
+        model, graph = self.model, self._graph
         if model.lagrangian is not None:
             return tuple(graph.diff(model.lagrangian, v) for v in model.v)
         return tuple(
             contract(
                 graph,
                 ((graph.diff(x, q), p.mass * u) for p in model.particles for x, u in zip(p.position, p.velocity)),
-                self.residual.variables,
+                variables(self.model),
             )
             - graph.diff(model.potential, v)
             for q, v in zip(model.q, model.v)
@@ -67,7 +68,7 @@ class Energetics:
     @property
     def energy_function(self) -> Node:
         """h = sum q_dot_k p_k - L."""
-        model, graph = self.residual.model, self._graph
+        model, graph = self.model, self._graph
         if model.lagrangian is not None:
             pairs = zip(model.v, self.momenta)
             return graph.sum([(v * p, 1.0) for v, p in pairs] + [(model.lagrangian, -1.0)])
@@ -87,7 +88,7 @@ class Energetics:
     @property
     def forces(self) -> tuple[Node, ...]:
         """Q_k of everything that L does not hold: F_i . dr_i/dq_k, generalized forces, -dD/dq_dot_k."""
-        model, graph = self.residual.model, self._graph
+        model, graph = self.model, self._graph
         return tuple(
             graph.sum(
                 [(graph.diff(x, q) * f, 1.0) for p in model.particles for x, f in zip(p.position, p.force)]
@@ -98,20 +99,20 @@ class Energetics:
 
     def lagrangian_rate(self, symbol: Node) -> Node:
         """dL/dsymbol at fixed other arguments, for ``symbol`` a coordinate or t."""
-        model, graph = self.residual.model, self._graph
+        model, graph = self.model, self._graph
         if model.lagrangian is not None:
             return graph.diff(model.lagrangian, symbol)
         terms = (
             (graph.diff(u, symbol), p.mass * u) for p in model.particles for u in p.velocity
         )
-        return contract(graph, terms, self.residual.variables) - graph.diff(model.potential, symbol)
+        return contract(graph, terms, variables(self.model)) - graph.diff(model.potential, symbol)
 
     @property
     def torques(self) -> tuple[Node, ...]:
         """dL/dq_k + Q_k: what dp_k/dt must equal."""
-        return tuple(self.lagrangian_rate(q) + force for q, force in zip(self.residual.model.q, self.forces))
+        return tuple(self.lagrangian_rate(q) + force for q, force in zip(self.model.q, self.forces))
 
     @property
     def power(self) -> Node:
         """sum_k Q_k q_dot_k: the power of the forces outside L."""
-        return self._graph.sum([(force * v, 1.0) for force, v in zip(self.forces, self.residual.model.v)])
+        return self._graph.sum([(force * v, 1.0) for force, v in zip(self.forces, self.model.v)])

@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
 from lagrange_cli.native.linear import Definite, General, factor_definite, factor_general
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
-from lagrange_cli.native.series import SHORT, UNBOUNDED, Op, Series, SeriesProgram
+from lagrange_cli.native.series import SHORT, UNBOUNDED, Op, Series, SeriesProgram, needs
 
 LANES = 8
 WRITTEN_OUT = 3
@@ -61,7 +61,7 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
             pairs.append((one.arguments[0], one.arguments[1]))
         elif one.op is Op.COMPOSE:
             pairs += list(zip(one.rates, one.partials))
-        elif one.op is Op.POWER:
+        elif one.op is Op.POWER and program.series[one.arguments[0]].degree == UNBOUNDED:
             forward.setdefault(index, len(forward))
             backward.setdefault(one.arguments[0], len(backward))
     long = [p for p in pairs if all(program.series[i].degree == UNBOUNDED for i in p)]
@@ -74,7 +74,25 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
             a, b = b, a
         forward.setdefault(a, len(forward))
         backward.setdefault(b, len(backward))
+    for index in read_back(program, pairs):
+        if index not in backward:
+            forward.setdefault(index, len(forward))
     return Layout(order, forward, backward)
+
+
+def read_back(program: SeriesProgram, pairs: list[tuple[int, int]]) -> list[int]:
+    """Series of which a looped stage reads single coefficients that earlier stages have made."""
+    series = program.series
+    found = [index for index in program.residual if series[index].level > 0]
+    for one in series:
+        found += [index for index, ahead in needs(one) if series[index].level > one.level + ahead]
+    for a, b in pairs:
+        if series[a].degree <= SHORT or series[b].degree <= SHORT:
+            found += [a, b]
+    for index, one in enumerate(series):
+        if one.op is Op.POWER and series[one.arguments[0]].degree <= SHORT:
+            found.append(index)
+    return [index for index in found if series[index].degree == UNBOUNDED]
 
 
 @dataclass

@@ -270,7 +270,7 @@ def _smaller_sums_first(nodes: Sequence[Node]) -> list[Node]:
     return sorted(nodes, key=lambda n: (height[n], len(n.arguments), n.number))
 
 
-def _needs(one: Series) -> list[tuple[int, int]]:
+def needs(one: Series) -> list[tuple[int, int]]:
     """(operand, how far ahead of this series' index the operand is needed)."""
     if one.op is Op.DERIVATIVE:
         return [(one.arguments[0], 1)]
@@ -290,7 +290,7 @@ def _set_levels(
     pending = [i for i, one in enumerate(series) if one.level > FREE]
     while pending:
         one = series[pending.pop()]
-        for index, ahead in _needs(one):
+        for index, ahead in needs(one):
             if series[index].level < one.level + ahead:
                 series[index].level = one.level + ahead
                 pending.append(index)

@@ -6,7 +6,8 @@ an array of doubles: the rows' values (q, v, integrals), the low parts that comp
 
 The step follows Jorba and Zou (2005), eq. 3-8: the radius of convergence is estimated from the last two
 coefficients, and h = radius / e^2 at the order that fits the tolerance. Each velocity is measured against its own
-size or its change within a step, whichever is larger, so that units and mixed scales do not matter.
+size or its change within a step (by its first three terms), whichever is largest, so that units and mixed
+scales do not matter.
 """
 
 from __future__ import annotations
@@ -125,7 +126,17 @@ loop:
   %row = getelementptr inbounds double, ptr %work, i64 %base
   %a = load double, ptr %row, align 8
   %a0 = call double @llvm.fabs.f64(double %a)
-  %dv = fmul double %a0, %h
+  %ba = getelementptr inbounds double, ptr %row, i64 1
+  %b = load double, ptr %ba, align 8
+  %b0 = call double @llvm.fabs.f64(double %b)
+  %da = getelementptr inbounds double, ptr %row, i64 2
+  %d = load double, ptr %da, align 8
+  %d0 = call double @llvm.fabs.f64(double %d)
+  %d1 = fmul double %d0, %h
+  %bd = call double @llvm.maxnum.f64(double %b0, double %d1)
+  %b1 = fmul double %bd, %h
+  %ab = call double @llvm.maxnum.f64(double %a0, double %b1)
+  %dv = fmul double %ab, %h
   %size = call double @llvm.maxnum.f64(double %v0, double %dv)
   %ca = getelementptr inbounds double, ptr %row, i64 %slot
   %c = load double, ptr %ca, align 8
@@ -134,7 +145,8 @@ loop:
   %sum1 = fadd double %sum2, %a0
   %sum3 = fadd double %sum1, %c0
   %q = fdiv double %size, %c0
-  %moves = fcmp ogt double %c0, 0.0
+  %both = fmul double %size, %c0
+  %moves = fcmp ogt double %both, 0.0
   %candidate = select i1 %moves, double %q, double 0x7FF0000000000000
   %smaller = call double @llvm.minnum.f64(double %least, double %candidate)
   %next = add nuw nsw i64 %i, 1

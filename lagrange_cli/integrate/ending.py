@@ -1,0 +1,43 @@
+"""How a motion ended: an enum whose members are sentences, and the numbers that go with it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+
+
+class Ending(Enum):
+    """Why a motion ended; the value is the sentence shown to the user."""
+
+    COMPLETE = "reached the end"
+    SINGULAR_MASS_MATRIX = "singular mass matrix"
+    STEP_UNDERFLOW = "the step size fell below the resolution of time (a collision or a singularity)"
+    NOT_A_NUMBER = "the equations of motion gave something that is not a finite number"
+    METHOD_FAILED = "the method could not meet its tolerance"
+    INTERRUPTED = "interrupted"
+
+    @property
+    def status(self) -> str:
+        """The word for the output file: ``complete``, ``interrupted`` or ``failed``."""
+        if self is Ending.COMPLETE:
+            return "complete"
+        return "interrupted" if self is Ending.INTERRUPTED else "failed"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What came of a run.
+
+    ``t`` is the time up to which the motion was followed, ``steps`` and ``evaluations`` (of the equations of motion,
+    or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
+    conserved, else None; ``p_drift`` the same for each conserved momentum, by coordinate.
+    """
+
+    ending: Ending
+    message: str
+    t: float
+    steps: int
+    evaluations: int
+    h_drift: float | None
+    p_drift: Mapping[str, float]

@@ -1,0 +1,56 @@
+"""``Motion``: what every method gives the run, chunk after chunk of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.times import Times
+
+Array = NDArray[np.float64]
+Interrupted = Callable[[], bool]
+Accept = Callable[[Array, Array], None]
+"""Takes sample times (c,) and states (rows, c) with rows q, v and integrals; it must not keep them."""
+
+
+@dataclass(frozen=True)
+class End:
+    """Why a method stopped, where (time and state: q, v), and what it took."""
+
+    ending: Ending
+    t: float
+    state: Array
+    steps: int
+    evaluations: int
+    detail: str = ""
+
+
+class Method(Protocol):
+    """A way to follow a motion."""
+
+    def follow(
+        self, parameters: Array, state: Array, times: Times, accept: Accept, interrupted: Interrupted
+    ) -> End:
+        """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
+
+        ``accept`` is given full chunks of samples, and what there is when the motion ends, however it
+        does. ``interrupted`` is asked several times a second.
+        """
+        ...
+
+
+def chunk_size(width: int) -> int:
+    """Samples a chunk, for ``width`` numbers a sample: some megabytes, whatever the system."""
+    return max(256, min(65536, 4 * 2**20 // (8 * max(1, width))))
+
+
+def aligned(doubles: int) -> Array:
+    """Zeros on a boundary of 64 bytes, as the vector loads of compiled code need them."""
+    buffer = np.zeros(doubles + 8)
+    offset = (-buffer.ctypes.data % 64) // 8
+    return buffer[offset : offset + doubles]

@@ -1,0 +1,152 @@
+"""From equations of motion to samples: ``prepare`` compiles what a run needs, ``integrate`` follows the motion."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.integrate.ending import Ending, Outcome
+from lagrange_cli.integrate.motion import Array, End, Method, aligned
+from lagrange_cli.integrate.plan import Dataset, Plan, make_plan
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.machine import Machine, compile_program
+from lagrange_cli.native.program import order_for, write_program
+from lagrange_cli.spec.values import Values
+
+__all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate", "prepare"]
+
+TAYLOR = "taylor"
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A system compiled for one method, tolerance and set of outputs; parameters' values come later."""
+
+    residual: Residual
+    plan: Plan
+    machine: Machine
+    method: str
+    tolerance: float
+    follower: Method
+    compile_seconds: float
+
+    @property
+    def datasets(self) -> tuple[Dataset, ...]:
+        """Every dataset of the output but ``t``, in order."""
+        return self.plan.datasets(self.residual.coordinates)
+
+
+def prepare(residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]) -> Prepared:
+    """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need."""
+    plan = make_plan(residual, outputs)
+    if method != TAYLOR:
+        from lagrange_cli.integrate.scipy_methods import prepare_scipy
+
+        began = time.perf_counter()
+        machine, follower = prepare_scipy(residual, plan, method, tolerance)
+    else:
+        from lagrange_cli.integrate.taylor import TaylorMethod
+
+        program = write_program(residual, order_for(tolerance), plan.integrands, plan.observed)
+        began = time.perf_counter()
+        machine = compile_program(program)
+        follower = TaylorMethod(machine)
+    return Prepared(residual, plan, machine, method, tolerance, follower, time.perf_counter() - began)
+
+
+def integrate(
+    prepared: Prepared,
+    values: Values,
+    times: Times,
+    emit: Callable[[dict[str, NDArray[np.float64]]], None],
+    interrupted: Callable[[], bool],
+) -> Outcome:
+    """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples}, ``t`` among them.
+
+    The arrays are valid during the call only. However the motion ends, all samples up to then have been emitted.
+    """
+    program = prepared.machine.program
+    parameters = np.array([values.parameters[name] for name in program.parameters], dtype=np.float64)
+    state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
+    samples = Samples(prepared, parameters, emit)
+    end = prepared.follower.follow(parameters, state, times, samples.accept, interrupted)
+    h_drift, p_drift = samples.drifts()
+    return Outcome(
+        ending=end.ending,
+        message=sentence(end, prepared.residual.coordinates),
+        t=end.t,
+        steps=end.steps,
+        evaluations=end.evaluations,
+        h_drift=h_drift,
+        p_drift=p_drift,
+    )
+
+
+class Samples:
+    """Turns states into the datasets of the plan, and keeps how far the conserved quantities have drifted."""
+
+    def __init__(self, prepared: Prepared, parameters: Array, emit: Callable[[dict[str, Array]], None]) -> None:
+        self._prepared, self._emit = prepared, emit
+        self._constants = aligned(max(1, prepared.machine.program.constants))
+        prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        self._first: dict[str, float] = {}
+        should_stay = {each.quantity for each in prepared.residual.conserved}
+        self._drift = {name: 0.0 for name in prepared.plan.observed if name in should_stay}
+
+    def accept(self, times: Array, states: Array) -> None:
+        """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
+        if not len(times):
+            return
+        program, plan = self._prepared.machine.program, self._prepared.plan
+        observed = self._observe(times, states)
+        if not self._first:
+            self._first = {name: float(row[0]) for name, row in observed.items()}
+        for name in self._drift:
+            self._drift[name] = max(self._drift[name], float(np.max(np.abs(observed[name] - self._first[name]))))
+        chunk = {"t": times}
+        for kind, offset in (("q", 0), ("v", program.degrees)):
+            if kind in plan.states:
+                for k, name in enumerate(self._prepared.residual.coordinates):
+                    chunk[f"{kind}/{name}"] = states[offset + k]
+        integrals = dict(zip(program.integrals, states[2 * program.degrees :]))
+        for made in plan.made:
+            chunk[made.dataset.path] = made.make(observed, integrals, self._first)
+        self._emit(chunk)
+
+    def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
+        machine = self._prepared.machine
+        names, count = machine.program.observed, len(times)
+        results = np.empty((len(names), count))
+        states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
+        stride = states.strides[0] // 8
+        if names:
+            wide = np.empty((len(names), stride))
+            machine.observe(
+                self._constants.ctypes.data, np.ascontiguousarray(times).ctypes.data, states.ctypes.data,
+                wide.ctypes.data, stride, count,
+            )  # fmt: skip
+            results = wide[:, :count]
+        return dict(zip(names, results))
+
+    def drifts(self) -> tuple[float | None, dict[str, float]]:
+        """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved p_k."""
+        momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
+        return self._drift.get("h"), momenta
+
+
+def sentence(end: End, coordinates: tuple[str, ...]) -> str:
+    """How the motion ended, for the user, with time and state where it went wrong."""
+    if end.ending is Ending.COMPLETE:
+        return f"{end.ending.value}, t = {end.t:.6g}"
+    if end.ending is Ending.INTERRUPTED:
+        return f"{end.ending.value} at t = {end.t:.6g}"
+    shown = [f"{name} = {value:.6g}" for name, value in zip(coordinates, end.state)]
+    shown += [f"{name}_dot = {value:.6g}" for name, value in zip(coordinates, end.state[len(coordinates) :])]
+    listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
+    detail = f" ({end.detail})" if end.detail else ""
+    return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}"

@@ -1,0 +1,25 @@
+"""``Times``: the interval of a motion and the instants at which it is sampled."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+
+@dataclass(frozen=True)
+class Times:
+    """``count`` samples at ``start + i*step``, none beyond ``stop``, where the motion ends."""
+
+    start: float
+    stop: float
+    count: int
+    step: float
+
+    def chunk(self, first: int, size: int) -> NDArray[np.float64]:
+        """Sample times ``first`` .. ``first + size - 1``, fewer at the end."""
+        index = np.arange(first, min(first + size, self.count), dtype=np.float64)
+        times = self.start + index * self.step
+        times[self.stop - times <= 1e-9 * self.step] = self.stop
+        return times

@@ -1,0 +1,78 @@
+"""Which coordinates are cyclic and what every motion conserves, decided without a computer algebra system.
+
+dp_k/dt = dL/dq_k + Q_k and dh/dt = -dL/dt + sum Q_k q_dot_k (Goldstein, 3rd ed., secs. 2.6 and 2.7). Where
+such a rate is not 0 by its structure alone (a sum may need an identity to vanish), it is evaluated at
+random arguments: an analytic expression that vanishes at several of them is identically 0.
+"""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import dataclass
+
+from lagrange_cli.expression.graph import Kind, Node, evaluate, reachable
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+
+POINTS = 5
+"""Random arguments at which an expression must vanish."""
+ROUNDING = 1e-11
+"""A value this small beside the terms it is the sum of is rounding."""
+
+
+@dataclass(frozen=True)
+class Conserved:
+    """A constant of the motion: ``quantity`` ("h" or "p_theta"), what it is, and why it is kept."""
+
+    quantity: str
+    expression: str
+    because: str
+
+
+def is_zero(node: Node) -> bool:
+    """Whether an expression without ``ddt`` is identically 0 (see the module's first lines)."""
+    if node.is_zero:
+        return True
+    names = [inner.data for inner in reachable([node]) if inner.kind is Kind.SYMBOL]
+    source = random.Random(len(names))
+    met = 0
+    for attempt in range(4 * POINTS):
+        low = 0.2 if attempt % 2 else -1.3  # some functions are real for positive arguments only
+        values, sizes = evaluate([node], {name: source.uniform(low, 1.3) for name in names})
+        if not (math.isfinite(values[node]) and math.isfinite(sizes[node])):
+            continue
+        if abs(values[node]) > ROUNDING * sizes[node]:
+            return False
+        met += 1
+        if met == POINTS:
+            return True
+    return False
+
+
+def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, ...]]:
+    """Names of the cyclic coordinates, and the conserved quantities."""
+    energetics = Energetics(model)
+    conserved: list[Conserved] = []
+    cyclic: list[str] = []
+    for name, q, force in zip(model.coordinates, model.q, energetics.forces):
+        if not is_zero(energetics.lagrangian_rate(q)):
+            continue
+        cyclic.append(name)
+        if is_zero(force):
+            because = f"{name} is cyclic: L does not contain it, and no generalized force acts on it"
+            conserved.append(Conserved(f"p_{name}", f"dL/d{name}_dot", because))
+    if is_zero(energetics.lagrangian_rate(model.time)) and is_zero(energetics.power):
+        conserved.append(_energy(model))
+    return tuple(cyclic), tuple(conserved)
+
+
+def _energy(model: Model[Node]) -> Conserved:
+    because = "L does not contain t explicitly, and no force outside L does work"
+    if model.lagrangian is None:
+        graph = graph_of(model)
+        resting = all(is_zero(graph.diff(x, model.time)) for p in model.particles for x in p.position)
+        if resting and all(is_zero(graph.diff(model.potential, v)) for v in model.v):
+            return Conserved("h", "T + U", because + "; h = T + U, as the embedding does not contain t")
+    return Conserved("h", "sum_k q_dot_k p_k - L", because)

@@ -1,0 +1,44 @@
+"""What a run of a system leaves out, and why, in sentences for the user."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.mechanics.conservation import is_zero
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.residual import Residual
+
+
+def skipped(residual: Residual) -> tuple[str, ...]:
+    """One sentence for each thing that ``solve`` does not compute for this system."""
+    model = residual.model
+    said = []
+    if residual.constant_mass_matrix:
+        said.append("the mass matrix contains parameters only: it is factored once per run, not once per step")
+    size, blocks = len(model.q), residual.blocks
+    if size > 1 and len(blocks) == size:
+        said.append("the mass matrix is diagonal: solving with it is one division for each coordinate")
+    elif len(blocks) > 1:
+        listed = ", ".join("{" + ", ".join(model.coordinates[k] for k in block) + "}" for block in blocks)
+        said.append(f"the mass matrix is block-diagonal, {listed}: each block is factored by itself")
+    if not any(node.symbols & model.time.symbols for node in residual.residual):
+        said.append("the equations do not contain t: no series of explicit time is carried")
+    count = len(_parameter_nodes(residual))
+    if count:
+        noun = "expression" if count == 1 else "expressions"
+        said.append(f"{count} {noun} in parameters alone: computed once per run, not once per step")
+    if all(is_zero(force) for force in Energetics(model).forces):
+        said.append("no forces outside L: no generalized forces are computed")
+    said.append("T, U, positions, ledgers, action and observables: computed only when --outputs asks for them")
+    said.append("sympy and scipy: not imported, the Taylor method and the derivation do not need them")
+    return tuple(said)
+
+
+def _parameter_nodes(residual: Residual) -> set[Node]:
+    """The largest expressions that hold parameters and nothing that moves, below the equations."""
+    entries = [entry for row in residual.mass_matrix for entry in row]
+    moving = residual.variables
+    found: set[Node] = set()
+    for node in reachable([*residual.residual, *entries]):
+        inner = node.arguments if node.symbols & moving else ()
+        found.update(a for a in inner if not a.symbols & moving and a.kind not in (Kind.NUMBER,))
+    return found

@@ -1,0 +1,41 @@
+"""What moves and what does not, and sums arranged accordingly."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node
+from lagrange_cli.model.model import Model
+
+
+def graph_of(model: Model[Node]) -> Graph:
+    """The graph that a model's nodes live in."""
+    assert isinstance(model.algebra, GraphAlgebra)
+    return model.algebra.graph
+
+
+def variables(model: Model[Node]) -> int:
+    """Bit set of the symbols that change along a motion: q, q_dot and t."""
+    bits = model.time.symbols
+    for symbol in (*model.q, *model.v):
+        bits |= symbol.symbols
+    return bits
+
+
+def contract(graph: Graph, terms: Iterable[tuple[Node, Node]], variables: int) -> Node:
+    """``sum a_i * b_i`` with one product for each distinct moving part of the a_i.
+
+    A chain's dr_i/dq_k are the same for all particles beyond k, so that summing the b_i first makes one
+    convolution of what would be one for each particle.
+    """
+    grouped: dict[Node, list[Node]] = {}
+    for a, b in terms:
+        if a.is_zero or b.is_zero:
+            continue
+        fixed, moving = graph.split_parameters(a, variables)
+        grouped.setdefault(moving, []).append(fixed * b)
+    return graph.sum(
+        [(moving * graph.sum([(b, 1.0) for b in parts]), 1.0) for moving, parts in grouped.items()]
+    )
+
+
