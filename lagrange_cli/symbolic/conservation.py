@@ -91,7 +91,7 @@ def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) 
     if tidy(kinetic + potential - h, order) == 0:
         if any(depends_on(component, [model.time]) for p in model.particles for component in p.position):
             return "; h = T + U although the embedding contains t"
-        return "; h = T + U, as the embedding does not contain t and U contains no velocities"
+        return "; h = T + U (no t in the embedding, no velocities in U)"
     if depends_on(potential, model.v):
         return "; h is not T + U, as U contains velocities"
     return "; h is not T + U, as the embedding contains t"

@@ -1,7 +1,8 @@
 """From a model to its equations of motion, by Euler-Lagrange applied to L in sympy.
 
-Goldstein, Poole and Safko, Classical Mechanics (3rd ed.), eqs. 1.53, 1.70, 2.44, 2.53. Coordinates, velocities and
-accelerations are symbols throughout; d/dt is the chain rule, sum_k v_k d/dq_k + a_k d/dv_k + d/dt.
+Goldstein, Poole and Safko, Classical Mechanics (3rd ed.), eqs. 1.53, 1.70, 2.44, 2.53. Coordinates,
+velocities and accelerations are symbols throughout; d/dt is the chain rule,
+sum_k v_k d/dq_k + a_k d/dv_k + d/dt.
 """
 
 from __future__ import annotations
@@ -99,11 +100,7 @@ def textbook_order(model: Model[sympy.Expr], a: Sequence[sympy.Expr]) -> Order:
 def kinetic_energy(model: Model[sympy.Expr]) -> sympy.Expr:
     """T = sum m v^2/2 over the particles."""
     return sympy.Add(
-        *(
-            particle.mass * component**2 / 2
-            for particle in model.particles
-            for component in particle.velocity
-        )
+        *(particle.mass * component**2 / 2 for particle in model.particles for component in particle.velocity)
     )
 
 

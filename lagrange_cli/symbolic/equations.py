@@ -14,8 +14,8 @@ from lagrange_cli.symbolic.order import Order
 class Equation:
     """One Euler-Lagrange equation, ``left = right``, in textbook form.
 
-    ``right`` holds the terms without coordinates and velocities. ``factor``, made of parameters and numbers, has
-    been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right).
+    ``right`` holds the terms without coordinates and velocities. ``factor``, made of parameters and
+    numbers, has been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right).
     """
 
     left: sympy.Expr
@@ -37,7 +37,7 @@ class Changing:
     """A quantity that one might expect to be kept and is not: its rate of change and the reason."""
 
     quantity: str
-    rate: sympy.Expr | None
+    rate: sympy.Expr
     because: str
 
 
@@ -45,10 +45,10 @@ class Changing:
 class Equations:
     """The equations of motion of a system with n coordinates.
 
-    ``q``, ``v``, ``a`` are the symbols of coordinates, velocities and accelerations (length n each). ``T`` and
-    ``U`` are None where the file gives L itself. ``momenta``, ``equations``, ``generalized_forces`` and ``force``
-    have length n, ``mass_matrix`` n rows of n: ``mass_matrix`` a = ``force``. ``accelerations`` is None where
-    the explicit solution is too long to be of use to a reader.
+    ``q``, ``v``, ``a`` are the symbols of coordinates, velocities and accelerations (length n each).
+    ``T`` and ``U`` are None where the file gives L itself. ``momenta``, ``equations``,
+    ``generalized_forces`` and ``force`` have length n, ``mass_matrix`` n rows of n: ``mass_matrix`` a =
+    ``force``. ``accelerations`` is None where the explicit solution is too long to be of use to a reader.
     """
 
     name: str

@@ -44,7 +44,7 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
 
 
 def is_grouped_by(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
-    """Whether a factor of a monomial is one that textbooks collect: x_dot, theta_ddot, 1/r^3 of a distance."""
+    """Whether a factor of a monomial is one that textbooks collect: x_dot, theta_ddot, a distance."""
     base, exponent = item
     if order.is_motion(base):
         return exponent > 0

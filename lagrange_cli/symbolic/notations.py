@@ -16,6 +16,10 @@ GREEK = {
     "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
     "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
 }  # fmt: skip
+LATEX_FUNCTIONS = {
+    "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
+    "atan2": r"\operatorname{atan2}",
+}  # fmt: skip
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 DOTS = {0: "", 1: "\N{COMBINING DOT ABOVE}", 2: "\N{COMBINING DIAERESIS}"}
@@ -63,6 +67,14 @@ class Text(Notation):
 
     def parentheses(self, text: str) -> str:
         return f"({text})"
+
+    def rate(self, text: str) -> str:
+        return f"d{text}/dt"
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        if all(len(row) == 1 for row in rows):
+            return "[" + ",\n ".join(row[0] for row in rows) + "]"
+        return "[" + ",\n ".join(f"[{', '.join(row)}]" for row in rows) + "]"
 
 
 class Python(Text):
@@ -115,7 +127,6 @@ class Latex(Notation):
     """LaTeX for a displayed formula."""
 
     powers_of_functions = True
-    functions = {"asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln"}
 
     def symbol(self, name: str) -> str:
         bare, dots = dotted(name)
@@ -146,11 +157,16 @@ class Latex(Notation):
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
         if function == "exp" and not exponent:
             return rf"e^{{{arguments[0]}}}"
-        name = self.functions.get(function)
-        if name is None:
-            name = rf"\operatorname{{{function}}}" if function == "atan2" else f"\\{function}"
+        name = LATEX_FUNCTIONS.get(function, f"\\{function}")
         raised = f"{name}^{{{exponent}}}" if exponent else name
         return raised + self.parentheses(", ".join(arguments))
 
     def parentheses(self, text: str) -> str:
         return rf"\left({text}\right)"
+
+    def rate(self, text: str) -> str:
+        return rf"\frac{{d}}{{dt}} {text}"
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        body = r" \\ ".join(" & ".join(row) for row in rows)
+        return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"

@@ -59,6 +59,14 @@ class Notation(ABC):
     def parentheses(self, text: str) -> str:
         """``(text)``."""
 
+    @abstractmethod
+    def rate(self, text: str) -> str:
+        """The time derivative of what ``text`` names."""
+
+    @abstractmethod
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        """A matrix; a column is a matrix of one column."""
+
     powers_of_functions = False
     """Whether the exponent goes to the function's name: sin^2(x)."""
 

@@ -1,0 +1,134 @@
+"""``lagrange equations``: L, the equations of motion, and what is conserved and why."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli.options import shared_options, systems_argument
+from lagrange_cli.cli.report import emit, emit_json, run_each
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.symbolic.equations import Equations
+    from lagrange_cli.symbolic.verify import Verification
+
+FORMATS = ("text", "unicode", "latex", "json", "python")
+FORMS = ("lagrange", "explicit", "hamilton", "matrix")
+DIFFERS = 4
+"""Exit status where printed and compiled equations are not the same."""
+
+
+@click.command("equations", short_help="Print L, the equations of motion, h.")
+@systems_argument
+@click.option("--format", "format_", type=click.Choice(FORMATS), help="How to write them [text].")
+@click.option(
+    "--form",
+    type=click.Choice(FORMS),
+    default="lagrange",
+    show_default=True,
+    help="The whole derivation, or only q_ddot = ..., Hamilton's equations, or M a = f.",
+)
+@click.option(
+    "--verify",
+    "verifying",
+    is_flag=True,
+    help="Evaluate what is printed and what 'solve' compiles at random states and compare; exit status "
+    f"{DIFFERS} where they differ by more than 1e-12.",
+)
+@shared_options
+def equations(
+    systems: tuple[str, ...],
+    format_: str | None,
+    form: str,
+    verifying: bool,
+    overrides: dict[str, str],
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Print the Lagrangian, the equations of motion, momenta, energy function and conserved quantities.
+
+    \b
+    lagrange equations pendulum.yaml
+    lagrange equations pendulum.yaml --form hamilton --format latex
+    lagrange equations pendulum.yaml --format python > pendulum.py
+    """
+    if as_json and format_ not in (None, "json"):
+        raise click.UsageError(f"--json and --format {format_} contradict each other")
+    chosen = "json" if as_json else format_ or "text"
+    many = len(systems) > 1 and chosen != "json"
+
+    def show(system: str) -> int:
+        status = show_system(system, overrides, chosen, form, verifying=verifying, quiet=quiet)
+        if many and system != systems[-1]:
+            emit("")
+        return status
+
+    return run_each(systems, show, as_json=chosen == "json")
+
+
+def show_system(
+    system: str, overrides: dict[str, str], format_: str, form: str, *, verifying: bool, quiet: bool
+) -> int:
+    """Print one system's equations; returns the exit status."""
+    from lagrange_cli.cli.source import read_system
+    from lagrange_cli.expression.symbolic import SympyAlgebra
+    from lagrange_cli.model.build import build_model
+    from lagrange_cli.spec.values import resolve_parameters
+    from lagrange_cli.symbolic.derive import derive_equations
+
+    spec = read_system(system)
+    parameters = resolve_parameters(spec, overrides)
+    derived = derive_equations(build_model(spec, SympyAlgebra()))
+    verification = verify_system(spec, derived, overrides) if verifying else None
+    if format_ == "json":
+        from lagrange_cli.symbolic.data import as_data
+
+        emit_json(as_data(derived, form, parameters) | verdict(verification))
+    else:
+        text = written(derived, format_, form, parameters)
+        if verification is not None and not (quiet and verification.agrees):
+            text += f"\n\n{comment(format_)}{verification}"
+        emit(text)
+    return 0 if verification is None or verification.agrees else DIFFERS
+
+
+def written(derived: Equations, format_: str, form: str, parameters: dict[str, float]) -> str:
+    """The equations in one of the formats for people and programs other than JSON."""
+    if format_ == "python":
+        from lagrange_cli.symbolic.source import as_python
+
+        return as_python(derived, form, parameters)
+    from lagrange_cli.symbolic.layouts import as_latex, as_text, as_unicode
+
+    return {"text": as_text, "unicode": as_unicode, "latex": as_latex}[format_](derived, form)
+
+
+def comment(format_: str) -> str:
+    """How a line is kept out of the way of a format."""
+    return {"latex": "% ", "python": "# "}.get(format_, "")
+
+
+def verify_system(spec: Spec, derived: Equations, overrides: dict[str, str]) -> Verification:
+    """Hold the printed equations against the compiled ones; only this needs the compiler."""
+    from lagrange_cli.integrate import compiled_values
+    from lagrange_cli.spec.values import resolve_values
+    from lagrange_cli.symbolic.verify import verify
+
+    values = resolve_values(spec, overrides)
+    return verify(derived, compiled_values(spec), values.parameters, values.q, values.v)
+
+
+def verdict(verification: Verification | None) -> dict[str, Any]:
+    """The outcome of ``--verify`` for ``--json``."""
+    if verification is None:
+        return {}
+    return {
+        "verify": {
+            "difference": verification.difference,
+            "quantity": verification.quantity,
+            "states": verification.states,
+            "agrees": verification.agrees,
+        }
+    }

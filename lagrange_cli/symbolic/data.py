@@ -1,0 +1,61 @@
+"""The equations as data: strings that sympy and the system file's own grammar read back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import sympy
+
+from lagrange_cli.symbolic.equations import Equations
+from lagrange_cli.symbolic.hamilton import hamilton_form
+from lagrange_cli.symbolic.notations import Text
+from lagrange_cli.symbolic.render import render
+
+
+def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:
+    """Everything for ``--json``; each expression is a string, each equation an expression that is zero.
+
+    ``momenta``, ``equations`` and ``accelerations`` go by coordinate; what the system does not have (T and U
+    of a given L, explicit accelerations too long to read) is None. ``parameters`` are their values.
+    """
+    order = equations.order
+
+    def text(expression: sympy.Expr | None) -> str | None:
+        return None if expression is None else render(expression, Text(), order)
+
+    def by_coordinate(expressions: Any) -> dict[str, str | None]:
+        return dict(zip(equations.coordinates, map(text, expressions), strict=True))
+
+    data: dict[str, Any] = {
+        "name": equations.name,
+        "coordinates": list(equations.coordinates),
+        "parameters": dict(parameters),
+        "T": text(equations.T),
+        "U": text(equations.U),
+        "L": text(equations.L),
+        "momenta": by_coordinate(equations.momenta),
+        "equations": by_coordinate(each.left - each.right for each in equations.equations),
+        "generalized_forces": by_coordinate(equations.generalized_forces),
+        "accelerations": None if equations.accelerations is None else by_coordinate(equations.accelerations),
+        "mass_matrix": [[text(entry) for entry in row] for row in equations.mass_matrix],
+        "force": [text(entry) for entry in equations.force],
+        "h": text(equations.h),
+        "conserved": [
+            {"quantity": each.quantity, "expression": text(each.expression), "because": each.because}
+            for each in equations.conserved
+        ],
+        "not_conserved": [
+            {"quantity": each.quantity, "rate": text(each.rate), "because": each.because}
+            for each in equations.changing
+        ],
+    }
+    if form == "hamilton":
+        canonical = hamilton_form(equations)
+        order = canonical.order
+        data["hamiltonian"] = text(canonical.H)
+        data["canonical_equations"] = {
+            "velocities": by_coordinate(canonical.velocities),
+            "momentum_rates": by_coordinate(canonical.rates),
+        }
+    return data

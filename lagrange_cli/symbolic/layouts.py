@@ -1,0 +1,105 @@
+"""Pages for people: plain text, unicode and LaTeX."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lagrange_cli.symbolic.equations import Equations
+from lagrange_cli.symbolic.notations import Latex, Text, Unicode
+from lagrange_cli.symbolic.report import Section, Statement, sections
+
+WIDTH = 100
+"""Columns after which a sum goes on in the next line."""
+
+
+def as_text(equations: Equations, form: str) -> str:
+    """Plain ASCII; every expression is one that the system file's grammar and sympy read back."""
+    return page(equations, sections(equations, form, Text()))
+
+
+def as_unicode(equations: Equations, form: str) -> str:
+    """Greek letters, dots and superscripts."""
+    return page(equations, sections(equations, form, Unicode()))
+
+
+def page(equations: Equations, content: Iterable[Section]) -> str:
+    """The sections one below the other."""
+    count = len(equations.coordinates)
+    lines = [f"{equations.name}: {count} degree{'s' if count > 1 else ''} of freedom"]
+    for section in content:
+        lines += ["", section.title]
+        for statement in section.statements:
+            lines += sentence(statement) if section.verbal else formula(statement)
+    return "\n".join(lines)
+
+
+def formula(statement: Statement) -> list[str]:
+    """``left = right``, and the remark behind it."""
+    remark = f"   [{statement.remark}]" if statement.remark else ""
+    return wrap(f"{statement.left} = {statement.right}{remark}")
+
+
+def sentence(statement: Statement) -> list[str]:
+    """``left: remark``, or ``left = right`` with the remark below it."""
+    if not statement.right:
+        return ["  " + ": ".join(filter(None, (statement.left, statement.remark)))]
+    return [*wrap(f"{statement.left} = {statement.right}"), f"    {statement.remark}"]
+
+
+def wrap(text: str) -> list[str]:
+    """The text, indented; a long sum is broken before the signs between its terms."""
+    if "\n" in text:  # a matrix, with its rows below each other
+        first, *others = text.split("\n")
+        margin = " " * (first.index("[") + 2)
+        return ["  " + first, *(margin + line for line in others)]
+    lines = []
+    indent = "  "
+    while len(indent + text) > WIDTH and (place := break_place(text, WIDTH - len(indent))):
+        lines.append(indent + text[:place].rstrip())
+        indent, text = " " * 6, text[place:]
+    return [*lines, indent + text]
+
+
+def break_place(text: str, width: int) -> int:
+    """Where to break: before a sign between terms of the outermost sum, as late as ``width`` allows or
+    else at the first one beyond; 0 where there is none. The argument of a function is never broken."""
+    opened: list[bool] = []
+    places: list[tuple[int, int]] = []
+    for index, character in enumerate(text):
+        if character in "([":
+            opened.append(index > 0 and (text[index - 1].isalnum() or text[index - 1] == "√"))
+        elif character in ")]" and opened:
+            opened.pop()
+        elif (
+            character in "+-−" and index > 3 and text[index - 1] == text[index + 1] == " " and not sum(opened)
+        ):
+            places.append((len(opened), index))
+    outermost = min(places, default=(0, 0))[0]
+    candidates = [index for depth, index in places if depth == outermost]
+    return max((index for index in candidates if index <= width), default=min(candidates, default=0))
+
+
+def as_latex(equations: Equations, form: str) -> str:
+    """A fragment for a document that uses amsmath: an align* for each section."""
+    blocks = [f"% {equations.name}"]
+    for section in sections(equations, form, Latex()):
+        blocks.append(f"\\paragraph{{{section.title}}}")
+        if section.verbal:
+            blocks += ["\\begin{itemize}", *map(item, section.statements), "\\end{itemize}"]
+        else:
+            body = " \\\\\n".join(f"  {each.left} &= {each.right}" for each in section.statements)
+            blocks.append(f"\\begin{{align*}}\n{body}\n\\end{{align*}}")
+    return "\n".join(blocks)
+
+
+def item(statement: Statement) -> str:
+    """One entry of a list of sentences."""
+    if not statement.remark:
+        return f"  \\item {escaped(statement.left)}"
+    formula = f"{statement.left} = {statement.right}" if statement.right else statement.left
+    return f"  \\item ${formula}$: {escaped(statement.remark)}"
+
+
+def escaped(text: str) -> str:
+    """Plain words inside LaTeX."""
+    return text.replace("_", r"\_")

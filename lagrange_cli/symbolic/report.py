@@ -1,0 +1,170 @@
+"""What is shown in each form, as sections of statements that every notation lays out in its own way."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import sympy
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.symbolic.equations import Changing, Conserved, Equations
+from lagrange_cli.symbolic.hamilton import Hamiltonian, hamilton_form
+from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.render import Level, Notation, Renderer
+
+FORMS = ("lagrange", "explicit", "hamilton", "matrix")
+
+
+@dataclass(frozen=True)
+class Statement:
+    """``left = right`` and a remark, as text in some notation; ``right`` may be empty."""
+
+    left: str
+    right: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title and what stands below it; ``verbal`` where the statements are sentences, not formulas."""
+
+    title: str
+    statements: tuple[Statement, ...]
+    verbal: bool = False
+
+
+def sections(equations: Equations, form: str, notation: Notation) -> list[Section]:
+    """The sections of a form. Raises ``UsageError`` where the system has no such form."""
+    writer = Writer(notation, equations.order)
+    if form == "explicit":
+        if equations.accelerations is None:
+            raise UsageError("the explicit accelerations are too long to be read: use --form matrix, M a = f")
+        return [explicit_section(equations, writer)]
+    if form == "hamilton":
+        return hamilton_sections(equations, hamilton_form(equations), notation)
+    if form == "matrix":
+        return matrix_sections(equations, writer)
+    return lagrange_sections(equations, writer)
+
+
+class Writer:
+    """Expressions, symbols and derivatives in one notation."""
+
+    def __init__(self, notation: Notation, order: Order) -> None:
+        self.notation = notation
+        self.renderer = Renderer(notation, order)
+
+    def text(self, expression: sympy.Expr) -> str:
+        """An expression."""
+        return self.renderer.at(expression, Level.SUM)
+
+    def names(self, quantity: str) -> str:
+        """``p_theta`` or ``T + U``: names with plus signs between them."""
+        return self.notation.plus.join(self.notation.symbol(name) for name in quantity.split(" + "))
+
+    def rate(self, quantity: str) -> str:
+        """The time derivative of a quantity."""
+        text = self.names(quantity)
+        return self.notation.rate(self.notation.parentheses(text) if " + " in quantity else text)
+
+    def statement(self, name: str, expression: sympy.Expr) -> Statement:
+        """``name = expression``."""
+        return Statement(self.names(name), self.text(expression))
+
+
+def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
+    """Energies, L, momenta, Euler-Lagrange equations, accelerations, h, and what is conserved."""
+    energies = [
+        writer.statement(name, value)
+        for name, value in (("T", equations.T), ("U", equations.U), ("L", equations.L))
+        if value is not None
+    ]
+    found = [
+        Section("Lagrangian", tuple(energies)),
+        Section(
+            "Momenta",
+            tuple(
+                writer.statement(f"p_{name}", momentum)
+                for name, momentum in zip(equations.coordinates, equations.momenta, strict=True)
+            ),
+        ),
+        Section("Equations of motion", tuple(equation_statements(equations, writer))),
+    ]
+    if equations.accelerations is not None:
+        found.append(explicit_section(equations, writer))
+    found.append(Section("Energy function", (writer.statement("h", equations.h),)))
+    found.append(
+        Section("Conserved", tuple(conserved_statement(each, writer) for each in equations.conserved), True)
+        if equations.conserved
+        else Section("Conserved", (Statement("nothing that the Lagrangian shows"),), True)
+    )
+    if equations.changing:
+        statements = tuple(changing_statement(each, writer) for each in equations.changing)
+        found.append(Section("Not conserved", statements, True))
+    return found
+
+
+def equation_statements(equations: Equations, writer: Writer) -> Iterable[Statement]:
+    """The Euler-Lagrange equations, each with the factor it stands for once that is not 1."""
+    for name, equation in zip(equations.coordinates, equations.equations, strict=True):
+        remark = f"{name}, divided by {writer.text(equation.factor)}" if equation.factor != 1 else name
+        yield Statement(writer.text(equation.left), writer.text(equation.right), remark)
+
+
+def explicit_section(equations: Equations, writer: Writer) -> Section:
+    """The accelerations as functions of q, v, t."""
+    return Section(
+        "Accelerations",
+        tuple(
+            writer.statement(str(symbol), value)
+            for symbol, value in zip(equations.a, equations.accelerations or (), strict=True)
+        ),
+    )
+
+
+def hamilton_sections(equations: Equations, form: Hamiltonian, notation: Notation) -> list[Section]:
+    """H and the canonical equations."""
+    writer = Writer(notation, form.order)
+    canonical = [
+        *(
+            writer.statement(str(symbol), value)
+            for symbol, value in zip(equations.v, form.velocities, strict=True)
+        ),
+        *(writer.statement(f"{symbol}_dot", value) for symbol, value in zip(form.p, form.rates, strict=True)),
+    ]
+    momenta = Writer(notation, equations.order)
+    return [
+        Section("Hamiltonian", (writer.statement("H", form.H),)),
+        Section("Canonical equations", tuple(canonical)),
+        Section(
+            "Momenta",
+            tuple(
+                momenta.statement(str(symbol), value)
+                for symbol, value in zip(form.p, equations.momenta, strict=True)
+            ),
+        ),
+    ]
+
+
+def matrix_sections(equations: Equations, writer: Writer) -> list[Section]:
+    """M a = f."""
+    rows = [[writer.text(entry) for entry in row] for row in equations.mass_matrix]
+    column = [[writer.text(entry)] for entry in equations.force]
+    unknowns = [[writer.names(str(symbol))] for symbol in equations.a]
+    matrix = writer.notation.matrix
+    return [
+        Section("Equations of motion", (Statement("M a", "f"), Statement("a", matrix(unknowns)))),
+        Section("Mass matrix", (Statement("M", matrix(rows)),)),
+        Section("Force", (Statement("f", matrix(column)),)),
+    ]
+
+
+def conserved_statement(each: Conserved, writer: Writer) -> Statement:
+    """``p_theta``, whose expression stands among the momenta, and why."""
+    return Statement(writer.names(each.quantity), "", each.because)
+
+
+def changing_statement(each: Changing, writer: Writer) -> Statement:
+    """``dh/dt = ...``, and why."""
+    return Statement(writer.rate(each.quantity), writer.text(each.rate), each.because)

@@ -1,0 +1,256 @@
+"""Are the printed equations those that are integrated? Both are evaluated at random states and compared.
+
+The printed side is the printed text itself, read back by the expression language and evaluated with 30
+digits. A difference is divided by the *scale* of the printed expression: the change of its value when every
+sum, product and function in it is changed by one part, as rounding changes them (a running error bound;
+Higham, Accuracy and Stability of Numerical Algorithms, section 3.3). So where large terms cancel, what the
+cancellation alone costs in double precision does not count as a difference.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mpmath
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.build import build
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.syntax import ExpressionError, Tree
+from lagrange_cli.symbolic.equations import Equations
+from lagrange_cli.symbolic.notations import Text
+from lagrange_cli.symbolic.render import render
+
+BOUND = 1e-12
+"""The largest relative difference that counts as agreement."""
+DIGITS = 30
+STATES = 20
+ATTEMPTS = 50
+"""Draws for each state: some may fall where the equations have no value."""
+
+Compiled = Callable[[Sequence[float], float, Sequence[float], Sequence[float]], tuple[Any, Any, float]]
+"""(parameters, t, q, v) -> (accelerations, momenta, h), by the compiled program."""
+
+
+@dataclass(frozen=True)
+class Verification:
+    """How far printed and compiled equations are apart: ``difference`` is the largest relative difference,
+    found in ``quantity``, over ``states`` random states."""
+
+    difference: float
+    quantity: str
+    states: int
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the difference is within ``BOUND``."""
+        return self.difference <= BOUND
+
+    def __str__(self) -> str:
+        verdict = "agree" if self.agrees else "DIFFER"
+        return (
+            f"printed and compiled equations {verdict}: largest relative difference {self.difference:.1e} "
+            f"(in {self.quantity}) over {self.states} random states"
+        )
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A value and its scale, the size against which an error of it is measured; scale >= abs(value)."""
+
+    value: Any
+    scale: Any
+
+    def __neg__(self) -> Measured:
+        return Measured(-self.value, self.scale)
+
+    def __add__(self, other: Measured) -> Measured:
+        return Measured(self.value + other.value, self.scale + other.scale)
+
+    def __sub__(self, other: Measured) -> Measured:
+        return self + -other
+
+    def __mul__(self, other: Measured) -> Measured:
+        scale = self.scale * abs(other.value) + abs(self.value) * other.scale
+        return Measured(self.value * other.value, scale)
+
+    def __truediv__(self, other: Measured) -> Measured:
+        value = self.value / other.value
+        return Measured(value, (self.scale + abs(value) * other.scale) / abs(other.value))
+
+    def __pow__(self, other: Measured) -> Measured:
+        value = self.value**other.value
+        scale = abs(value)
+        if self.value != 0:
+            scale += abs(other.value * value / self.value) * self.scale
+        return Measured(value, scale)
+
+
+SLOPES: dict[str, Callable[[Any], Any]] = {
+    "sin": mpmath.cos,
+    "cos": mpmath.sin,
+    "tan": lambda x: 1 + mpmath.tan(x) ** 2,
+    "asin": lambda x: 1 / mpmath.sqrt(1 - x**2),
+    "acos": lambda x: 1 / mpmath.sqrt(1 - x**2),
+    "atan": lambda x: 1 / (1 + x**2),
+    "sinh": mpmath.cosh,
+    "cosh": mpmath.sinh,
+    "tanh": lambda x: 1 - mpmath.tanh(x) ** 2,
+    "exp": mpmath.exp,
+    "log": lambda x: 1 / x,
+    "sqrt": lambda x: 1 / (2 * mpmath.sqrt(x)),
+}
+"""The derivatives, up to sign."""
+
+
+class MeasuredAlgebra:
+    """``Algebra[Measured]`` over mpmath's numbers."""
+
+    def number(self, text: str) -> Measured:
+        value = mpmath.mpf(text.replace("_", ""))
+        return Measured(value, abs(value))
+
+    def pi(self) -> Measured:
+        return Measured(+mpmath.pi, +mpmath.pi)
+
+    def symbol(self, name: str) -> Measured:
+        raise NotImplementedError("symbols have values here, given by the scope")
+
+    def function(self, name: str, arguments: Sequence[Measured]) -> Measured:
+        if name == "atan2":
+            y, x = arguments
+            value = mpmath.atan2(y.value, x.value)
+            turn = (abs(x.value) * y.scale + abs(y.value) * x.scale) / (x.value**2 + y.value**2)
+            return Measured(value, abs(value) + turn)
+        (x,) = arguments
+        value = getattr(mpmath, name)(x.value)
+        return Measured(value, abs(value) + abs(SLOPES[name](x.value)) * x.scale)
+
+    def diff(self, expression: Measured, symbol: Measured) -> Measured:
+        raise NotImplementedError("a number remembers no symbol")
+
+
+@dataclass(frozen=True)
+class Printed:
+    """The printed equations, read back: accelerations (explicit, or None), M, f, p and h as trees."""
+
+    accelerations: list[Tree] | None
+    mass_matrix: list[list[Tree]]
+    force: list[Tree]
+    momenta: list[Tree]
+    h: Tree
+
+
+def verify(
+    equations: Equations,
+    compiled: Compiled,
+    parameters: Mapping[str, float],
+    q: Sequence[float],
+    v: Sequence[float],
+) -> Verification:
+    """Compare printed and compiled equations at random states around the initial one.
+
+    ``q`` and ``v`` are the initial state (length n each); parameters are varied by up to a tenth.
+    Raises ``UsageError`` where no state can be found at which the equations have a value.
+    """
+    printed = read_back(equations)
+    generator = random.Random(0)
+    largest, where = 0.0, "h"
+    for _ in range(STATES):
+        for quantity, difference in compare_somewhere(
+            generator, equations, printed, compiled, parameters, q, v
+        ):
+            if difference > largest:
+                largest, where = difference, quantity
+    return Verification(largest, where, STATES)
+
+
+def read_back(equations: Equations) -> Printed:
+    """The printed text of the equations, parsed. Raises ``UsageError`` where it is too long to be read."""
+
+    def tree(expression: Any) -> Tree:
+        return parse(render(expression, Text(), equations.order))
+
+    try:
+        accelerations = None
+        if equations.accelerations is not None:
+            accelerations = [tree(each) for each in equations.accelerations]
+    except ExpressionError:
+        accelerations = None  # longer than any expression may be; M a = f says the same
+    try:
+        return Printed(
+            accelerations,
+            [[tree(entry) for entry in row] for row in equations.mass_matrix],
+            [tree(each) for each in equations.force],
+            [tree(each) for each in equations.momenta],
+            tree(equations.h),
+        )
+    except ExpressionError as error:
+        raise UsageError(f"the printed equations are too long to be verified ({error.message})") from error
+
+
+def compare_somewhere(
+    generator: random.Random,
+    equations: Equations,
+    printed: Printed,
+    compiled: Compiled,
+    parameters: Mapping[str, float],
+    q: Sequence[float],
+    v: Sequence[float],
+) -> list[tuple[str, float]]:
+    """The relative differences at one random state: the first drawn at which everything has a value."""
+    for _ in range(ATTEMPTS):
+        numbers = {name: value * generator.uniform(0.9, 1.1) for name, value in parameters.items()}
+        t = generator.uniform(0, 1)
+        here = [value + generator.uniform(-1, 1) for value in q]
+        speed = [value + generator.uniform(-1, 1) for value in v]
+        values = dict(numbers) | {str(equations.time): t}
+        values |= {str(symbol): value for symbol, value in zip(equations.q, here, strict=True)}
+        values |= {str(symbol): value for symbol, value in zip(equations.v, speed, strict=True)}
+        try:
+            with mpmath.workdps(DIGITS):
+                known = {name: Measured(mpmath.mpf(x), abs(mpmath.mpf(x))) for name, x in values.items()}
+                exact = list(evaluate(equations, printed, known))
+        except (ArithmeticError, ValueError, ExpressionError):
+            continue
+        a, p, h = compiled(list(numbers.values()), t, here, speed)
+        found = [float(x) for x in (*a, *p, h)]
+        if all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact):
+            return [
+                (name, float(abs(number - each.value) / each.scale) if each.scale else abs(number))
+                for (name, each), number in zip(exact, found, strict=True)
+            ]
+    raise UsageError("no random state near the initial one gives the equations a value")
+
+
+def evaluate(
+    equations: Equations, printed: Printed, known: Mapping[str, Measured]
+) -> Iterator[tuple[str, Measured]]:
+    """Names and values of the accelerations, the momenta and h."""
+    algebra = MeasuredAlgebra()
+
+    def value(tree: Tree) -> Measured:
+        result: Measured = build(tree, known.__getitem__, algebra)
+        return result
+
+    names = map(str, equations.a)
+    if printed.accelerations is not None:
+        yield from zip(names, map(value, printed.accelerations), strict=True)
+    else:
+        matrix = [[value(entry) for entry in row] for row in printed.mass_matrix]
+        yield from zip(names, solve_measured(matrix, [value(each) for each in printed.force]), strict=True)
+    for name, tree in zip(equations.coordinates, printed.momenta, strict=True):
+        yield f"p_{name}", value(tree)
+    yield "h", value(printed.h)
+
+
+def solve_measured(matrix: list[list[Measured]], force: list[Measured]) -> list[Measured]:
+    """The solution of M a = f; its scale is |M^-1| (|M| |a| + |f|), after Skeel."""
+    inverse = mpmath.matrix([[entry.value for entry in row] for row in matrix]) ** -1
+    n = len(force)
+    solution = [sum(inverse[i, k] * force[k].value for k in range(n)) for i in range(n)]
+    slack = [force[k].scale + sum(matrix[k][j].scale * abs(solution[j]) for j in range(n)) for k in range(n)]
+    return [Measured(solution[i], sum(abs(inverse[i, k]) * slack[k] for k in range(n))) for i in range(n)]
