@@ -65,6 +65,14 @@ def test_an_unpacked_wheel_finds_its_systems_without_a_checkout(wheel, tmp_path)
     assert names == str(shipped.names())
 
 
+def test_everything_the_package_offers_is_there():
+    assert sorted(lagrange_cli.__all__) == lagrange_cli.__all__
+    for name in lagrange_cli.__all__:
+        assert getattr(lagrange_cli, name).__name__ == name
+    with pytest.raises(AttributeError):
+        lagrange_cli.nosuch  # noqa: B018
+
+
 def test_readme_has_the_two_lines_that_ci_runs():
     lines = re.findall(
         r"^python3 -m venv .*$", (ROOT / "README.md").read_text(encoding="utf-8"), re.MULTILINE

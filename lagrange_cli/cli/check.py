@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
 
 
-@click.command("check")
+@click.command("check", short_help="Validate; say what is conserved and skipped.")
 @systems_argument
 @shared_options
 def check(systems: tuple[str, ...], overrides: dict[str, str], as_json: bool, quiet: bool) -> int:
@@ -30,24 +30,22 @@ def check(systems: tuple[str, ...], overrides: dict[str, str], as_json: bool, qu
 def check_system(system: str, overrides: dict[str, str], *, as_json: bool, quiet: bool) -> int:
     """Check one system; returns the exit status."""
     from lagrange_cli.cli.settings import check_defaults
-    from lagrange_cli.cli.source import read_system
-    from lagrange_cli.expression.graph import GraphAlgebra
-    from lagrange_cli.mechanics.derive import derive
-    from lagrange_cli.model.build import build_model
+    from lagrange_cli.cli.source import derive_system, read_system
+    from lagrange_cli.mechanics.skipped import skipped
     from lagrange_cli.spec.values import resolve_values
 
     spec = read_system(system)
     check_defaults(spec)
     resolve_values(spec, overrides)
-    residual = derive(build_model(spec, GraphAlgebra()))
+    residual = derive_system(spec)
     if as_json:
-        emit_json(as_object(spec.name, residual))
+        emit_json(as_object(spec.name, residual, skipped(residual)))
     elif not quiet:
-        emit(as_text(spec.name, residual))
+        emit(as_text(spec.name, residual, skipped(residual)))
     return 0
 
 
-def as_object(name: str, residual: Residual) -> dict[str, Any]:
+def as_object(name: str, residual: Residual, skipped: tuple[str, ...]) -> dict[str, Any]:
     """The facts for ``--json``."""
     return {
         "name": name,
@@ -58,11 +56,11 @@ def as_object(name: str, residual: Residual) -> dict[str, Any]:
             {"quantity": each.quantity, "expression": each.expression, "because": each.because}
             for each in residual.conserved
         ],
-        "skipped": list(skipped(residual)),
+        "skipped": list(skipped),
     }
 
 
-def as_text(name: str, residual: Residual) -> str:
+def as_text(name: str, residual: Residual, skipped: tuple[str, ...]) -> str:
     """The facts in a few lines."""
     kind = "scleronomic" if residual.scleronomic else "rheonomic"
     conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in residual.conserved]
@@ -72,7 +70,7 @@ def as_text(name: str, residual: Residual) -> str:
             f"  coordinates: {', '.join(residual.coordinates)}",
             f"  cyclic: {', '.join(residual.cyclic) or 'none'}",
             *section("conserved", conserved),
-            *section("skipped by solve", skipped(residual)),
+            *section("skipped by solve", skipped),
         )
     )
 

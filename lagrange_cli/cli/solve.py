@@ -18,7 +18,7 @@ from lagrange_cli.cli.options import parse_outputs, refuse, shared_options, syst
 from lagrange_cli.cli.progress import Progress
 from lagrange_cli.cli.report import INTERRUPTED, complain, count_of, emit, emit_json, finite, run_each
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
-from lagrange_cli.cli.source import read_system, stem
+from lagrange_cli.cli.source import derive_system, read_system, stem
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -76,7 +76,7 @@ class Stopwatch:
         return {**self.seconds, "total": time.perf_counter() - self.started}
 
 
-@click.command("solve")
+@click.command("solve", short_help="Integrate the motion, write an HDF5 file.")
 @systems_argument
 @click.option("-o", "--output", metavar="FILE.h5", help="The file to write [SYSTEM.h5, in this directory].")
 @click.option("--stop", type=float, help="The time at which the motion ends.")
@@ -202,14 +202,13 @@ def read_run(system: str, request: Request) -> tuple[Spec, Values, Settings]:
 def prepare_run(spec: Spec, settings: Settings, watch: Stopwatch) -> Prepared:
     """Derive the residual and compile what the run needs of it."""
     with watch.stage("derive"):
-        from lagrange_cli.expression.graph import GraphAlgebra
         from lagrange_cli.integrate.run import prepare
-        from lagrange_cli.mechanics.derive import derive
-        from lagrange_cli.model.build import build_model
 
-        residual = derive(build_model(spec, GraphAlgebra()))
         prepared = prepare(
-            residual, method=settings.method, tolerance=settings.tolerance, outputs=settings.outputs
+            derive_system(spec),
+            method=settings.method,
+            tolerance=settings.tolerance,
+            outputs=settings.outputs,
         )
     watch.move(prepared.compile_seconds, "derive", "compile")
     return prepared

@@ -1,4 +1,4 @@
-"""From what the user typed for a system to the ``Spec`` it names."""
+"""From what the user typed for a system to its ``Spec``, and to its equations of motion."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from lagrange_cli.cli import shipped
 from lagrange_cli.errors import FileError, UsageError
 
 if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.spec.spec import Spec
 
 STANDARD_INPUT = "-"
@@ -37,6 +38,25 @@ def read_system(system: str) -> Spec:
     from lagrange_cli.spec.read import read_spec
 
     return read_spec(content, display_name(system))
+
+
+def derive_system(spec: Spec) -> Residual:
+    """The equations of motion over the expression graph.
+
+    Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
+    """
+    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.mechanics.derive import SingularCoordinate, derive
+    from lagrange_cli.model.build import build_model
+
+    try:
+        return derive(build_model(spec, GraphAlgebra()))
+    except SingularCoordinate as error:
+        from lagrange_cli.spec.source import Source
+
+        place = next(each.place for each in spec.coordinates if each.name == error.coordinate)
+        hint = "use it in 'embedding', or leave it out"
+        raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
 
 
 def read_bytes(system: str) -> bytes:

@@ -1,0 +1,89 @@
+"""``lagrange check``: what it says of each kind of system."""
+
+import json
+
+import pytest
+
+from tests.cli.command import SYSTEMS, lagrange
+
+KEYS = ["name", "degrees_of_freedom", "scleronomic", "cyclic", "conserved", "skipped"]
+
+FACTS = {
+    # system: degrees of freedom, scleronomic, cyclic coordinates, what is conserved
+    "pendulum": (1, True, [], {"h"}),
+    "double_pendulum": (2, True, [], {"h"}),
+    "atwood": (1, True, [], {"h"}),
+    "incline": (1, True, [], {"h"}),
+    "parabola_bead": (1, True, [], {"h"}),
+    "rotating_hoop": (1, False, [], {"h"}),
+    "rotating_rod": (1, False, [], {"h"}),
+    "harmonic_oscillator": (1, True, [], {"h"}),
+    "central_force": (2, True, ["theta"], {"h", "p_theta"}),
+    "spherical_pendulum": (2, True, ["phi"], {"h", "p_phi"}),
+    "driven_damped_pendulum": (1, True, [], set()),
+}
+
+
+def check(*names: str, cwd) -> list[dict]:
+    run = lagrange("check", "--json", *(SYSTEMS / f"{name}.yaml" for name in names), cwd=cwd)
+    assert (run.returncode, run.stderr) == (0, "")
+    return [json.loads(line) for line in run.stdout.splitlines()]
+
+
+def test_what_kind_of_system_each_is(tmp_path):
+    for name, answer in zip(FACTS, check(*FACTS, cwd=tmp_path), strict=True):
+        degrees, scleronomic, cyclic, conserved = FACTS[name]
+        assert list(answer) == KEYS
+        assert answer["degrees_of_freedom"] == degrees, name
+        assert answer["scleronomic"] is scleronomic, name
+        assert answer["cyclic"] == cyclic, name
+        assert {each["quantity"] for each in answer["conserved"]} == conserved, name
+        assert all(each["expression"] and each["because"] for each in answer["conserved"])
+        assert all(isinstance(sentence, str) for sentence in answer["skipped"])
+
+
+def test_every_shipped_system_is_right(tmp_path):
+    names = [path.stem for path in sorted(SYSTEMS.glob("*.yaml"))]
+    assert len(check(*names, cwd=tmp_path)) == len(names)
+
+
+def test_the_text_says_the_same(tmp_path):
+    run = lagrange("check", SYSTEMS / "central_force.yaml", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "2 degrees of freedom, scleronomic" in run.stdout
+    assert "cyclic: theta" in run.stdout
+    assert "p_theta = " in run.stdout
+
+
+def test_nothing_is_written(tmp_path):
+    check("pendulum", cwd=tmp_path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_quiet_checks_without_a_word(tmp_path):
+    assert lagrange("check", "--quiet", SYSTEMS / "pendulum.yaml", cwd=tmp_path).stdout == ""
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["missing.yaml"], 5, "no such file"),
+        (["wrong.yaml"], 3, "wrong.yaml:"),
+        (["solve.yaml"], 3, "in 'solve': unknown method 'rk4'"),
+        (["good.yaml", "--set", "nosuch=1"], 2, "nosuch"),
+    ],
+)
+def test_what_is_wrong_is_said_with_the_status_of_solve(tmp_path, arguments, status, message):
+    good = (SYSTEMS / "pendulum.yaml").read_text(encoding="utf-8").partition("solve:")[0]
+    (tmp_path / "good.yaml").write_text(good)
+    (tmp_path / "solve.yaml").write_text(good + "solve: {stop: 1, method: rk4}\n")
+    (tmp_path / "wrong.yaml").write_text(good + "frobnicate: 1\n")
+    run = lagrange("check", *arguments, cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (status, "")
+    assert message in run.stderr
+
+
+def test_a_system_is_read_from_standard_input(tmp_path):
+    text = (SYSTEMS / "atwood.yaml").read_text(encoding="utf-8")
+    run = lagrange("check", "--json", "-", cwd=tmp_path, input=text)
+    assert json.loads(run.stdout)["degrees_of_freedom"] == 1

@@ -1,0 +1,333 @@
+"""``lagrange solve`` as a user runs it; what it wrote is read back through h5py."""
+
+import json
+import math
+import os
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import yaml
+
+from lagrange_cli.cli.main import main
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+
+PENDULUM = SYSTEMS / "pendulum.yaml"
+JSON_KEYS = {"name", "output", "status", "message", "method", "tolerance", "steps", "t", "h_drift", "p_drift"}
+STAGES = {"parse", "derive", "compile", "integrate", "write", "total"}
+ROOT_ATTRIBUTES = [
+    "generator",
+    "name",
+    "spec",
+    "parameters",
+    "method",
+    "tolerance",
+    "steps",
+    "status",
+    "message",
+    "h_drift",
+    "p_drift",
+]
+
+
+def datasets(file: h5py.File) -> dict[str, tuple[int, ...]]:
+    """The shapes of all datasets by path (soft links are not followed)."""
+    found: dict[str, tuple[int, ...]] = {}
+    file.visititems(lambda path, item: found.update({path: item.shape}) if hasattr(item, "shape") else None)
+    return found
+
+
+def solve_json(*arguments: str | Path, cwd: Path) -> dict:
+    run = lagrange("solve", "--json", *arguments, cwd=cwd)
+    assert (run.returncode, run.stderr) == (0, "")
+    return json.loads(run.stdout)
+
+
+def test_the_main_job(tmp_path):
+    run = lagrange("solve", PENDULUM, cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout.startswith("pendulum: 1 degree of freedom")
+    assert "drift: h " in run.stdout and "wrote pendulum.h5" in run.stdout
+    assert os.listdir(tmp_path) == ["pendulum.h5"]
+    defaults = yaml.safe_load(PENDULUM.read_text(encoding="utf-8"))["solve"]
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        n = len(file["t"])
+        assert datasets(file) == dict.fromkeys(
+            ("t", "q/theta", "v/theta", "diagnostics/p/theta", "diagnostics/h"), (n,)
+        )
+        assert (file["t"][0], file["t"][-1]) == (0.0, defaults["stop"])
+        assert list(file.attrs) == sorted(ROOT_ATTRIBUTES)  # h5py lists them by name
+        assert file.attrs["status"] == "complete"
+        assert file.attrs["spec"] == PENDULUM.read_text(encoding="utf-8")
+        assert json.loads(file.attrs["parameters"]) == {"m": 1.0, "l": 1.0, "g": 9.81}
+        assert file["q/theta"].attrs["unit"] == "rad"
+        assert all(file[path].attrs["long_name"] for path in datasets(file))
+        assert file["q/theta"][0] == math.radians(170)
+        h = file["diagnostics/h"][()]
+        assert np.abs(h - h[0]).max() <= 1e-12 * 9.81
+
+
+def test_the_json_object_says_what_the_file_says(tmp_path):
+    answer = solve_json(SYSTEMS / "central_force.yaml", cwd=tmp_path)
+    assert set(answer) >= JSON_KEYS | {"seconds"}
+    assert set(answer["seconds"]) == STAGES
+    assert all(seconds >= 0 for seconds in answer["seconds"].values())
+    assert list(answer["p_drift"]) == ["theta"]
+    with h5py.File(tmp_path / answer["output"]) as file:
+        for key in ("name", "status", "message", "method", "tolerance", "steps", "h_drift"):
+            assert file.attrs[key] == answer[key]
+        assert json.loads(file.attrs["p_drift"]) == answer["p_drift"]
+        assert file["t"][-1] == answer["t"]
+        h, p = file["diagnostics/h"][()], file["diagnostics/p/theta"][()]
+        assert np.abs(h - h[0]).max() <= answer["h_drift"] * (1 + 1e-12)
+        assert np.abs(p - p[0]).max() <= answer["p_drift"]["theta"] * (1 + 1e-12)
+
+
+def test_all_outputs_of_a_system_of_particles(tmp_path):
+    solve_json(PENDULUM, "--outputs", "all", "--samples", "5", cwd=tmp_path)
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        expected = {
+            "t", "q/theta", "v/theta", "diagnostics/p/theta", "diagnostics/h", "diagnostics/T",
+            "diagnostics/U", "diagnostics/energy", "diagnostics/ledger/h", "diagnostics/ledger/p/theta",
+            "diagnostics/action", "positions/bob",
+        }  # fmt: skip
+        found = datasets(file)
+        assert set(found) - {"x", "xy", "xyz"} == expected
+        assert found["positions/bob"][0] == 5
+        np.testing.assert_allclose(
+            file["diagnostics/T"][()] + file["diagnostics/U"][()], file["diagnostics/energy"][()], atol=1e-14
+        )
+
+
+def test_only_what_is_asked_for_is_written(tmp_path):
+    solve_json(PENDULUM, "--outputs", "T, positions", "--samples", "5", cwd=tmp_path)
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        assert set(datasets(file)) - {"x", "xy", "xyz"} == {"t", "diagnostics/T", "positions/bob"}
+
+
+@pytest.mark.parametrize(
+    ("options", "times"),
+    [
+        (["--samples", "5", "--stop", "2"], [0, 0.5, 1, 1.5, 2]),
+        (["--step", "0.3", "--stop", "1"], [0, 0.3, 0.6, 0.9]),
+        (["--step", "0.1", "--stop", "0.3"], [0, 0.1, 0.2, 0.3]),
+    ],
+)
+def test_samples_are_where_they_were_asked_for(tmp_path, options, times):
+    solve_json(PENDULUM, *options, cwd=tmp_path)
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        np.testing.assert_allclose(file["t"], times, rtol=1e-15)
+
+
+def test_set_changes_parameters_and_the_initial_state(tmp_path):
+    options = ["--set", "l=2*m", "--set", "theta=pi/6", "--set", "theta_dot=0.5", "--set", "m=1.5"]
+    solve_json(PENDULUM, *options, "--samples", "2", cwd=tmp_path)
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        assert json.loads(file.attrs["parameters"]) == {"m": 1.5, "l": 3.0, "g": 9.81}
+        assert (file["q/theta"][0], file["v/theta"][0]) == (math.pi / 6, 0.5)
+
+
+def test_the_same_run_gives_the_same_bytes(tmp_path):
+    for name in ("first", "second"):
+        (tmp_path / name).mkdir()
+        assert lagrange("solve", SYSTEMS / "double_pendulum.yaml", cwd=tmp_path / name).returncode == 0
+        time.sleep(1.1)  # HDF5's time stamps, were there any, count seconds
+    first, second = (tmp_path / name / "double_pendulum.h5" for name in ("first", "second"))
+    assert first.read_bytes() == second.read_bytes()
+
+
+def test_standard_input_is_a_system_file_too(tmp_path):
+    run = lagrange("solve", "-", cwd=tmp_path, input=PENDULUM.read_text(encoding="utf-8"))
+    assert (run.returncode, os.listdir(tmp_path)) == (0, ["stdin.h5"])
+
+
+def test_an_existing_output_is_kept_and_reported_before_any_work(tmp_path):
+    (tmp_path / "broken.yaml").write_text("nonsense: [")
+    (tmp_path / "broken.h5").write_text("precious")
+    run = lagrange("solve", "broken.yaml", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (5, "")
+    assert run.stderr == "Error: broken.h5 exists and is kept: --force replaces it, --output names another\n"
+    assert (tmp_path / "broken.h5").read_text() == "precious"
+
+
+def test_force_replaces_it_only_by_something_whole(tmp_path):
+    (tmp_path / "pendulum.h5").write_text("precious")
+    assert lagrange("solve", PENDULUM, "--force", "--set", "m=0", cwd=tmp_path).returncode == 2
+    assert (tmp_path / "pendulum.h5").read_text() == "precious"
+    assert lagrange("solve", PENDULUM, "--force", cwd=tmp_path).returncode == 0
+    assert h5py.is_hdf5(tmp_path / "pendulum.h5")
+
+
+def test_quiet_says_nothing(tmp_path):
+    run = lagrange("solve", "--quiet", PENDULUM, cwd=tmp_path)
+    assert (run.returncode, run.stdout, run.stderr) == (0, "", "")
+
+
+def test_several_systems_the_others_still_run_and_the_highest_status_counts(tmp_path):
+    (tmp_path / "wrong.yaml").write_text("potential: 1")
+    run = lagrange(
+        "solve", "--json", PENDULUM, "wrong.yaml", "missing.yaml", SYSTEMS / "incline.yaml", cwd=tmp_path
+    )
+    answers = [json.loads(line) for line in run.stdout.splitlines()]
+    assert run.returncode == 5
+    assert [(answer["name"], answer["status"]) for answer in answers][:3] == [
+        ("pendulum", "complete"),
+        ("wrong", "failed"),
+        ("missing", "failed"),
+    ]
+    assert answers[3]["status"] == "complete"
+    assert {path.name for path in tmp_path.glob("*.h5")} == {"pendulum.h5", "incline.h5"}
+
+
+BAD = {
+    "missing file": (["missing.yaml"], 5, "missing.yaml: no such file"),
+    "a shipped system's name": (["pendulum"], 5, "lagrange systems pendulum > pendulum.yaml"),
+    "directory as input": (["."], 5, "is a directory"),
+    "empty file": (["empty.yaml"], 3, "empty.yaml"),
+    "binary file": (["binary.yaml"], 3, "binary.yaml"),
+    "directory as output": ([PENDULUM, "-o", "folder"], 5, "is a directory"),
+    "output in no directory": ([PENDULUM, "-o", "no/where.h5"], 5, "no directory"),
+    "output in a file": ([PENDULUM, "-o", "empty.yaml/out.h5"], 5, "no directory"),
+    "output to a device": ([PENDULUM, "-o", "/dev/null", "--force"], 5, "no plain file"),
+    "output to standard output": ([PENDULUM, "-o", "-"], 2, "standard output"),
+    "output over the input": (["pendulum.yaml", "-o", "pendulum.yaml", "--force"], 2, "system file itself"),
+    "one output for two": ([PENDULUM, SYSTEMS / "atwood.yaml", "-o", "x.h5"], 2, "several systems"),
+    "two systems with one name": (["pendulum.yaml", PENDULUM], 2, "two of the systems"),
+    "set of an unknown name": ([PENDULUM, "--set", "nosuch=1"], 2, "nosuch"),
+    "set without a value": ([PENDULUM, "--set", "m"], 2, "NAME=VALUE"),
+    "set to no number": ([PENDULUM, "--set", "m=nan"], 2, "nan"),
+    "a mass of zero": ([PENDULUM, "--set", "m=0"], 2, "mass"),
+    "a negative mass": ([PENDULUM, "--set", "m=-1"], 2, "mass"),
+    "stop before start": ([PENDULUM, "--stop", "-1"], 2, "stop after it starts"),
+    "stop is no number": ([PENDULUM, "--stop", "nan"], 2, "finite"),
+    "stop is no word": ([PENDULUM, "--stop", "soon"], 2, "soon"),
+    "zero samples": ([PENDULUM, "--samples", "0"], 2, "at least 2 samples"),
+    "step of zero": ([PENDULUM, "--step", "0"], 2, "positive"),
+    "samples and step": ([PENDULUM, "--samples", "5", "--step", "1"], 2, "one of them"),
+    "unknown output": ([PENDULUM, "--outputs", "q,enrgy"], 2, "did you mean 'energy'"),
+    "no output": ([PENDULUM, "--outputs", ","], 2, "names nothing"),
+    "unknown method": ([PENDULUM, "--method", "rk4"], 2, "taylor"),
+    "tolerance out of range": ([PENDULUM, "--tolerance", "7"], 2, "tolerance"),
+    "sizes": ([PENDULUM, "--size", "N=3"], 2, "not supported yet"),
+    "resume": ([PENDULUM, "--resume"], 2, "cannot be resumed yet"),
+    "jobs": ([PENDULUM, "--jobs", "2"], 2, "one after the other"),
+    "no systems": ([], 2, "SYSTEM.yaml"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "status", "message"), BAD.values(), ids=BAD)
+def test_bad_input_gives_one_clear_message_and_leaves_nothing(tmp_path, arguments, status, message):
+    (tmp_path / "pendulum.yaml").write_text(PENDULUM.read_text(encoding="utf-8"))
+    (tmp_path / "empty.yaml").touch()
+    (tmp_path / "binary.yaml").write_bytes(bytes(range(256)))
+    (tmp_path / "folder").mkdir()
+    before = sorted(tmp_path.rglob("*"))
+    run = lagrange("solve", *arguments, cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (status, "")
+    assert message in run.stderr and "Traceback" not in run.stderr and "report it" not in run.stderr
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_no_permission_to_write_is_said_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(os, "access", lambda path, mode: False)  # the superuser may write anywhere
+    assert main(["solve", "missing.yaml"]) == 5
+    assert "no permission to write" in capsys.readouterr().err
+
+
+def test_a_full_disk_is_one_clear_error_and_leaves_nothing(tmp_path):
+    run = lagrange(
+        "solve",
+        PENDULUM,
+        "--samples",
+        "100000",
+        cwd=tmp_path,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000)),
+    )
+    assert (run.returncode, run.stdout) == (5, "")
+    assert run.stderr == "Error: pendulum.h5 could not be written: File too large\n"
+    assert os.listdir(tmp_path) == []
+
+
+def test_a_reader_that_hangs_up_does_not_disturb_the_work(tmp_path):
+    reader, writer = os.pipe()
+    os.close(reader)
+    run = subprocess.run(
+        [sys.executable, "-m", "lagrange_cli", "solve", str(PENDULUM), str(SYSTEMS / "incline.yaml")],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=writer,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    os.close(writer)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert sorted(os.listdir(tmp_path)) == ["incline.h5", "pendulum.h5"]
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+def test_an_interrupt_keeps_what_was_computed(tmp_path, number):
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lagrange_cli", "solve", "--json", "--stop", "1e9", "--step", "1",
+         str(PENDULUM), str(SYSTEMS / "incline.yaml")],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )  # fmt: skip
+    while process.poll() is None:
+        if any(part.stat().st_size > 100_000 for part in tmp_path.glob(".pendulum.h5.*.part")):
+            process.send_signal(number)
+            break
+        time.sleep(0.02)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "interrupted" in err and "Traceback" not in err
+    answer = json.loads(out)
+    assert answer["status"] == "interrupted"
+    assert os.listdir(tmp_path) == ["pendulum.h5"]
+    with h5py.File(tmp_path / "pendulum.h5") as file:
+        assert file.attrs["status"] == "interrupted"
+        t = file["t"][()]
+        assert 0 < len(t) < 1e9 and t[-1] <= answer["t"]
+        np.testing.assert_array_equal(t, np.arange(len(t)))
+        assert len(file["q/theta"]) == len(t) and np.isfinite(file["q/theta"]).all()
+
+
+def test_a_motion_that_cannot_be_continued_is_kept_with_status_4(tmp_path):
+    (tmp_path / "fall.yaml").write_text(
+        "parameters: {G: 1.0}\n"
+        "coordinates: {r: {initial: 1.0, velocity: 0.0}}\n"
+        "masses: {stone: 1}\n"
+        "embedding: {stone: [r]}\n"
+        "potential: -G/r\n"
+        "solve: {stop: 10, samples: 1001}\n"
+    )
+    run = lagrange("solve", "--json", "fall.yaml", cwd=tmp_path)
+    assert run.returncode == 4
+    answer = json.loads(run.stdout)
+    assert answer["status"] == "failed" and answer["message"] in run.stderr
+    assert answer["t"] == pytest.approx(math.pi / math.sqrt(8), rel=1e-3)  # free fall onto a point mass
+    with h5py.File(tmp_path / "fall.h5") as file:
+        assert file.attrs["status"] == "failed"
+        assert 100 < len(file["t"]) < 1001 and file["t"][-1] <= answer["t"]
+        assert np.isfinite(file["q/r"]).all()
+
+
+@pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])
+def test_scipys_methods_write_the_same_motion(tmp_path, method):
+    solve_json(PENDULUM, "--stop", "2", "--samples", "11", cwd=tmp_path)
+    options = ["--stop", "2", "--samples", "11", "--method", method, "--tolerance", "1e-8"]
+    answer = solve_json(PENDULUM, *options, "-o", "other.h5", cwd=tmp_path)
+    assert answer["method"] == method
+    with h5py.File(tmp_path / "pendulum.h5") as one, h5py.File(tmp_path / "other.h5") as other:
+        assert datasets(one) == datasets(other)
+        np.testing.assert_array_equal(one["t"], other["t"])
+        np.testing.assert_allclose(one["q/theta"], other["q/theta"], atol=1e-4)
