@@ -100,6 +100,10 @@ class _State:
         self.operators = 0
 
     def take(self, token: Token) -> None:
+        if self.last is not None and self.last.text == "." and token.kind != "name":
+            raise ExpressionError(
+                self.last.span, "the name of a component is missing after '.'", "as in bead.x"
+            )
         if token.kind == "number":
             self._number(token)
         elif token.kind == "name":

@@ -27,8 +27,8 @@ def check(draft: Draft, problems: Problems) -> Spec:
     checker = _Checker(draft, problems)
     checker.declare()
     parameters = checker.parameters()
-    coordinates = checker.coordinates()
     definitions = checker.definitions()
+    coordinates = checker.coordinates()
     checker.formulation()
     masses = checker.scalars("masses", "mass of")
     embedding = checker.embedding()
@@ -232,8 +232,8 @@ class _Checker:
             if given != due:
                 self.problems.add(
                     entry.value.place,
-                    f"{where} has {given} components, and '{entry.name}' moves in {due}",
-                    f"write {due} component{'s' if due > 1 else ''}",
+                    f"{where} has {_components(given)}, and '{entry.name}' moves in {due}",
+                    f"write {_components(due)}",
                 )
         return found
 
@@ -297,6 +297,10 @@ def _solve(draft: Draft, problems: Problems) -> SolveDefaults:
     if solve.samples is not None and solve.step is not None:
         problems.add(places["step"], "'samples' and 'step' cannot both be given", "leave one of them out")
     return solve
+
+
+def _components(count: int) -> str:
+    return f"{count} component{'s' if count > 1 else ''}"
 
 
 def _stem(filename: str) -> str:

@@ -76,10 +76,11 @@ def _parsed(
         passages.append((len(text), scalar.passage))
         draft = Expression(scalar.text, Vector((), Span(0, 0)), scalar.place, ((len(text), scalar.passage),))
         try:
+            span = Span(len(text), len(text) + max(1, len(scalar.text)))
             if scalar.empty:
-                raise ExpressionError(
-                    Span(len(text), len(text) + 1), "a value is missing", "write an expression"
-                )
+                raise ExpressionError(span, "a value is missing", "write an expression")
+            if scalar.text.lower().lstrip("+-") in _NOT_FINITE:
+                raise ExpressionError(span, f"'{scalar.text}' is not a finite number", "write a number")
             trees.append(parse(scalar.text, len(text)))
         except ExpressionError as error:
             problems.add_expression(draft, error, where)

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from heapq import heappop, heappush
 
 
 def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list[list[str]]]:
-    """The keys of ``uses``, each after all keys it uses, and the cycles there are.
+    """The keys of ``uses``, each after all it uses and else in their order, and the cycles there are.
 
     Names that are no keys are ignored. A cycle is given from a name back to itself; its members, and what
     uses them, are missing from the order.
@@ -16,12 +17,17 @@ def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list
     for name, used in remaining.items():
         for other in used:
             users[other].append(name)
-    order = [name for name, used in remaining.items() if not used]
-    for name in order:  # grows while it is walked
+    names = list(uses)
+    position = {name: number for number, name in enumerate(names)}
+    ready = [position[name] for name, used in remaining.items() if not used]
+    order: list[str] = []
+    while ready:
+        name = names[heappop(ready)]
+        order.append(name)
         for user in users[name]:
             remaining[user].discard(name)
             if not remaining[user]:
-                order.append(user)
+                heappush(ready, position[user])
     stuck = {name: used for name, used in remaining.items() if used}
     return order, _cycles(stuck)
 

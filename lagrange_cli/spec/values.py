@@ -183,7 +183,7 @@ class _Run:
 
     def _value(self, expression: Expression, where: str) -> float | None:
         """The number, or None where there is none, which is noted at its place."""
-        if any(base in self.trees and base not in self.values for base in _bases(expression.tree)):
+        if _bases(expression.tree) - CONSTANTS - self.values.keys() - self.definitions.keys():
             return None  # follows from a problem already noted
         try:
             return evaluate(expression.tree, self._scope)

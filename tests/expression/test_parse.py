@@ -1,0 +1,276 @@
+"""Text to tree: what is accepted, what is refused and how, and that spans are exact."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.scan import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS
+from lagrange_cli.expression.syntax import (
+    Binary,
+    Call,
+    ExpressionError,
+    Name,
+    Negative,
+    Number,
+    Span,
+    Tree,
+    Vector,
+    names,
+)
+from lagrange_cli.expression.vocabulary import CALLABLE
+
+
+def test_tree_with_spans() -> None:
+    assert parse("-a.x*sin(2e-3)") == Binary(
+        "*",
+        Negative(Name("a.x", Span(1, 4)), Span(0, 4)),
+        Call("sin", (Number("2e-3", Span(9, 13)),), Span(5, 14)),
+        Span(0, 14),
+    )
+
+
+def test_precedence_is_that_of_python() -> None:
+    assert evaluate(parse("-2**2 + 3*4/6 - 2**-1**2")) == -(2**2) + 3 * 4 / 6 - 2 ** -(1**2)
+    assert evaluate(parse("8/4/2 - 1 - 1 + +3")) == 2
+
+
+def test_offset_is_added_to_every_span() -> None:
+    assert parse("a + b", 7).span == Span(7, 12)
+    with pytest.raises(ExpressionError) as caught:
+        parse("a + 2b", 7)
+    assert caught.value.span == Span(11, 13)
+    with pytest.raises(ExpressionError) as caught:
+        parse("a + x**99", 7)
+    assert caught.value.span == Span(14, 16)
+
+
+def test_spans_count_characters() -> None:
+    tree = parse("θ*sin(ü, 1)".replace(", 1", "") + " + ωω")
+    assert [(name.identifier, name.span) for name in names(tree)] == [
+        ("θ", Span(0, 1)),
+        ("ü", Span(6, 7)),
+        ("ωω", Span(11, 13)),
+    ]
+
+
+def test_vectors() -> None:
+    for text in ("(x, y)", "x, y", "[x, y]", "x,\n\ty"):
+        tree = parse(text)
+        assert isinstance(tree, Vector)
+        assert [name.identifier for name in names(tree)] == ["x", "y"]
+    assert isinstance(parse("(x,)"), Vector)
+    assert isinstance(parse("(x)"), Name)
+
+
+REFUSED = [
+    ("", 0, 1, "empty", ""),
+    ("2x", 0, 2, "operator is missing", "write 2*x"),
+    ("m g", 0, 3, "operator is missing", "write m*g"),
+    ("2(x)", 0, 2, "operator is missing", "write *"),
+    ("(a)(b)", 2, 4, "operator is missing", "write *"),
+    ("1_000", 0, 5, "", "leave the '_' out of the number 1_000"),
+    ("1.2.3", 0, 5, "operator is missing", ""),
+    ("sin x", 0, 5, "'sin' needs parentheses", "write sin(x)"),
+    ("θ'", 0, 2, "prime", "θ_dot"),
+    ("a = b", 2, 3, "'='", "only the expression"),
+    ("a == b", 2, 3, "'='", ""),
+    ("x[1]", 1, 2, "indexed families", ""),
+    ("[x for x in y]", 3, 6, "indexed families", ""),
+    ("sum(x for x in y)", 6, 9, "indexed families", ""),
+    ("sum(x)", 0, 3, "indexed families", ""),
+    ("a < b", 2, 3, "comparisons", ""),
+    ("a if b else c", 2, 4, "conditions", ""),
+    ("abs(x)", 0, 3, "not smooth", ""),
+    ("where(x, 1, 2)", 0, 5, "not smooth", ""),
+    ("min(x, y)", 0, 3, "not smooth", ""),
+    ("'a'", 0, 1, "quotes", ""),
+    ("f(x).y", 4, 5, "name of a vector", ""),
+    ("a.b.c", 0, 5, "only a named vector", ""),
+    ("a.(b)", 1, 2, "component is missing", ""),
+    ("sin(x, y=1)", 8, 9, "'='", ""),
+    ("sin(*x)", 4, 5, "a value is missing", ""),
+    ("sinn(x)", 0, 4, "unknown function 'sinn'", "did you mean 'sin'?"),
+    ("arcsin(x)", 0, 6, "unknown function", "write asin"),
+    ("m(x)", 0, 1, "unknown function 'm'", "for a product write *"),
+    ("sin()", 0, 5, "takes 1 argument, not 0", "sin(x)"),
+    ("atan2(x)", 0, 8, "takes 2 arguments, not 1", "atan2(x, y)"),
+    ("x^2", 1, 2, "'^'", "write ** for powers"),
+    ("a // b", 3, 4, "'//'", "write /"),
+    ("a % b", 2, 3, "'%'", ""),
+    ("a +", 2, 3, "missing after '+'", ""),
+    ("(a + )", 5, 6, "missing after '+'", ""),
+    ("*a", 0, 1, "missing before '*'", ""),
+    ("a,,b", 2, 3, "missing after ','", ""),
+    ("(a", 0, 1, "never closed", ""),
+    ("a)", 1, 2, "closes nothing", ""),
+    ("(a]", 2, 3, "closes nothing", ""),
+    ("()", 0, 2, "one to three components, not 0", ""),
+    ("(1, 2, 3, 4)", 0, 12, "not 4", ""),
+    ("lambda*2", 0, 6, "cannot be a name", ""),
+    ("True", 0, 4, "cannot be a name", ""),
+    ("x²", 1, 2, "'²'", "**2"),
+    ("−x", 0, 1, "minus", "write -"),
+    ("007", 0, 3, "begins with a zero", "write 7"),
+    ("1e999", 0, 5, "too large", ""),
+    ("__import__('os').system('x')", 11, 12, "quotes", ""),
+    ("__import__(os)", 0, 10, "unknown function", ""),
+    ("x := 1", 2, 3, "':'", ""),
+    ("x; y", 1, 2, "';'", "commas"),
+    ("a # b", 2, 3, "'#'", ""),
+    ("a\\\nb", 1, 2, "meaning", ""),
+    ("\ud800", 0, 1, "meaning", ""),
+    ("a\0", 1, 2, "meaning", ""),
+    ("x**65", 3, 5, "the exponent 65 is out of bounds", ""),
+    ("x**-65", 3, 6, "the exponent -65", ""),
+    ("9**9**9**9", 6, 10, "the exponent 3.8742e+08", ""),
+    ("9**(9**9)", 4, 8, "the exponent 3.8742e+08", ""),
+    ("x**(1/0)", 4, 7, "division by zero", ""),
+    ("x**(1, 2)", 3, 9, "a vector", ""),
+    ("x" * (MAX_LENGTH + 1), 0, 1, "too long", "definitions"),
+    ("(" * 4000 + "x" + ")" * 4000, MAX_NESTING, MAX_NESTING + 1, "nested more than", "definitions"),
+    ("-" * 4000 + "x", MAX_NESTING, MAX_NESTING + 1, "nested more than", ""),
+    ("x" + "**x" * 3000, 3 * MAX_NESTING + 1, 3 * MAX_NESTING + 3, "nested more than", ""),
+    ("sin(" * 1500 + "x" + ")" * 1500, 4 * MAX_NESTING + 3, 4 * MAX_NESTING + 4, "nested more than", ""),
+    ("x" + "+x" * 4000, 2 * MAX_OPERATORS + 1, 2 * MAX_OPERATORS + 2, "more than 1000 operators", ""),
+]
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "stop", "message", "hint"), REFUSED, ids=[ascii(text[:30]) for text, *_ in REFUSED]
+)
+def test_refused_with_place_and_way_out(text: str, start: int, stop: int, message: str, hint: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        parse(text)
+    assert caught.value.span == Span(start, stop)
+    assert message in caught.value.message
+    assert hint in caught.value.hint
+    assert caught.value.hint
+
+
+def test_the_bounds_themselves_are_accepted() -> None:
+    assert evaluate(parse("1" + "+1" * MAX_OPERATORS)) == MAX_OPERATORS + 1
+    assert evaluate(parse("(" * MAX_NESTING + "1" + ")" * MAX_NESTING)) == 1
+    assert evaluate(parse("(1 - 1)*" * 300 + "1")) == 0
+    assert evaluate(parse(" + ".join(["-1"] * 200))) == -200
+    assert evaluate(parse("1" * 300)) == pytest.approx(1e300 / 9, rel=1e-12)
+    assert parse("x**64")
+    assert parse("x**-64")
+    assert parse("x**(-3/2)")
+    assert parse("x**2**3")
+    assert parse("x**(a + 1000)")
+
+
+@given(st.text(st.sampled_from("abxyt019.+-*/()[], '^=eθ²'\n\t_"), max_size=40) | st.text(max_size=20))
+@settings(max_examples=500, deadline=None)
+def test_any_text_is_a_tree_or_an_expression_error(text: str) -> None:
+    try:
+        tree = parse(text)
+    except ExpressionError as error:
+        assert 0 <= error.span.start < error.span.stop <= max(1, len(text))
+        assert error.message
+        assert error.hint
+    else:
+        for name in names(tree):
+            assert name.span.stop <= len(text)
+
+
+def written(tree: Tree) -> str:
+    """The tree as text, each operation in its own parentheses."""
+    if isinstance(tree, Number):
+        return tree.text
+    if isinstance(tree, Name):
+        return tree.identifier
+    if isinstance(tree, Negative):
+        return f"(-{written(tree.operand)})"
+    if isinstance(tree, Binary):
+        return f"({written(tree.left)} {tree.operator} {written(tree.right)})"
+    if isinstance(tree, Call):
+        return f"{tree.function}({', '.join(map(written, tree.arguments))})"
+    return f"({', '.join(map(written, tree.items))},)"
+
+
+def unplaced(tree: Tree) -> object:
+    """The tree without its spans."""
+    if isinstance(tree, Number):
+        return tree.text
+    if isinstance(tree, Name):
+        return (tree.identifier,)
+    if isinstance(tree, Negative):
+        return "-", unplaced(tree.operand)
+    if isinstance(tree, Binary):
+        return tree.operator, unplaced(tree.left), unplaced(tree.right)
+    if isinstance(tree, Call):
+        return tree.function, *map(unplaced, tree.arguments)
+    return "vector", *map(unplaced, tree.items)
+
+
+NOWHERE = Span(0, 0)
+
+
+def larger(inner: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
+    calls = st.sampled_from(sorted(CALLABLE.items())).flatmap(
+        lambda one: st.builds(Call, st.just(one[0]), st.tuples(*[inner] * one[1]), st.just(NOWHERE))
+    )
+    return st.one_of(
+        st.builds(Negative, inner, st.just(NOWHERE)),
+        st.builds(Binary, st.sampled_from("+-*/"), inner, inner, st.just(NOWHERE)),
+        st.builds(
+            Binary, st.just("**"), inner, st.builds(Name, st.just("n"), st.just(NOWHERE)), st.just(NOWHERE)
+        ),
+        calls,
+        st.builds(Vector, st.lists(inner, min_size=1, max_size=3).map(tuple), st.just(NOWHERE)),
+    )
+
+
+TREES: st.SearchStrategy[Tree] = st.recursive(
+    st.one_of(
+        st.builds(Number, st.sampled_from(["0", "1", "2.5", "1e-3", ".5", "3."]), st.just(NOWHERE)),
+        st.builds(Name, st.sampled_from(["x", "theta_dot", "bob.x", "θ", "pi"]), st.just(NOWHERE)),
+    ),
+    larger,
+    max_leaves=20,
+)
+
+
+@given(TREES)
+@settings(deadline=None)
+def test_what_is_written_is_read_back(tree: Tree) -> None:
+    text = written(tree)
+    found = parse(text)
+    assert unplaced(found) == unplaced(tree)
+    for name in names(found):
+        assert text[name.span.start : name.span.stop] == name.identifier
+
+
+def test_functions_of_numbers() -> None:
+    for text, value in [
+        ("sin(1)", math.sin(1)),
+        ("atan2(1, -2)", math.atan2(1, -2)),
+        ("norm((3, 4))", 5.0),
+        ("dot((1, 2, 3), (4, 5, 6))", 32.0),
+        ("dot(cross((1, 0, 0), (0, 1, 0)), (0, 0, 7))", 7.0),
+        ("norm(2*(1, 2)/2 - (1, 2)*1 + -(0, 1))", 1.0),
+        ("log(exp(2))*sqrt(4)*pi", 4 * math.pi),
+    ]:
+        assert evaluate(parse(text)) == pytest.approx(value, rel=1e-15)
+
+
+@pytest.mark.parametrize(
+    "text", ["sqrt(-1)", "1/0", "exp(1000)", "1e308*10", "(-1)**0.5", "10.0**309", "(1, 2)", "0**-1"]
+)
+def test_what_is_no_finite_number_is_refused(text: str) -> None:
+    with pytest.raises(ExpressionError):
+        evaluate(parse(text))
+
+
+def test_numbers_have_no_derivative() -> None:
+    algebra = NumberAlgebra({"x": 2.0})
+    assert algebra.symbol("x") == 2.0
+    with pytest.raises(NotImplementedError):
+        algebra.diff(2.0, 2.0)

@@ -1,0 +1,252 @@
+"""Each mistake is shown at its place, with the piece underlined and a way out."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import pytest
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.spec.problems import MOST
+from lagrange_cli.spec.read import read_spec
+from tests.spec.files import PENDULUM, changed, problems, underlined
+
+POTENTIAL = "m*g*bob.y"
+EMBEDDING = "[l*sin(theta), -l*cos(theta)]"
+
+# what to replace, by what, then (line, underlined piece, part of the message, part of the hint) each
+BAD = [
+    # keys
+    ("potential", "potental", [(12, "potental", "unknown key 'potental'", "did you mean 'potential'?")]),
+    ("name", "title", [(1, "title", "unknown key 'title'", "known: name, description, parameters")]),
+    ("unit: m", "units: m", [(4, "units", "unknown key 'units' in parameter 'l'", "'unit'")]),
+    ("initial", "start", [(7, "start", "unknown key 'start' in coordinate 'theta'", "known: initial")]),
+    ("  g: 9.81", "  g: 9.81\n  m: 2", [(6, "m", "the key 'm' comes twice", "line 3")]),
+    # names
+    (POTENTIAL, "m*g*cos(thta)", [(12, "thta", "unknown name 'thta' in potential", "did you mean 'theta'?")]),
+    (POTENTIAL, "m*g*bod.y", [(12, "bod.y", "unknown name 'bod'", "'bob'")]),
+    (POTENTIAL, "m*g*bob.z", [(12, "bob.z", "no component 'z'", "bob.x, bob.y, bob.vx, bob.vy")]),
+    (POTENTIAL, "theta.x", [(12, "theta.x", "'theta' is a scalar", "write theta")]),
+    (POTENTIAL, "bob.x.y", [(12, "bob.x.y", "only a named vector has components", "bead.x")]),
+    (POTENTIAL, "sin*2", [(12, "sin", "the function 'sin' needs parentheses", "sin(...)")]),
+    (POTENTIAL, "theta_ddot", [(12, "theta_ddot", "acceleration", "determine it")]),
+    (POTENTIAL, "a + bb", [(12, "a", "'a'", ""), (12, "bb", "'bb'", "")]),
+    ("  bob: m", "  bob: theta", [(9, "theta", "the coordinate 'theta' cannot be used", "parameters")]),
+    ("initial: 0.1", "initial: t", [(7, "t", "the time 't' cannot be used in initial of", "parameters")]),
+    ("  m: 1", "  m: theta", [(3, "theta", "the coordinate 'theta' cannot", "other parameters")]),
+    (EMBEDDING, "[theta_dot, 1]", [(11, "theta_dot", "the velocity 'theta_dot' cannot", "r(q, t)")]),
+    (EMBEDDING, "[bob.x, 1]", [(11, "bob.x", "the particle 'bob' cannot", "r(q, t)")]),
+    ("potential:", "definitions: {w: theta_dot, w2: w**2}\npotential: w2*", []),
+    (EMBEDDING, "[w2, 1]\ndefinitions: {w: theta_dot, w2: w**2}", [(11, "w2", "depends on a velocity", "")]),
+    ("name: pendulum", "definitions: {h: bob.y}", [(1, "bob.y", "the particle 'bob' cannot", "")]),
+    # declarations
+    ("  g:", "  t:", [(5, "t", "the name 't' is reserved", "t_"), (12, "g", "unknown name 'g'", "")]),
+    ("  g:", "  lambda:", [(5, "lambda", "cannot be called 'lambda'", ""), (12, "g", "unknown", "")]),
+    ("  m: 1", "  m: 1\n  2x: 1", [(4, "2x", "cannot be called '2x'", "begins with a letter")]),
+    ("  m: 1", "  m: 1\n  a b: 1", [(4, "a b", "cannot be called 'a b'", "letters, digits")]),
+    ("  m: 1", "  m: 1\n  theta: 1", [(4, "theta", "has the name of a coordinate", "line 8")]),
+    ("  m: 1", "  m: 1\n  theta_dot: 1", [(4, "theta_dot", "has the name of a velocity", "line 8")]),
+    ("  m: 1", "  m: 1\n  theta_ddot: 1", [(4, "theta_ddot", "name of an acceleration", "rename")]),
+    ("  m: 1", "  m: 1\n  bob: 1", [(10, "bob", "the particle 'bob' has the name of a parameter", "4")]),
+    ("  bob: m", "  bbo: m", [(9, "bbo", "a mass but no embedding", "'bob'"), (11, "bob", "no mass", "")]),
+    ("masses:\n  bob: m\n", "", [(9, "bob", "an embedding but no mass", "masses: {bob: 1.0}")]),
+    ("name: pendulum", "lagrangian: 1", [
+        (8, "masses", "together with 'lagrangian'", ""),
+        (10, "embedding", "together", ""),
+        (12, "potential", "together", ""),
+    ]),
+    ("  theta: {initial: 0.1}", "  - theta\n  - theta", [(8, "theta", "comes twice", "")]),
+    ("  theta: {initial: 0.1}", "  theta: 0.1", [(7, "0.1", "must be a mapping", "{initial: 0.1}")]),
+    ("  m: 1", "  m: l + 1", []),
+    ("  m: 1", "  m: a\n  a: b\n  b: a", [(4, "a", "parameter 'a' depends on itself: a -> b -> a", "")]),
+    ("  m: 1", "  m: m", [(3, "m", "depends on itself: m -> m", "")]),
+    ("name: pendulum", "definitions: {a: b, b: a}", [(1, "a", "'a' depends on itself: a -> b", "")]),
+    # shapes
+    (POTENTIAL, "bob", [(12, "bob", "a scalar is due in potential", "norm()")]),
+    (POTENTIAL, "2*(bob + 1).x", [(12, ".", "'.' needs the name of a vector", "bead.x")]),
+    (POTENTIAL, "norm(bob + 1)", [(12, "bob + 1", "a vector and a scalar", "")]),
+    (POTENTIAL, "norm(bob + (1, 2, 3))", [(12, "bob + (1, 2, 3)", "vectors of 2 and 3 components", "")]),
+    (POTENTIAL, "bob*bob", [(12, "bob*bob", "does not multiply two vectors", "dot(a, b)")]),
+    (POTENTIAL, "bob**2", [(12, "bob**2", "'**' needs scalars", "dot(a, a)")]),
+    (POTENTIAL, "1/bob", [(12, "bob", "divided by a vector", "norm()")]),
+    (POTENTIAL, "sin(bob)", [(12, "bob", "'sin' needs a scalar", "")]),
+    (POTENTIAL, "norm(theta)", [(12, "theta", "'norm' needs a vector", "(x, y, z)")]),
+    (POTENTIAL, "norm(cross(bob, bob))", [(12, "cross(bob, bob)", "three components", "")]),
+    (POTENTIAL, "[m, g]", [(12, "[", "potential must be a scalar, not a vector", "")]),
+    (EMBEDDING, "[1, 2, 3, 4]", [(11, "[", "one to three components, not 4", "[x, y, z]")]),
+    (EMBEDDING, "[]", [(11, "[", "not 0", "")]),
+    (EMBEDDING, "[[1, 2], 3]", [(11, "[", "a component of embedding 'bob'", "")]),
+    (EMBEDDING, '["(1, 2)", 3]', [(11, "(1, 2)", "a component of a vector cannot be a vector", "")]),
+    ("potential", "forces: {bob: [1]}\npotential", [(12, "1", "1 component, and", "write 2 comp")]),
+    ("potential", "forces: {bop: [1, 2]}\npotential", [(12, "bop", "unknown particle 'bop'", "'bob'")]),
+    ("potential", "generalized_forces: {x: 1}\npotential", [(12, "x", "unknown coordinate 'x'", "theta")]),
+    ("potential", "observables: {at: bob}\npotential", [(12, "bob", "a scalar is due", "")]),
+    # expressions
+    (POTENTIAL, "m*g*theta^2", [(12, "^", "'^'", "write ** for powers")]),
+    (POTENTIAL, "2theta", [(12, "2theta", "an operator is missing", "2*theta")]),
+    (POTENTIAL, "sin theta", [(12, "sin theta", "'sin' needs parentheses", "sin(theta)")]),
+    (POTENTIAL, "m*theta'", [(12, "theta'", "a prime", "theta_dot")]),
+    (POTENTIAL, "sin(theta, 1)", [(12, "sin(theta, 1)", "'sin' takes 1 argument, not 2", "sin(x)")]),
+    (POTENTIAL, "sine(theta)", [(12, "sine", "unknown function 'sine'", "'sin'")]),
+    (POTENTIAL, "abs(theta)", [(12, "abs", "'abs' is not supported yet", "smooth")]),
+    (POTENTIAL, "sum(m for i in range(3))", [(12, "for", "indexed families", "")]),
+    (POTENTIAL, "theta[1]", [(12, "[", "indexed families", "theta1")]),
+    (POTENTIAL, "1/0", [(12, "1/0", "division by zero", "")]),
+    (POTENTIAL, "sqrt(-1)", [(12, "sqrt(-1)", "sqrt(-1) is not a real number", "")]),
+    (POTENTIAL, "9**9**9**9", [(12, "9**9", "the exponent 3.8742e+08 is out of bounds", "")]),
+    (POTENTIAL, "__import__('os').system('x')", [(12, "'", "text in quotes", "")]),
+    (POTENTIAL, "(" * 4000 + ")" * 4000, [(12, "(", "nested more than 100 deep", "definitions")]),
+    (POTENTIAL, "(" * 10000 + ")" * 10000, [(12, "(", "20000 characters is too long", "definitions")]),
+    # numbers
+    ("m: 1", "m: .nan", [(3, ".nan", "'.nan' is not a finite number", "write a number")]),
+    ("m: 1", "m: -.inf", [(3, "-.inf", "not a finite number", "")]),
+    ("m: 1", "m: nan", [(3, "nan", "'nan' is not a finite number", "")]),
+    ("m: 1", "m: 1e999", [(3, "1e999", "too large", "")]),
+    ("m: 1", "m:", [(3, "", "a value is missing in parameter 'm'", "")]),
+    ("m: 1", "m: [1, 2]", [(3, "[", "list parameters are not supported yet", "")]),
+    ("m: 1", "m: {unit: kg}", [(3, "m", "parameter 'm' has no value", "value: 1.0")]),
+    # solve
+    ("name: pendulum", "solve: {stop: -1}", [(1, "-1", "stop = -1 is not after start = 0", "")]),
+    ("name: pendulum", "solve: {start: 2, stop: 2}", [(1, "2", "stop = 2 is not after start = 2", "")]),
+    ("name: pendulum", "solve: {samples: 0}", [(1, "0", "samples must be at least 2, not 0", "")]),
+    ("name: pendulum", "solve: {samples: 2.5}", [(1, "2.5", "whole number", "")]),
+    ("name: pendulum", "solve: {step: 0}", [(1, "0", "step must be greater than 0", "")]),
+    ("name: pendulum", "solve: {tolerance: -1}", [(1, "-1", "tolerance must be greater than 0", "")]),
+    ("name: pendulum", "solve: {stop: m}", [(1, "m", "a number is due, not 'm'", "")]),
+    ("name: pendulum", "solve: {stop: 1, samples: 3, step: 1}", [(1, "1", "cannot both", "leave one")]),
+    ("name: pendulum", "solve: {stp: 1}", [(1, "stp", "unknown key 'stp' in solve", "'stop'")]),
+    ("name: pendulum", "solve: {method: [a]}", [(1, "[", "method of solve must be a text", "")]),
+    # what is still to come
+    ("name: pendulum", "sizes: {N: 2}", [(1, "sizes", "'sizes' is not supported yet", "")]),
+    ("name: pendulum", "bodies: {}", [(1, "bodies", "'bodies' is not supported yet", "")]),
+    ("name: pendulum", "constraints: {}", [(1, "constraints", "'constraints' is not supported yet", "")]),
+    ("name: pendulum", "nonholonomic: {}", [(1, "nonholonomic", "'nonholonomic' is not supported yet", "")]),
+    ("name: pendulum", "events: {}", [(1, "events", "'events' is not supported yet", "")]),
+    ("theta: {initial: 0.1}", "theta[i in range(3)]: {}", [(7, "theta[i in range(3)]", "indexed", "theta1")]),
+    # YAML
+    ("  m: 1", "\tm: 1", [(3, "\t", "this is not YAML", "tab")]),
+    ("  m: 1", "  m: 1: 2", [(3, ":", "this is not YAML", "key: value")]),
+    ("  m: 1", "  m: *x", [(3, "*", "'*x' refers to nothing", "quotes")]),
+    ("  m: 1", "  m: !!float 1", [(3, "!", "tags", "leave out")]),
+    ("  m: 1", "  <<: {m: 1}", [(3, "<<", "merge keys", ""), (9, "m", "", ""), (12, "m", "", "")]),
+    ("  m: 1", "  m: 'x", [(12, "", "this is not YAML", "close")]),
+    ("  m: 1", "  ? [a]\n  : 1", [(3, "[", "must be a name", ""), (10, "m", "", ""), (13, "m", "", "")]),
+    (EMBEDDING, "[dot([l, 1], [1, 1]), 0]", [(11, "[", "this is not YAML", "quotes")]),
+    ("  m: 1", "  m: 1\n---\na: b", [(4, "-", "one document", "")]),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("old", "new", "expected"), BAD, ids=[f"{new[:40]}" for _, new, _ in BAD])
+def test_mistake_is_shown_at_its_place(old: str, new: str, expected: list[tuple[int, str, str, str]]) -> None:
+    found = problems(PENDULUM.replace(old, new, 1))
+    assert old in PENDULUM
+    assert [problem.line for problem in found] == [line for line, _, _, _ in expected]
+    for problem, (_, piece, message, hint) in zip(found, expected, strict=True):
+        assert underlined(problem) == piece
+        assert message in problem.message
+        assert hint in problem.hint
+        assert problem.hint
+
+
+@pytest.mark.parametrize(
+    ("data", "message"),
+    [
+        (b"", "the file is empty"),
+        (b"  \n# nothing\n", "the file is empty"),
+        (b"\xff\xfe\x00\x01", "not text in UTF-8"),
+        (b"name: \x00", "binary"),
+        (b"name: a\n" * 600_000, "larger than 4000000 bytes"),
+        ("name: \ud800", "not text in UTF-8"),
+        (b"parameters: {a: 1}", "neither 'masses' with an 'embedding' nor a 'lagrangian'"),
+        (b"lagrangian: 0", "the system has no coordinates"),
+    ],
+)
+def test_mistake_of_the_whole_file(data: bytes | str, message: str) -> None:
+    found = [problem for problem in problems(data) if problem.line == 0]
+    assert any(message in problem.message for problem in found)
+
+
+def test_contract_example_is_met_to_the_letter() -> None:
+    text = changed("potential: m*g*bob.y", "potential: m*g*l*cos(thta)").replace(
+        "name: pendulum\nparam", "param"
+    )
+    text = text.replace("masses:\n  bob: m\n", "masses: {bob: m}\n").replace(
+        "embedding:\n  b", "embedding: {b"
+    )
+    with pytest.raises(SpecError) as caught:
+        read_spec(text.replace(")]", ")]}"), "pendulum.yaml")
+    assert str(caught.value).splitlines() == [
+        "pendulum.yaml:9:22: unknown name 'thta' in potential",
+        "   9 | potential: m*g*l*cos(thta)",
+        "     |                      ^^^^ did you mean 'theta'?",
+    ]
+
+
+def test_all_mistakes_are_shown_at_once_and_in_order() -> None:
+    text = changed("  m: 1", "  m: 2x").replace("bob.y", "bob.q").replace("initial", "initail")
+    assert [(p.line, underlined(p)) for p in problems(text)] == [(3, "2x"), (7, "initail"), (12, "bob.q")]
+
+
+def test_a_mistake_in_a_definition_is_said_once() -> None:
+    text = changed("potential:", "definitions: {a: 2x, b: a + 1, c: b.x}\npotential: a + b + c +")
+    assert [underlined(problem) for problem in problems(text)] == ["2x"]
+
+
+def test_hopeless_files_are_given_up() -> None:
+    text = PENDULUM + "".join(f"key{n}: 1\n" for n in range(1000))
+    assert len(problems(text)) == MOST
+
+
+@pytest.mark.parametrize("opening", ["[", "{a: ", "- "])
+def test_deep_nesting_is_refused(opening: str) -> None:
+    (problem,) = problems(opening * 10_000)
+    assert "nested more than 20 deep" in problem.message
+
+
+def test_billion_laughs_are_refused() -> None:
+    letters = "abcdefghijklmnop"
+    lines = ["a: &a [1, 1, 1, 1, 1, 1, 1, 1, 1, 1]"]
+    lines += [f"{y}: &{y} [{', '.join([f'*{x}'] * 10)}]" for x, y in pairwise(letters)]
+    (problem,) = problems("\n".join(lines))
+    assert "more than 50000 values once its aliases are written out" in problem.message
+
+
+def test_multiplying_definitions_are_refused() -> None:
+    doubling = "".join(f"  d{n + 1}: d{n}*d{n}\n" for n in range(60))
+    found = problems(PENDULUM + "definitions:\n  d0: theta\n" + doubling)
+    assert [problem.message for problem in found] == [
+        "the expression has more than 100000 terms once its definitions are written out in definition 'd16'"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("scalar", "line", "column", "length"),
+    [
+        ("m*thta", 1, 14, 4),
+        ("'m*thta'", 1, 15, 4),
+        ('"m*thta"', 1, 15, 4),
+        ('"m*\\x74hta"', 1, 14, 7),
+        ("&anchor m*thta", 1, 22, 4),
+        ("m\n  *thta", 2, 4, 4),
+        ('"m\n\n  *thta"', 3, 4, 4),
+        (">\n  m +\n\n  g*thta", 4, 5, 4),
+        ("|-  # thta\n   m*thta", 2, 6, 4),
+        ("m * (g\n   - thta)  # thta", 2, 6, 4),
+    ],
+)  # fmt: skip
+def test_caret_finds_the_piece_in_any_kind_of_scalar(
+    scalar: str, line: int, column: int, length: int
+) -> None:
+    text = PENDULUM[: PENDULUM.index("potential")].replace("name: pendulum\n", f"potential: {scalar}\n")
+    (problem,) = problems(text)
+    if "x74" in scalar:  # an escape: near it is good enough
+        assert problem.line == line
+        return
+    assert (problem.line, problem.column, problem.length) == (line, column, length)
+
+
+def test_columns_count_characters_not_bytes() -> None:
+    text = PENDULUM.replace("theta", "θ").replace("m*g*bob.y", "'ü' ")
+    text = text.replace("'ü' ", "sin(θ)*m + θθ  # ä")
+    (problem,) = problems(text)
+    assert underlined(problem) == "θθ"

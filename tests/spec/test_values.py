@@ -1,0 +1,123 @@
+"""The numbers of a run, and what --set may change."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import Values, resolve_parameters, resolve_values
+from tests.spec.files import PENDULUM, changed, underlined
+
+
+def resolve(text: str = PENDULUM, **overrides: str) -> Values:
+    return resolve_values(read_spec(text, "file.yaml"), overrides)
+
+
+def test_values_as_written() -> None:
+    assert resolve() == Values({"m": 1.0, "l": 0.5, "g": 9.81}, (0.1,), (0.0,))
+
+
+def test_parameters_use_one_another_in_any_order() -> None:
+    values = resolve(changed("m: 1", "m: 2*w\n  w: sqrt(g/l)"))
+    assert values.parameters["m"] == 2 * math.sqrt(9.81 / 0.5)
+
+
+def test_overrides_reach_what_depends_on_them() -> None:
+    text = changed("m: 1", "m: 2*l").replace("initial: 0.1", "initial: l, velocity: -l")
+    values = resolve(text, l="g/2", theta_dot="pi")
+    assert values.parameters == {"l": 9.81 / 2, "g": 9.81, "m": 9.81}
+    assert values.q == (9.81 / 2,)
+    assert values.v == (math.pi,)
+
+
+def test_an_override_may_turn_the_order_round() -> None:
+    values = resolve(changed("m: 1", "m: 2*l"), l="g", g="3")
+    assert values.parameters == {"m": 6.0, "l": 3.0, "g": 3.0}
+
+
+def test_constants_may_come_from_definitions() -> None:
+    text = (
+        changed("initial: 0.1", "initial: at.y + unused*0")
+        + "definitions: {two: 2*l, at: [0, two], unused: m}\n"
+    )
+    assert resolve(text).q == (1.0,)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("nosuch", "1", "--set nosuch=1: unknown name 'nosuch'; known: m, l, g, theta, theta_dot"),
+        ("thata", "1", "did you mean 'theta'?"),
+        ("m", "", "the expression is empty"),
+        ("m", "2x", "write 2*x"),
+        ("m", "nan", "'nan' is not a finite number"),
+        ("m", "1/0", "division by zero"),
+        ("m", "1e308*10", "not a finite number"),
+        ("m", "9**9**9**9", "out of bounds"),
+        ("m", "theta", "unknown name 'theta'"),
+        ("m", "bob.x", "unknown name 'bob.x'"),
+        ("m", "(1, 2)", "a vector"),
+        ("m", "2*m", "depends on itself: m -> m"),
+        ("theta", "sqrt(-l)", "sqrt(-0.5) is not a real number"),
+        ("theta", "(-l)**0.5", "not a real number"),
+        ("m", "0", "--set m=0: the mass is 0 in mass of 'bob'; a mass must be greater than 0"),
+        ("m", "-1", "the mass is -1"),
+    ],
+)
+def test_wrong_overrides_are_wrong_usage(name: str, value: str, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        resolve(PENDULUM, **{name: value})
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "piece", "message"),
+    [
+        ("m: 1", "m: 0", 9, "m", "the mass is 0 in mass of 'bob'"),
+        ("m: 1", "m: -2", 9, "m", "the mass is -2"),
+        ("  bob: m", "  bob: l - 1", 9, "l - 1", "the mass is -0.5"),
+        ("  bob: m", "  bob: 1/(m - 1)", 9, "1/(m - 1)", "division by zero in mass of 'bob'"),
+        ("m: 1", "m: l/(g - g)", 3, "l/(g - g)", "division by zero in parameter 'm'"),
+        ("m: 1", "m: 2 + log(l - 1)", 3, "log(l - 1)", "log(-0.5) is not a real number"),
+        ("m: 1", "m: (0 - l)**l", 3, "(0 - l)**l", "not a real number"),
+        ("m: 1", "m: 1e308*g*g*g", 3, "1e308*g*g*g", "not a finite number"),
+        ("m: 1", "m: exp(1000*g)", 3, "exp(1000*g)", "too large"),
+        ("{initial: 0.1}", "{}", 7, "theta", "coordinate 'theta' has no initial value"),
+        (
+            "initial: 0.1",
+            "initial: 1/(m - 1)",
+            7,
+            "1/(m - 1)",
+            "division by zero in initial value of 'theta'",
+        ),
+    ],
+)
+def test_what_has_no_value_is_shown_at_its_place(
+    old: str, new: str, line: int, piece: str, message: str
+) -> None:
+    with pytest.raises(SpecError) as caught:
+        resolve(changed(old, new))
+    (problem,) = caught.value.problems
+    assert problem.line == line
+    assert underlined(problem) == piece
+    assert message in problem.message
+    assert problem.hint
+
+
+def test_an_override_mends_a_missing_initial_value() -> None:
+    assert resolve(changed("{initial: 0.1}", "{}"), theta="0.2").q == (0.2,)
+
+
+def test_everything_without_a_value_is_shown_at_once() -> None:
+    text = changed("m: 1", "m: 0").replace("{initial: 0.1}", "{velocity: 1/(m*0)}")
+    with pytest.raises(SpecError) as caught:
+        resolve(text)
+    assert [problem.line for problem in caught.value.problems] == [7, 7, 9]
+
+
+def test_parameters_alone_need_no_initial_state() -> None:
+    spec = read_spec(changed("{initial: 0.1}", "{}"), "file.yaml")
+    assert resolve_parameters(spec, {"g": "l"}) == {"m": 1.0, "l": 0.5, "g": 0.5}
