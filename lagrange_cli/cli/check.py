@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
 
 
-@click.command("check", short_help="Validate; say what is conserved and skipped.")
+@click.command("check")
 @systems_argument
 @shared_options
 def check(systems: tuple[str, ...], overrides: dict[str, str], as_json: bool, quiet: bool) -> int:

@@ -12,12 +12,12 @@ import lagrange_cli
 from lagrange_cli.cli.report import complain, describe, discard_output
 
 COMMANDS = {
-    "solve": "lagrange_cli.cli.solve",
-    "equations": "lagrange_cli.cli.equations",
-    "check": "lagrange_cli.cli.check",
-    "systems": "lagrange_cli.cli.systems",
+    "solve": "Integrate the motion and write it to an HDF5 file.",
+    "equations": "Print L, the equations of motion, p_k, h and what is conserved.",
+    "check": "Validate; say what kind of system it is and what is skipped.",
+    "systems": "List the systems that are shipped, or write one out.",
 }
-"""Where each command lives; in that module it has its own name. None of them imports anything heavy."""
+"""Each command, with its purpose. It lives under its name in the module of that name beside this one."""
 
 
 class LazyGroup(click.Group):
@@ -29,9 +29,13 @@ class LazyGroup(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        command = getattr(import_module(COMMANDS[name]), name)
+        command = getattr(import_module(f"lagrange_cli.cli.{name}"), name)
         assert isinstance(command, click.Command)
         return command
+
+    def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
+        with formatter.section("Commands"):
+            formatter.write_dl(list(COMMANDS.items()))
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 import sys
@@ -11,11 +10,23 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cli.source import display_name, stem
 from lagrange_cli.errors import FileError, LagrangeError, SpecError
 
 INTERRUPTED = 130
 UNEXPECTED = 1
+
+
+STANDARD_INPUT = "-"
+
+
+def display_name(system: str) -> str:
+    """The name under which messages speak of a system."""
+    return "<stdin>" if system == STANDARD_INPUT else system
+
+
+def stem(system: str) -> str:
+    """``pendulum`` for ``systems/pendulum.yaml``; ``stdin`` for standard input."""
+    return "stdin" if system == STANDARD_INPUT else os.path.splitext(os.path.basename(system))[0]
 
 
 def emit(text: str) -> None:
@@ -41,6 +52,8 @@ def discard_output() -> None:
 
 def emit_json(content: Mapping[str, Any]) -> None:
     """Write one JSON object on one line; numbers that are not finite become null."""
+    import json
+
     emit(json.dumps(finite(content), ensure_ascii=False, allow_nan=False))
 
 

@@ -16,9 +16,9 @@ import lagrange_cli
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import parse_outputs, refuse, shared_options, systems_argument
 from lagrange_cli.cli.progress import Progress
-from lagrange_cli.cli.report import INTERRUPTED, complain, count_of, emit, emit_json, finite, run_each
+from lagrange_cli.cli.report import INTERRUPTED, complain, count_of, emit, emit_json, finite, run_each, stem
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
-from lagrange_cli.cli.source import derive_system, read_system, stem
+from lagrange_cli.cli.source import derive_system, read_system
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -76,7 +76,7 @@ class Stopwatch:
         return {**self.seconds, "total": time.perf_counter() - self.started}
 
 
-@click.command("solve", short_help="Integrate the motion, write an HDF5 file.")
+@click.command("solve")
 @systems_argument
 @click.option("-o", "--output", metavar="FILE.h5", help="The file to write [SYSTEM.h5, in this directory].")
 @click.option("--stop", type=float, help="The time at which the motion ends.")

@@ -7,25 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cli import shipped
+from lagrange_cli.cli.report import STANDARD_INPUT, display_name
 from lagrange_cli.errors import FileError, UsageError
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.spec.spec import Spec
 
-STANDARD_INPUT = "-"
 LARGEST_FILE = 4_000_000
 """Bytes that are read at most: a system file is text that a person wrote (the reader refuses more)."""
-
-
-def display_name(system: str) -> str:
-    """The name under which messages speak of the system."""
-    return "<stdin>" if system == STANDARD_INPUT else system
-
-
-def stem(system: str) -> str:
-    """``pendulum`` for ``systems/pendulum.yaml``; ``stdin`` for standard input."""
-    return "stdin" if system == STANDARD_INPUT else Path(system).stem or Path(system).name
 
 
 def read_system(system: str) -> Spec:

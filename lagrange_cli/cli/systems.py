@@ -10,7 +10,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
 
 
-@click.command("systems", short_help="List the shipped systems, or write one out.")
+@click.command("systems")
 @click.argument("name", required=False)
 def systems(name: str | None) -> None:
     """List the systems that are shipped, or write the one called NAME to standard output.
