@@ -1,7 +1,17 @@
-"""Write docs/cli.md from the commands: ``python docs/make_cli.py``. A test fails when they differ."""
+"""Write what the commands say into the pages: ``python docs/make.py``. A test fails when they differ.
+
+``docs/cli.md`` is made whole, from the commands' options. In the other pages each ``console`` block is a
+session: its lines after ``$ `` are run, in the order of the page, and what they print follows them.
+"""
 
 from __future__ import annotations
 
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -9,7 +19,12 @@ import click
 
 from lagrange_cli.cli.main import lagrange
 
-PAGE = Path(__file__).with_name("cli.md")
+ROOT = Path(__file__).resolve().parent.parent
+SESSIONS = (ROOT / "README.md",)
+CONSOLE = re.compile(r"(?<=^```console\n).*?(?=^```$)", re.MULTILINE | re.DOTALL)
+
+VARYING = re.compile(r"(in )\d+( steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])")
+"""What depends on the machine: seconds, drifts and steps."""
 
 EXIT_STATUS = """## Exit status
 
@@ -74,7 +89,7 @@ def page() -> str:
     return "\n\n".join(
         [
             "# The command line",
-            "(This page is made by `python docs/make_cli.py`.)",
+            "(This page is made by `python docs/make.py`.)",
             paragraphs(lagrange.help),
             *(section(name, command) for name, command in commands.items() if command is not None),
             EXIT_STATUS,
@@ -82,5 +97,55 @@ def page() -> str:
     )
 
 
+def run_sessions(text: str) -> str:
+    """A page with its sessions run afresh, in a directory that holds the shipped systems."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        shutil.copytree(ROOT / "systems", folder / "systems")
+        (folder / "bin").mkdir()
+        command = folder / "bin" / "lagrange"
+        command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lagrange_cli "$@"\n')
+        command.chmod(0o755)
+        environment = {
+            **os.environ,
+            "PATH": os.pathsep.join(
+                [str(command.parent), str(Path(sys.executable).parent), os.environ["PATH"]]
+            ),
+            "PYTHONPATH": str(ROOT),
+        }
+
+        def rerun(block: re.Match[str]) -> str:
+            said = []
+            for line in block.group().splitlines():
+                if line.startswith("$ "):
+                    run = subprocess.run(
+                        line.removeprefix("$ "),
+                        shell=True,
+                        cwd=folder,
+                        env=environment,
+                        stdout=subprocess.PIPE,
+                        stderr=subprocess.STDOUT,
+                        text=True,
+                    )
+                    said.append(f"{line}\n{run.stdout}")
+            return "".join(said)
+
+        return CONSOLE.sub(rerun, text)
+
+
+def made() -> Iterator[tuple[Path, str]]:
+    """Every page that is made, wholly or in part, with what it should say."""
+    yield ROOT / "docs" / "cli.md", page()
+    for path in SESSIONS:
+        yield path, run_sessions(path.read_text(encoding="utf-8"))
+
+
+def same(one: str, other: str) -> bool:
+    """Whether two pages say the same, but for what depends on the machine."""
+    return VARYING.sub("...", one) == VARYING.sub("...", other)
+
+
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    for path, text in made():
+        if not same(text, path.read_text(encoding="utf-8") if path.exists() else ""):
+            path.write_text(text, encoding="utf-8")
