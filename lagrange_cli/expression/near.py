@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 _LONGEST = 60  # comparing is quadratic in the lengths; no name of ours is longer
-_MOST = 500
+_FARTHEST = 5
+_MOST = 200
 
 
 def near_hint(name: str, known: Iterable[str]) -> str:
@@ -14,7 +15,7 @@ def near_hint(name: str, known: Iterable[str]) -> str:
 
     if len(name) > _LONGEST:
         return ""
-    candidates = [word for word in known if len(word) <= _LONGEST][:_MOST]
+    candidates = [word for word in known if abs(len(word) - len(name)) <= _FARTHEST][:_MOST]
     by_lower_case = {word.lower(): word for word in reversed(candidates)}
     if name.lower() in by_lower_case:
         return f"did you mean '{by_lower_case[name.lower()]}'?"

@@ -9,9 +9,9 @@ from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import names
-from lagrange_cli.expression.vocabulary import TIME, acceleration_name, velocity_name
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, velocity_name
 from lagrange_cli.spec.names import Kind, Names, scalar
-from lagrange_cli.spec.order import dependency_order
+from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import Declared, Draft, Entry
 from lagrange_cli.spec.source import WHOLE_FILE, Place
@@ -81,12 +81,12 @@ class _Checker:
             self._declare_free(particle.name, Kind.PARTICLE, particle.place, None)
 
     def _declare_free(self, name: str, what: Kind, place: Place, value: Any) -> None:
-        for coordinate in self.draft.coordinates:
-            if name == acceleration_name(coordinate.name):
-                self.problems.add(
-                    place, f"the {what.value} '{name}' has the name of an acceleration", "rename it"
-                )
-                return
+        base = name.removesuffix(ACCELERATION_SUFFIX)
+        if base != name and base in self.names.table and self.names.table[base].what is Kind.COORDINATE:
+            self.problems.add(
+                place, f"the {what.value} '{name}' has the name of an acceleration", "rename it"
+            )
+            return
         self.names.declare(name, what, place, value)
 
     def parameters(self) -> tuple[Parameter, ...]:
@@ -130,9 +130,8 @@ class _Checker:
         entries = {entry.name: entry for entry in self.draft.definitions}
         values = {name: entry.value for name, entry in entries.items()}
         order = self._order(values, {name: entry.place for name, entry in entries.items()}, "definition")
-        for name in values:
-            if name not in order:
-                self._settle(name, Kind.DEFINITION, frozenset(), None)
+        for name in values.keys() - set(order):
+            self._settle(name, Kind.DEFINITION, frozenset(), None)
         found = {}
         for name in order:
             value = values[name]
@@ -157,7 +156,7 @@ class _Checker:
         for cycle in cycles:
             self.problems.add(
                 places[cycle[0]],
-                f"{what} '{cycle[0]}' depends on itself: {' -> '.join(cycle)}",
+                f"{what} '{cycle[0]}' depends on itself: {chain(cycle)}",
                 "give one of them a value that does not use the others",
             )
         return order

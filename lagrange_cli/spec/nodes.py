@@ -19,7 +19,7 @@ from lagrange_cli.expression.near import shown
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE, Passage, Place, Source
 
-MAX_BYTES = 4_000_000
+MAX_BYTES = 1_000_000
 MAX_NODES = 50_000
 MAX_DEPTH = 20
 _EXAMPLE = "'lagrange systems pendulum' shows an example"
@@ -186,7 +186,7 @@ class _Composer:
         start, stop = event.start_mark, event.end_mark
         if isinstance(event, yaml.ScalarEvent):
             ends = (start.line, start.column), (stop.line, stop.column)
-            passage = Passage(self.source, event.value, *ends, block=event.style in ("|", ">"))
+            passage = Passage(self.source, event.value, *ends, style=event.style or "")
             return Scalar(passage, plain=not event.style)
         before = self.size
         place = Place(start.line + 1, start.column + 1)

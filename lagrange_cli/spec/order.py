@@ -32,6 +32,12 @@ def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list
     return order, _cycles(stuck)
 
 
+def chain(cycle: list[str], most: int = 10) -> str:
+    """``a -> b -> a``, shortened where nobody would follow it."""
+    shown = cycle if len(cycle) <= most else [*cycle[: most - 2], "...", cycle[-1]]
+    return " -> ".join(shown)
+
+
 def _cycles(stuck: Mapping[str, set[str]]) -> list[list[str]]:
     """Follow what is stuck until a name comes again: every such walk ends in a cycle."""
     cycles: list[list[str]] = []

@@ -20,6 +20,13 @@ class Place:
     length: int = 1
 
 
+_WRITTEN = re.compile(r"\S")
+_CONTINUED = re.compile(r"\\\s*\Z")
+_BLOCKS = ("|", ">")
+_QUOTES = ("'", '"')
+_ESCAPES = {"\\x": 4, "\\u": 6, "\\U": 10}
+_FARTHEST = 10_000  # characters of one scalar that are told apart; no expression is longer
+
 WHOLE_FILE = Place(0, 0)
 """The place of a mistake that has no line of its own."""
 
@@ -31,6 +38,10 @@ class Source:
         self.filename = filename
         self.text = text
         self.lines = tuple(_LINE_BREAK.split(text))
+
+    def line(self, number: int) -> str:
+        """That line, counted from 0; nothing beyond the last."""
+        return self.lines[number] if number < len(self.lines) else ""
 
     def problem(self, place: Place, message: str, hint: str = "") -> Problem:
         """The problem with the line it is in."""
@@ -46,66 +57,71 @@ class Source:
 class Passage:
     """A scalar of the file: its ``text`` as YAML reads it, and the stretch of the file it was read from.
 
-    Lines and columns count from 0 here, as YAML's marks do; ``block`` is a text after ``|`` or ``>``.
+    Lines and columns count from 0 here, as YAML's marks do. ``style`` is how the scalar begins: ``'``, ``"``,
+    ``|``, ``>``, or nothing for a plain one.
     """
 
     source: Source
     text: str
     start: tuple[int, int]
     stop: tuple[int, int]
-    block: bool = False
+    style: str = ""
 
     def place(self, span: Span | None = None) -> Place:
         """Where ``span`` of the text (all of it by default) stands in the file, up to the end of its line."""
-        positions = self._positions()
+        first, after = (span.start, span.stop) if span else (0, len(self.text))
+        line, end = self.stop
+        start = end - len(self.text)
+        if start >= 0 and self.source.line(line)[start:end] == self.text:  # all on one line as it is
+            first = min(first, max(0, len(self.text) - 1))
+            return Place(line + 1, start + first + 1, max(1, min(after, len(self.text)) - first))
+        positions = self._positions(min(after, _FARTHEST))
         if not positions:
             return Place(self.start[0] + 1, self.start[1] + 1)
-        first = min(span.start if span else 0, len(positions) - 1)
-        last = min(max(span.stop if span else len(positions), first + 1), len(positions)) - 1
-        line, column = positions[first]
-        while positions[last][0] > line:
-            last -= 1
-        return Place(line + 1, column + 1, max(1, positions[last][1] - column + 1))
+        line, column = positions[min(first, len(positions) - 1)]
+        last = max((c for at, c in positions[first:] if at == line), default=column)
+        return Place(line + 1, column + 1, max(1, last - column + 1))
 
-    def _positions(self) -> list[tuple[int, int]]:
-        """The line and column of each character of the text.
+    def _positions(self, count: int) -> list[tuple[int, int]]:
+        """The line and column of each of the first ``count`` characters of the text.
 
-        The file shows the same characters in the same order, with quotes, escapes, indentation and folded
-        line breaks between them: so each is looked for from where the last one was found.
+        The file shows the same characters in the same order; between them are line breaks, indentation and
+        escapes, which are walked over here as YAML folds them.
         """
         line, column = self._beginning()
         found: list[tuple[int, int]] = []
-        for character in self.text:
-            if character.isspace():
-                found.append((line, column))
-                if self._character(line, column).isspace():
-                    column += 1
-                continue
-            seen = self._find(character, line, column)
-            if seen is None:  # written as an escape
-                found.append((line, column))
-                continue
-            found.append(seen)
-            line, column = seen[0], seen[1] + 1
+        for character in self.text[:count]:
+            if not character.isspace():
+                line, column = self._next_written(line, column)
+            found.append((line, column))
+            shown = self.source.line(line)[column : column + 1]
+            if shown and (shown.isspace() or shown == "\\" or not character.isspace()):
+                column += self._written_length(line, column)
         return found
 
     def _beginning(self) -> tuple[int, int]:
         line, column = self.start
-        if self.block:
+        if self.style in _BLOCKS:
             return line + 1, 0
-        end_line, end = self.stop
-        if self.source.lines[end_line][max(0, end - len(self.text)) : end] == self.text:
-            return end_line, end - len(self.text)  # plain, on one line, perhaps after an anchor
+        if self.style in _QUOTES:  # perhaps after an anchor
+            return line, self.source.line(line).find(self.style, column) + 1
         return line, column
 
-    def _character(self, line: int, column: int) -> str:
-        text = self.source.lines[line] if line < len(self.source.lines) else ""
-        return text[column : column + 1]
-
-    def _find(self, character: str, line: int, column: int) -> tuple[int, int] | None:
-        while line <= self.stop[0] and line < len(self.source.lines):
-            seen = self.source.lines[line].find(character, column)
-            if seen >= 0 and (line, seen) < self.stop:
-                return line, seen
+    def _next_written(self, line: int, column: int) -> tuple[int, int]:
+        """From here the first place that is neither white space nor a line break, escaped or not."""
+        while line <= self.stop[0]:
+            text = self.source.line(line)
+            seen = _WRITTEN.search(text, column)
+            if seen and not (self.style == '"' and _CONTINUED.match(text, seen.start())):
+                return line, seen.start()
             line, column = line + 1, 0
-        return None
+        return self.stop
+
+    def _written_length(self, line: int, column: int) -> int:
+        """How many characters of the file stand for the one at this place."""
+        written = self.source.line(line)[column : column + 2]
+        if self.style == "'" and written == "''":
+            return 2
+        if self.style == '"' and written.startswith("\\"):
+            return _ESCAPES.get(written, 2)
+        return 1

@@ -13,7 +13,7 @@ from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, velocity_name
-from lagrange_cli.spec.order import dependency_order
+from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression, Spec
 
@@ -121,9 +121,7 @@ class _Run:
         order, cycles = dependency_order({name: _bases(self.trees[name]) for name in given})
         for cycle in cycles:
             name = next((one for one in cycle if one in self.overrides), cycle[0])
-            raise UsageError(
-                f"--set {name}={self.texts.get(name, '')}: depends on itself: {' -> '.join(cycle)}"
-            )
+            raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
         for name in order:
             if name in self.overrides:
                 self.values[name] = self._override(name)
