@@ -20,7 +20,7 @@ DIFFERS = 4
 """Exit status where printed and compiled equations are not the same."""
 
 
-@click.command("equations", short_help="Print L, the equations of motion, h.")
+@click.command("equations")
 @systems_argument
 @click.option("--format", "format_", type=click.Choice(FORMATS), help="How to write them [text].")
 @click.option(
@@ -112,12 +112,13 @@ def comment(format_: str) -> str:
 
 def verify_system(spec: Spec, derived: Equations, overrides: dict[str, str]) -> Verification:
     """Hold the printed equations against the compiled ones; only this needs the compiler."""
-    from lagrange_cli.integrate import compiled_values
+    from lagrange_cli.cli.source import derive_system
+    from lagrange_cli.integrate.compiled import compiled_values
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.verify import verify
 
     values = resolve_values(spec, overrides)
-    return verify(derived, compiled_values(spec), values.parameters, values.q, values.v)
+    return verify(derived, compiled_values(derive_system(spec)), values.parameters, values.q, values.v)
 
 
 def verdict(verification: Verification | None) -> dict[str, Any]:

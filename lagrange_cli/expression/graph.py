@@ -32,7 +32,9 @@ class Node:
 
     __slots__ = ("arguments", "data", "graph", "kind", "number", "symbols")
 
-    def __init__(self, graph: Graph, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int) -> None:
+    def __init__(
+        self, graph: Graph, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int
+    ) -> None:
         self.graph = graph
         self.kind = kind
         self.data = data
@@ -393,7 +395,9 @@ class GraphAlgebra:
         return self.graph.diff(expression, symbol)
 
 
-def evaluate(nodes: Sequence[Node], values: Mapping[str, float]) -> tuple[dict[Node, float], dict[Node, float]]:
+def evaluate(
+    nodes: Sequence[Node], values: Mapping[str, float]
+) -> tuple[dict[Node, float], dict[Node, float]]:
     """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
 
     The second number is what a value must be compared with before it is called zero: the value computed

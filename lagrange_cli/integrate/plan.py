@@ -57,7 +57,9 @@ class Plan:
         """Every dataset but ``t``, in the file's order."""
         kinds = {"q": "coordinate {}", "v": "velocity d{}/dt"}
         return tuple(
-            Dataset(f"{kind}/{name}", (), kinds[kind].format(name)) for kind in self.states for name in coordinates
+            Dataset(f"{kind}/{name}", (), kinds[kind].format(name))
+            for kind in self.states
+            for name in coordinates
         ) + tuple(made.dataset for made in self.made)
 
 
@@ -81,7 +83,9 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
             return
         integrands[path] = integrand
         made.append(
-            Made(Dataset(path, (), long_name), lambda seen, past, first: seen[name] - first[name] - past[path])
+            Made(
+                Dataset(path, (), long_name), lambda seen, past, first: seen[name] - first[name] - past[path]
+            )
         )
 
     ledger = "ledger" in outputs
@@ -109,7 +113,9 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
             made.append(Made(whole, lambda seen, _, __: seen["T"] + seen["U"]))
     if ledger:
         rate = energetics.power - energetics.lagrangian_rate(model.time)
-        add_ledger("diagnostics/ledger/h", "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: exactly 0", "h", rate)
+        add_ledger(
+            "diagnostics/ledger/h", "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: exactly 0", "h", rate
+        )
         for name, torque in zip(model.coordinates, energetics.torques):
             path = f"diagnostics/ledger/p/{name}"
             add_ledger(path, f"p(t) - p(0) - int (dL/d{name} + Q): exactly 0", f"p_{name}", torque)

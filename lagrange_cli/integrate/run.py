@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from lagrange_cli.integrate.ending import Ending, Outcome
 from lagrange_cli.integrate.motion import Array, End, Method, aligned
 from lagrange_cli.integrate.plan import Dataset, Plan, make_plan
+from lagrange_cli.integrate.taylor import TaylorMethod
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.machine import Machine, compile_program
@@ -44,18 +45,18 @@ class Prepared:
 def prepare(residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]) -> Prepared:
     """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need."""
     plan = make_plan(residual, outputs)
-    if method != TAYLOR:
-        from lagrange_cli.integrate.scipy_methods import prepare_scipy
-
-        began = time.perf_counter()
-        machine, follower = prepare_scipy(residual, plan, method, tolerance)
-    else:
-        from lagrange_cli.integrate.taylor import TaylorMethod
-
+    follower: Method
+    if method == TAYLOR:
         program = write_program(residual, order_for(tolerance), plan.integrands, plan.observed)
         began = time.perf_counter()
         machine = compile_program(program)
         follower = TaylorMethod(machine)
+    else:
+        from lagrange_cli.integrate.scipy_methods import compile_scipy, write_scipy_program
+
+        program = write_scipy_program(residual, plan, method)
+        began = time.perf_counter()
+        machine, follower = compile_scipy(program, method, tolerance)
     return Prepared(residual, plan, machine, method, tolerance, follower, time.perf_counter() - began)
 
 
@@ -90,7 +91,9 @@ def integrate(
 class Samples:
     """Turns states into the datasets of the plan, and keeps how far the conserved quantities have drifted."""
 
-    def __init__(self, prepared: Prepared, parameters: Array, emit: Callable[[dict[str, Array]], None]) -> None:
+    def __init__(
+        self, prepared: Prepared, parameters: Array, emit: Callable[[dict[str, Array]], None]
+    ) -> None:
         self._prepared, self._emit = prepared, emit
         self._constants = aligned(max(1, prepared.machine.program.constants))
         prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
@@ -107,7 +110,9 @@ class Samples:
         if not self._first:
             self._first = {name: float(row[0]) for name, row in observed.items()}
         for name in self._drift:
-            self._drift[name] = max(self._drift[name], float(np.max(np.abs(observed[name] - self._first[name]))))
+            self._drift[name] = max(
+                self._drift[name], float(np.max(np.abs(observed[name] - self._first[name])))
+            )
         chunk = {"t": times}
         for kind, offset in (("q", 0), ("v", program.degrees)):
             if kind in plan.states:

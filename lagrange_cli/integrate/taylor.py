@@ -64,7 +64,9 @@ class TaylorMethod:
                     break
                 if interrupted():
                     accept(wanted[:done], samples[:, :done])
-                    return End(Ending.INTERRUPTED, float(memory[2 * rows]), memory[:rows].copy(), steps, steps)
+                    return End(
+                        Ending.INTERRUPTED, float(memory[2 * rows]), memory[:rows].copy(), steps, steps
+                    )
                 spent = time.perf_counter() - began
                 pause = int(max(64, min(4 * pause, pause * BREATH / max(spent, 1e-6))))
             accept(wanted[:done], samples[:, :done])

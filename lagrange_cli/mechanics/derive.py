@@ -1,11 +1,24 @@
-"""From a system to its equations of motion; see ``residual`` for what they are."""
+"""From a model to its equations of motion, in the formulation that takes the fewest convolutions.
+
+d'Alembert's principle for an embedding r_i(q, t) (Goldstein, Classical Mechanics, 3rd ed., eq. 1.45 ff.):
+
+    R_k = sum_i (m_i r_i'' - F_i) . dr_i/dq_k + dU/dq_k - d/dt dU/dq_dot_k + dD/dq_dot_k - Q_k = 0
+
+or, with the kinetic energy multiplied out, d/dt dT/dq_dot_k - dT/dq_k in place of the masses' accelerations;
+and Euler-Lagrange for a given L: R_k = d/dt dL/dq_dot_k - dL/dq_k + dD/dq_dot_k - Q_k = 0.
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from lagrange_cli.errors import LagrangeError
-from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node
+from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.conservation import conservation, is_zero
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.series import lower
 from lagrange_cli.mechanics.variables import contract, graph_of, variables
 from lagrange_cli.model.model import Model
 
@@ -13,58 +26,73 @@ from lagrange_cli.model.model import Model
 class SingularCoordinate(LagrangeError):
     """No kinetic energy depends on the velocity of ``coordinate``."""
 
+    exit_code = 3
+
     def __init__(self, coordinate: str) -> None:
         self.coordinate = coordinate
         super().__init__(f"no kinetic energy depends on the velocity of '{coordinate}'")
 
 
+@dataclass(frozen=True)
+class Formulation:
+    """One way to write the equations: R_k and M."""
+
+    residual: tuple[Node, ...]
+    mass_matrix: tuple[tuple[Node, ...], ...]
+
+
 def derive(model: Model[Node]) -> Residual:
     """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros."""
     graph = graph_of(model)
-    if model.lagrangian is not None:
-        residual, matrix = _from_lagrangian(model, graph)
-    else:
-        residual, matrix = _from_embedding(model, graph)
-    residual = [
-        node + graph.diff(model.dissipation, v) - force
-        for node, v, force in zip(residual, model.v, model.generalized_forces)
-    ]
-    for name, row in zip(model.coordinates, matrix):
+    forms = formulations(model, graph)
+    for name, row in zip(model.coordinates, next(iter(forms.values())).mass_matrix):
         if all(is_zero(entry) for entry in row):
             raise SingularCoordinate(name)
-    kinetic_potential = any(
-        not graph.diff(graph.diff(model.potential, a), b).is_zero for a in model.v for b in model.v
-    )
+    costs = {name: convolutions(model, graph, form) for name, form in forms.items()}
+    chosen = min(forms, key=lambda name: costs[name])
+    second = [graph.diff(graph.diff(model.potential, a), b) for a in model.v for b in model.v]
     cyclic, conserved = conservation(model)
     return Residual(
         model=model,
         graph=graph,
-        residual=tuple(residual),
-        mass_matrix=tuple(tuple(row) for row in matrix),
-        definite=model.lagrangian is None and not kinetic_potential,
+        residual=forms[chosen].residual,
+        mass_matrix=forms[chosen].mass_matrix,
+        definite=model.lagrangian is None and all(node.is_zero for node in second),
+        formulation=chosen,
+        costs=costs,
         scleronomic=scleronomic(model),
         cyclic=cyclic,
         conserved=conserved,
     )
 
 
-def scleronomic(model: Model[Node]) -> bool:
-    """Whether the embedding (or the given L) is free of explicit time."""
-    graph = graph_of(model)
-    given = [model.lagrangian] if model.lagrangian is not None else []
-    positions = [x for particle in model.particles for x in particle.position]
-    return all(is_zero(graph.diff(node, model.time)) for node in (*given, *positions))
+def formulations(model: Model[Node], graph: Graph) -> dict[str, Formulation]:
+    """The candidates by name, each with all forces."""
+    if model.lagrangian is not None:
+        return {"lagrangian": from_lagrangian(model, graph, model.lagrangian, Energetics(model).forces)}
+    forms = {"embedding": from_embedding(model, graph)}
+    kinetic = reduced_kinetic_energy(model)
+    if kinetic is not None:
+        lagrangian = kinetic - model.potential
+        forms["kinetic energy"] = from_lagrangian(model, graph, lagrangian, Energetics(model).forces)
+    return forms
 
 
-def _from_lagrangian(model: Model[Node], graph: Graph) -> tuple[list[Node], list[list[Node]]]:
-    lagrangian = model.lagrangian
-    assert lagrangian is not None
+def from_lagrangian(
+    model: Model[Node], graph: Graph, lagrangian: Node, forces: tuple[Node, ...]
+) -> Formulation:
+    """d/dt dL/dq_dot_k - dL/dq_k - Q_k with M = d2L/dq_dot dq_dot; ``forces`` holds every force outside L."""
     momenta = [graph.diff(lagrangian, v) for v in model.v]
-    residual = [graph.ddt(p) - graph.diff(lagrangian, q) for p, q in zip(momenta, model.q)]
-    return residual, [[graph.diff(p, v) for v in model.v] for p in momenta]
+    moving = variables(model)
+    residual = [
+        (graph.ddt(p) if p.symbols & moving else graph.zero) - graph.diff(lagrangian, q) - force
+        for p, q, force in zip(momenta, model.q, forces)
+    ]
+    return Formulation(tuple(residual), tuple(tuple(graph.diff(p, v) for v in model.v) for p in momenta))
 
 
-def _from_embedding(model: Model[Node], graph: Graph) -> tuple[list[Node], list[list[Node]]]:
+def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
+    """d'Alembert's form; M = sum m dr/dq dr/dq - d2U/dq_dot dq_dot."""
     moving = variables(model)
     components = [
         (particle.mass, position, particle.force[i] if particle.force else graph.zero)
@@ -77,20 +105,35 @@ def _from_embedding(model: Model[Node], graph: Graph) -> tuple[list[Node], list[
         for m, position, force in components
     ]
     residual = []
-    for k, (q, v) in enumerate(zip(model.q, model.v)):
+    for k, (q, v, given) in enumerate(zip(model.q, model.v, model.generalized_forces)):
         terms = ((row[k], rate) for row, rate in zip(jacobian, inertia))
+        momentum = graph.diff(model.potential, v)
         residual.append(
             contract(graph, terms, moving)
             + graph.diff(model.potential, q)
-            - graph.ddt(graph.diff(model.potential, v))
+            - (graph.ddt(momentum) if momentum.symbols & moving else graph.zero)
+            + graph.diff(model.dissipation, v)
+            - given
         )
     size = len(model.q)
     matrix = [[graph.zero] * size for _ in range(size)]
     for j in range(size):
+        slope = graph.diff(model.potential, model.v[j])
         for k in range(j, size):
-            entry = graph.sum(
-                [(m * row[j] * row[k], 1.0) for (m, _, _), row in zip(components, jacobian)]
-                + [(graph.diff(graph.diff(model.potential, model.v[j]), model.v[k]), -1.0)]
-            )
+            products = [(m * row[j] * row[k], 1.0) for (m, _, _), row in zip(components, jacobian)]
+            entry = graph.sum([*products, (graph.diff(slope, model.v[k]), -1.0)])
             matrix[j][k] = matrix[k][j] = entry
-    return residual, matrix
+    return Formulation(tuple(residual), tuple(map(tuple, matrix)))
+
+
+def convolutions(model: Model[Node], graph: Graph, form: Formulation) -> int:
+    """Convolutions per order that a formulation takes."""
+    return lower(graph, variables(model), model.q, model.v, model.time, form.residual, ()).convolutions
+
+
+def scleronomic(model: Model[Node]) -> bool:
+    """Whether the embedding (or the given L) is free of explicit time."""
+    graph = graph_of(model)
+    given = [model.lagrangian] if model.lagrangian is not None else []
+    positions = [x for particle in model.particles for x in particle.position]
+    return all(is_zero(graph.diff(node, model.time)) for node in (*given, *positions))

@@ -58,7 +58,11 @@ class Energetics:
         return tuple(
             contract(
                 graph,
-                ((graph.diff(x, q), p.mass * u) for p in model.particles for x, u in zip(p.position, p.velocity)),
+                (
+                    (graph.diff(x, q), p.mass * u)
+                    for p in model.particles
+                    for x, u in zip(p.position, p.velocity)
+                ),
                 variables(self.model),
             )
             - graph.diff(model.potential, v)
@@ -102,9 +106,7 @@ class Energetics:
         model, graph = self.model, self._graph
         if model.lagrangian is not None:
             return graph.diff(model.lagrangian, symbol)
-        terms = (
-            (graph.diff(u, symbol), p.mass * u) for p in model.particles for u in p.velocity
-        )
+        terms = ((graph.diff(u, symbol), p.mass * u) for p in model.particles for u in p.velocity)
         return contract(graph, terms, variables(self.model)) - graph.diff(model.potential, symbol)
 
     @property

@@ -1,17 +1,13 @@
 """``Residual``: the equations of motion in the implicit form that the Taylor series are solved from.
 
-d'Alembert's principle for an embedding r_i(q, t) (Goldstein, Classical Mechanics, 3rd ed., eq. 1.45 ff.):
-
-    R_k = sum_i (m_i r_i'' - F_i) . dr_i/dq_k + dU/dq_k - d/dt dU/dq_dot_k + dD/dq_dot_k - Q_k = 0
-
-and Euler-Lagrange for a given L: R_k = d/dt dL/dq_dot_k - dL/dq_k + dD/dq_dot_k - Q_k = 0. The time derivatives
-stay unexpanded ``ddt`` nodes: their Taylor coefficients come from those of their arguments, so
-no second derivative of the embedding is ever formed. R is affine in the accelerations, with the matrix
-M = dR/dq_ddot at fixed q, q_dot, t.
+R_k(q, q_dot, q_ddot, t) = 0, affine in the accelerations with the matrix M = dR/dq_ddot. Time derivatives
+stay unexpanded ``ddt`` nodes: their Taylor coefficients come from those of their arguments, so that neither M^-1
+nor M is ever a series. ``derive`` makes it.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 from lagrange_cli.expression.graph import Graph, Node
@@ -26,6 +22,7 @@ class Residual:
 
     ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t;
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
+    ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes per order.
     ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps.
     """
 
@@ -34,6 +31,8 @@ class Residual:
     residual: tuple[Node, ...]
     mass_matrix: tuple[tuple[Node, ...], ...]
     definite: bool
+    formulation: str
+    costs: Mapping[str, int]
     scleronomic: bool
     cyclic: tuple[str, ...]
     conserved: tuple[Conserved, ...]

@@ -84,7 +84,13 @@ class SeriesProgram:
 
 
 def lower(
-    graph: Graph, variables: int, q: Sequence[Node], v: Sequence[Node], t: Node, residual: Sequence[Node], integrands: Sequence[Node]
+    graph: Graph,
+    variables: int,
+    q: Sequence[Node],
+    v: Sequence[Node],
+    t: Node,
+    residual: Sequence[Node],
+    integrands: Sequence[Node],
 ) -> SeriesProgram:
     """The series program of the equations ``residual`` and the quadratures of ``integrands``."""
     builder = _Builder(graph, variables)
@@ -198,7 +204,9 @@ class _Builder:
         if key not in self.products:
             degree = min(self.series[a].degree + self.series[b].degree, UNBOUNDED)
             self.products[key] = self.add(
-                Series(Op.MULTIPLY, key, order=self.highest(key), degree=degree if degree <= SHORT else UNBOUNDED)
+                Series(
+                    Op.MULTIPLY, key, order=self.highest(key), degree=degree if degree <= SHORT else UNBOUNDED
+                )
             )
         return self.products[key]
 
@@ -227,8 +235,11 @@ class _Builder:
         degree = max((self.series[i].degree for i in arguments), default=0)
         made = self.add(
             Series(
-                Op.LINEAR, arguments, (constant, tuple(scale for _, scale in terms)),
-                order=self.highest(arguments), degree=degree,
+                Op.LINEAR,
+                arguments,
+                (constant, tuple(scale for _, scale in terms)),
+                order=self.highest(arguments),
+                degree=degree,
             )
         )
         if constant.is_zero and len(whole) > 1:
@@ -250,7 +261,15 @@ class _Builder:
         degree = 0 if all(self.series[i].degree == 0 for i in indices) else UNBOUNDED
         self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
         return self.add(
-            Series(Op.COMPOSE, indices, node.data, node=node, rates=rates, order=self.highest(indices), degree=degree)
+            Series(
+                Op.COMPOSE,
+                indices,
+                node.data,
+                node=node,
+                rates=rates,
+                order=self.highest(indices),
+                degree=degree,
+            )
         )
 
     def moving_partials(self, node: Node) -> list[Node]:
@@ -282,7 +301,11 @@ def needs(one: Series) -> list[tuple[int, int]]:
 
 
 def _set_levels(
-    series: list[Series], coordinates: list[int], velocities: list[int], roots: list[int], integrals: list[int]
+    series: list[Series],
+    coordinates: list[int],
+    velocities: list[int],
+    roots: list[int],
+    integrals: list[int],
 ) -> None:
     for indices, level in ((coordinates, 2), (velocities, 1), (roots, 0), (integrals, 1)):
         for index in indices:
@@ -300,12 +323,22 @@ def _set_levels(
 
 
 def _sorted(
-    series: list[Series], coordinates: list[int], velocities: list[int], roots: list[int], integrals: list[int]
+    series: list[Series],
+    coordinates: list[int],
+    velocities: list[int],
+    roots: list[int],
+    integrals: list[int],
 ) -> SeriesProgram:
     """Drop what nothing needs and order the rest so that same-stage operands come first."""
     order: list[int] = []
     done: set[int] = set()
-    starts = [*coordinates, *velocities, *roots, *integrals, *(i for i, s in enumerate(series) if s.level > FREE)]
+    starts = [
+        *coordinates,
+        *velocities,
+        *roots,
+        *integrals,
+        *(i for i, s in enumerate(series) if s.level > FREE),
+    ]
     for start in starts:
         stack = [(start, False)]
         while stack:

@@ -12,8 +12,16 @@ def skipped(residual: Residual) -> tuple[str, ...]:
     """One sentence for each thing that ``solve`` does not compute for this system."""
     model = residual.model
     said = []
+    others = {name: cost for name, cost in residual.costs.items() if name != residual.formulation}
+    for name, cost in others.items():
+        chosen = residual.costs[residual.formulation]
+        said.append(
+            f"the formulation by the {name} ({cost} convolutions per order): by the {residual.formulation} it is {chosen}"
+        )
     if residual.constant_mass_matrix:
-        said.append("the mass matrix contains parameters only: it is factored once per run, not once per step")
+        said.append(
+            "the mass matrix contains parameters only: it is factored once per run, not once per step"
+        )
     size, blocks = len(model.q), residual.blocks
     if size > 1 and len(blocks) == size:
         said.append("the mass matrix is diagonal: solving with it is one division for each coordinate")
@@ -28,7 +36,9 @@ def skipped(residual: Residual) -> tuple[str, ...]:
         said.append(f"{count} {noun} in parameters alone: computed once per run, not once per step")
     if all(is_zero(force) for force in Energetics(model).forces):
         said.append("no forces outside L: no generalized forces are computed")
-    said.append("T, U, positions, ledgers, action and observables: computed only when --outputs asks for them")
+    said.append(
+        "T, U, positions, ledgers, action and observables: computed only when --outputs asks for them"
+    )
     said.append("sympy and scipy: not imported, the Taylor method and the derivation do not need them")
     return tuple(said)
 

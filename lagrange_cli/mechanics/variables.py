@@ -37,5 +37,3 @@ def contract(graph: Graph, terms: Iterable[tuple[Node, Node]], variables: int) -
     return graph.sum(
         [(moving * graph.sum([(b, 1.0) for b in parts]), 1.0) for moving, parts in grouped.items()]
     )
-
-

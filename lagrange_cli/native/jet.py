@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
 from lagrange_cli.native.linear import Definite, General, factor_definite, factor_general
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
-from lagrange_cli.native.series import SHORT, UNBOUNDED, Op, Series, SeriesProgram, needs
+from lagrange_cli.mechanics.series import SHORT, UNBOUNDED, Op, Series, SeriesProgram, needs
 
 LANES = 8
 WRITTEN_OUT = 3
@@ -107,11 +107,19 @@ class Jet:
     table: list[dict[int, Value]] = field(default_factory=list)
     factors: list[Definite | General] = field(default_factory=list)
     gains: dict[int, tuple[Value, Value]] = field(default_factory=dict)
+    low: dict[int, Value] = field(default_factory=dict)
+    """What q and q_dot hold beyond their double, as the compensated update leaves it."""
+    unrounded: dict[Node, Value] = field(default_factory=dict)
+    """Functions of a coordinate before its low part is added."""
     regular: str = "true"
 
     def write(self) -> str:
         """The whole function: coefficients of q, v and the integrals into ``%work``; false if M is singular."""
         self.table = [{} for _ in self.program.series]
+        for kind, indices in enumerate((self.program.coordinates, self.program.velocities)):
+            for i, index in enumerate(indices):
+                row = kind * len(indices) + i
+                self.low[index] = self.emitter.load("%state", self.rows + row)
         last = self.layout.order - 2
         for k in range(-2, min(last + 1, WRITTEN_OUT)):
             WrittenOut(self, k).write()
@@ -125,6 +133,11 @@ class Jet:
             "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work)"
             f" #0 {{\n{body}\n  ret i1 {self.regular}\n}}\n"
         )
+
+    @property
+    def rows(self) -> int:
+        """Rows of the state: q, v and the integrals; their low parts follow them."""
+        return 2 * len(self.program.coordinates) + len(self.program.integrals)
 
     def _loop(self, start: int, stop: int, before: str) -> str:
         """A loop over the stages start .. stop; returns the label after it."""
@@ -149,10 +162,24 @@ class Jet:
         if one.op is Op.POWER:
             return self._start_power(index, one)
         assert one.op is Op.COMPOSE and one.node is not None
+        if all(i in self.low for i in one.arguments):
+            return self._start_function(one, one.node)
         values = {a: self.table[i][0] for a, i in zip(self._moving(one.node), one.arguments)}
         if one.node.kind is Kind.POWER:
             return emitter.call("llvm.pow.f64", *(self._operand(a, values) for a in one.node.arguments))
         return emit_function(emitter, str(one.data), [self._operand(a, values) for a in one.node.arguments])
+
+    def _start_function(self, one: Series, node: Node) -> Value:
+        """A function of coordinates, to first order in what they hold beyond their doubles."""
+        emitter, moving = self.emitter, self._moving(node)
+        partials = [p for a, p in zip(node.arguments, self.residual.graph.partials(node)) if a in moving]
+        for argument, index in zip(moving, one.arguments):
+            self.unrounded[argument] = self.table[index][0]
+        emit_values(emitter, [node, *partials], self.unrounded, self.constants)
+        value = self.unrounded[node]
+        for partial, index in zip(partials, one.arguments):
+            value = emitter.fma(self.unrounded[partial], self.low[index], value)
+        return value
 
     def _moving(self, node: Node) -> list[Node]:
         return [a for a in node.arguments if a.symbols & self.residual.variables]
@@ -169,6 +196,8 @@ class Jet:
         else:
             value = emitter.call("llvm.pow.f64", base, exponent)
         reciprocal = emitter.div(ONE, base)
+        slope = emitter.mul(emitter.mul(exponent, value), reciprocal)
+        value = emitter.fma(slope, self.low.get(one.arguments[0]), value)
         self.gains[index] = (emitter.mul(emitter.mul(exponent, value), reciprocal), reciprocal)
         return value
 
@@ -240,8 +269,11 @@ class Stage:
         """k + ahead."""
         raise NotImplementedError
 
-    def reciprocal(self, ahead: int) -> Value:
-        """1/(k + ahead)."""
+    def divided(self, value: Value, ahead: int) -> Value:
+        """``value / (k + ahead)``, correctly rounded or nearly so.
+
+        (A product with the rounded reciprocal errs by the same factor in every step: the energy would drift.)
+        """
         raise NotImplementedError
 
     def product(self, a: int, b: int, ahead: int) -> Value:
@@ -268,7 +300,7 @@ class Stage:
         if one.op is Op.DERIVATIVE:
             return emitter.mul(self.number(ahead + 1), self.at(one.arguments[0], ahead + 1))
         if one.op is Op.INTEGRAL:
-            return emitter.mul(self.at(one.arguments[0], ahead - 1), self.reciprocal(ahead))
+            return self.divided(self.at(one.arguments[0], ahead - 1), ahead)
         if one.op is Op.POWER:
             gain, inverse = jet.gains[index]
             base = one.arguments[0]
@@ -277,7 +309,7 @@ class Stage:
                 rest = emitter.neg(emitter.mul(inverse, self.middle(index, base, ahead)))
             else:
                 rest = self.weighted(index, base, jet.constants.value(emitter, one.data), ahead)
-                rest = emitter.mul(emitter.mul(rest, inverse), self.reciprocal(ahead))
+                rest = self.divided(emitter.mul(rest, inverse), ahead)
             return emitter.fma(gain, self.at(base, ahead), rest)
         total = None
         for rate, partial in zip(one.rates, one.partials):
@@ -285,7 +317,7 @@ class Stage:
                 total = emitter.fma(jet.table[rate][0], jet.table[partial][0], total)
             else:
                 total = emitter.add(total, self.product(rate, partial, ahead - 1))
-        return emitter.mul(total, self.reciprocal(ahead))
+        return self.divided(total, ahead)
 
     def is_index(self, ahead: int, index: int) -> bool:
         """Whether k + ahead is ``index`` (in a loop it never is a small one)."""
@@ -321,8 +353,8 @@ class Stage:
         accelerations = jet.accelerations([self.at(index, 0) for index in program.residual])
         change: dict[int, Value] = {}
         for coordinate, velocity, value in zip(program.coordinates, program.velocities, accelerations):
-            change[velocity] = emitter.mul(value, self.reciprocal(1))
-            change[coordinate] = emitter.mul(change[velocity], self.reciprocal(2))
+            change[velocity] = self.divided(value, 1)
+            change[coordinate] = self.divided(change[velocity], 2)
         for index in self.corrected():
             if index not in change:
                 change[index] = self.correction(index, change)
@@ -372,8 +404,8 @@ class WrittenOut(Stage):
     def number(self, ahead: int) -> Value:
         return literal(self.k + ahead)
 
-    def reciprocal(self, ahead: int) -> Value:
-        return literal(1.0 / (self.k + ahead))
+    def divided(self, value: Value, ahead: int) -> Value:
+        return value if self.k + ahead == 1 else self.jet.emitter.div(value, literal(self.k + ahead))
 
     def is_index(self, ahead: int, index: int) -> bool:
         return self.k + ahead == index
@@ -408,12 +440,18 @@ class WrittenOut(Stage):
         first = [jet.table[i].get(0) for i in one.arguments]
         if one.op is Op.LINEAR:
             constant, scales = linear_data(one)
-            total = None if constant.is_zero else jet.constants.value(emitter, constant)
+            total: Value = None
+            for index, scale in zip(one.arguments, scales):
+                total = add_scaled(jet, scale, jet.low.get(index), total)
+            if not constant.is_zero:
+                total = emitter.add(total, jet.constants.value(emitter, constant))
             for value, scale in zip(first, scales):
                 total = add_scaled(jet, scale, value, total)
             return total
         if one.op is Op.MULTIPLY:
-            return emitter.mul(first[0], first[1])
+            a, b = one.arguments
+            rest = emitter.fma(first[0], jet.low.get(b), emitter.mul(first[1], jet.low.get(a)))
+            return emitter.fma(first[0], first[1], rest)
         if one.op is Op.DERIVATIVE:
             return jet.table[one.arguments[0]][1]
         if one.op is Op.INTEGRAL:
@@ -465,7 +503,9 @@ class Looped(Stage):
         emitter, table = self.jet.emitter, self.jet.table
         total: Value = None
         for j in range(1, self.jet.program.series[base].degree + 1):  # j = n - m
-            weight = emitter.sub(emitter.mul(exponent, literal(j)), emitter.sub(self.number(ahead), literal(j)))
+            weight = emitter.sub(
+                emitter.mul(exponent, literal(j)), emitter.sub(self.number(ahead), literal(j))
+            )
             total = emitter.fma(emitter.mul(weight, table[base].get(j)), self.at(index, ahead - j), total)
         return total
 
@@ -496,7 +536,9 @@ class Looped(Stage):
                 total = self._vector_fma(x, y, total)
             emitter.operations += LANES
         zero = operand(None)
-        return emitter.define(f"call reassoc double @llvm.vector.reduce.fadd.v{LANES}f64(double {zero}, {vector} {total})")
+        return emitter.define(
+            f"call reassoc double @llvm.vector.reduce.fadd.v{LANES}f64(double {zero}, {vector} {total})"
+        )
 
     def _vector_fma(self, a: str, b: str, c: str) -> str:
         vector = f"<{LANES} x double>"
@@ -507,7 +549,9 @@ class Looped(Stage):
     def _splat(self, value: Value) -> str:
         emitter, vector = self.jet.emitter, f"<{LANES} x double>"
         one = emitter.define(f"insertelement {vector} poison, double {operand(value)}, i64 0")
-        return emitter.define(f"shufflevector {vector} {one}, {vector} poison, <{LANES} x i32> zeroinitializer")
+        return emitter.define(
+            f"shufflevector {vector} {one}, {vector} poison, <{LANES} x i32> zeroinitializer"
+        )
 
     def _tabulated(self, name: str, ahead: int) -> Value:
         key = (name, ahead)
@@ -520,8 +564,9 @@ class Looped(Stage):
     def number(self, ahead: int) -> Value:
         return self._tabulated("numbers", ahead)
 
-    def reciprocal(self, ahead: int) -> Value:
-        return self._tabulated("reciprocals", ahead)
+    def divided(self, value: Value, ahead: int) -> Value:
+        rest = self.jet.emitter.mul(value, self._tabulated("reciprocal_rests", ahead))
+        return self.jet.emitter.fma(value, self._tabulated("reciprocals", ahead), rest)
 
     def write(self) -> None:
         """Compute, solve and store one stage's coefficients."""
@@ -538,7 +583,9 @@ class Looped(Stage):
             if index in jet.layout.forward:
                 jet.emitter.store(self.top[index], self._rows, jet.layout.forward_slot(index) + one.level)
             if index in jet.layout.backward:
-                jet.emitter.store(self.top[index], self._mirrored, jet.layout.backward_slot(index) - one.level)
+                jet.emitter.store(
+                    self.top[index], self._mirrored, jet.layout.backward_slot(index) - one.level
+                )
 
 
 def linear_data(one: Series) -> tuple[Node, tuple[Node, ...]]:

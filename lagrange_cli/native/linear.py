@@ -137,4 +137,6 @@ def factor_general(emitter: Emitter, matrix: list[list[Value]]) -> tuple[General
             lower[i][j] = emitter.mul(rows[i][j], reciprocal[j])
             for k in range(j + 1, size):
                 rows[i][k] = emitter.fms(lower[i][j], rows[j][k], rows[i][k])
-    return General(tuple(swaps), tuple(map(tuple, lower)), tuple(map(tuple, rows)), tuple(reciprocal)), regular
+    return General(
+        tuple(swaps), tuple(map(tuple, lower)), tuple(map(tuple, rows)), tuple(reciprocal)
+    ), regular

@@ -9,7 +9,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
-from lagrange_cli.native.program import Program
+from lagrange_cli.native.program import STEPPING, Program
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,9 @@ class Machine:
     engine: Any
     prepare: Callable[..., None]
     observe: Callable[..., None]
+    linearize: Callable[..., None] | None
     advance: Callable[..., int] | None
-    accelerate: Callable[..., int] | None
+    accelerate: Callable[..., int]
 
 
 def compile_program(program: Program, optimize: int = 1) -> Machine:
@@ -41,15 +42,16 @@ def compile_program(program: Program, optimize: int = 1) -> Machine:
         address = engine.get_function_address(name)
         return ctypes.CFUNCTYPE(result, *arguments)(address) if address else None
 
-    stepping = program.order >= 5
+    stepping = program.order >= STEPPING
     return Machine(
         program=program,
         engine=engine,
         prepare=function("prepare", None, pointer, pointer),
         observe=function("observe", None, pointer, pointer, pointer, pointer, integer, integer),
+        linearize=function("linearize", None, pointer, pointer, pointer, pointer, integer, integer),
         advance=function(
             "advance", integer, pointer, pointer, pointer, pointer, real, pointer, integer, pointer,
             integer, integer, integer, pointer,
         ) if stepping else None,
-        accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer) if not stepping else None,
+        accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
     )  # fmt: skip

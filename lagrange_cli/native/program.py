@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from fractions import Fraction
 
 from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.jet import LANES, Jet, arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
-from lagrange_cli.native.series import SeriesProgram, lower
+from lagrange_cli.mechanics.series import SeriesProgram, lower
 from lagrange_cli.native.stepper import stepper
+
+
+STEPPING = 6
+"""The lowest order of q's series that can be stepped with."""
 
 
 @dataclass(frozen=True)
@@ -43,7 +48,7 @@ class Program:
     @property
     def trial(self) -> int:
         """Doubles of scratch that ``@advance`` needs to look ahead."""
-        return LANES * -(-2 * self.degrees // LANES) + self.work
+        return LANES * -(-2 * self.rows // LANES) + self.work
 
 
 def order_for(tolerance: float) -> int:
@@ -56,8 +61,14 @@ def write_program(
     order: int,
     integrands: Mapping[str, Node],
     observed: Mapping[str, Node],
+    linearized: Sequence[Node] = (),
+    accelerations: Sequence[Node] = (),
 ) -> Program:
-    """The program that advances ``residual`` with q's series to ``order`` (>= 2; 2 gives accelerations only)."""
+    """The program that advances ``residual`` with q's series to ``order``.
+
+    ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``. ``@linearize`` computes the nodes
+    ``linearized``, functions of q, v and the symbols ``accelerations``, if there are any.
+    """
     model = residual.model
     constants = Constants()
     series = lower(
@@ -68,13 +79,19 @@ def write_program(
     jet = Jet(residual, series, layout, constants)
     parts = [jet.write()]
     degrees, rows = len(model.q), 2 * len(model.q) + len(integrands)
-    if order >= 5:
+    if order >= STEPPING:
         parts.append(stepper(layout, degrees, rows))
-    else:
-        parts.append(_ACCELERATE.replace("@@slot@@", str(layout.span * degrees)).replace("@@span@@", str(layout.span))
-                     .replace("@@degrees@@", str(degrees)))
-    observe, observe_operations = _observe(residual, constants, list(observed.values()))
+    numbers = {"slot": layout.span * degrees, "span": layout.span, "rates": rows - degrees}
+    accelerate = _ACCELERATE
+    for name, number in numbers.items():
+        accelerate = accelerate.replace(f"@@{name}@@", str(number))
+    parts.append(accelerate)
+    symbols = [*model.q, *model.v]
+    observe, observe_operations = _values("observe", model.time, symbols, list(observed.values()), constants)
     parts.append(observe)
+    if linearized:
+        symbols += accelerations
+        parts.append(_values("linearize", model.time, symbols, list(linearized), constants)[0])
     prepare, size = emit_prepare(constants, model.parameters)
     parts.append(prepare)
     return Program(
@@ -92,23 +109,27 @@ def write_program(
     )
 
 
-def _observe(residual: Residual, constants: Constants, nodes: list[Node]) -> tuple[str, int]:
-    """The function that computes ``nodes`` at each of ``%count`` samples; arrays have ``%stride`` columns."""
-    emitter, model = Emitter(), residual.model
+def _values(
+    name: str, time: Node, symbols: Sequence[Node], nodes: list[Node], constants: Constants
+) -> tuple[str, int]:
+    """A function that computes ``nodes`` at each of ``%count`` samples, and its number of operations.
+
+    The arrays of states (a row for each of ``symbols``) and of results have ``%stride`` columns.
+    """
+    emitter = Emitter()
     emitter.line("entry:\n  %none = icmp eq i64 %count, 0\n  br i1 %none, label %done, label %loop\nloop:")
     emitter.line("  %i = phi i64 [ 0, %entry ], [ %next, %loop ]")
-    known: dict[Node, Value] = {model.time: emitter.load("%times", "%i")}
-    for row, symbol in enumerate((*model.q, *model.v)):
+    known: dict[Node, Value] = {time: emitter.load("%times", "%i")}
+    for row, symbol in enumerate(symbols):
         known[symbol] = emitter.load("%states", _column(emitter, row))
     emit_values(emitter, nodes, known, constants)
     for row, node in enumerate(nodes):
-        value = known[node] if node.symbols & residual.variables else constants.value(emitter, node)
-        emitter.store(value, "%results", _column(emitter, row))
+        emitter.store(known[node], "%results", _column(emitter, row))
     emitter.line("  %next = add nuw nsw i64 %i, 1\n  %more = icmp ult i64 %next, %count")
     emitter.line("  br i1 %more, label %loop, label %done\ndone:\n  ret void")
     body = "\n".join(emitter.lines)
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-    return f"define void @observe({head}, i64 %stride, i64 %count) #0 {{\n{body}\n}}\n", emitter.operations
+    return f"define void @{name}({head}, i64 %stride, i64 %count) #0 {{\n{body}\n}}\n", emitter.operations
 
 
 def _column(emitter: Emitter, row: int) -> str:
@@ -121,6 +142,7 @@ def _tables(order: int) -> list[str]:
     rows = {
         "numbers": [float(m) for m in range(size)],
         "reciprocals": [0.0] + [1.0 / m for m in range(1, size)],
+        "reciprocal_rests": [0.0] + [float(Fraction(1, m) - Fraction(1.0 / m)) for m in range(1, size)],
     }
     return [
         f"@{name} = private constant [{size} x double] [{', '.join(f'double {operand(literal(x))}' for x in row)}]"
@@ -139,7 +161,8 @@ declare i8 @llvm.ctpop.i8(i8)
 _ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
 
 _ACCELERATE = """
-; accelerations at one state: false where the mass matrix is singular
+; (%state holds the low parts, zeros, behind its rows)
+; rates of the velocities and integrals at one state; 0 where the mass matrix is singular
 define i64 @accelerate(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out) #0 {
 entry:
   %regular = call i1 @jet(ptr %constants, double %t, ptr %state, ptr %work)
@@ -153,7 +176,7 @@ loop:
   %oa = getelementptr inbounds double, ptr %out, i64 %i
   store double %a, ptr %oa, align 8
   %next = add nuw nsw i64 %i, 1
-  %more = icmp ult i64 %next, @@degrees@@
+  %more = icmp ult i64 %next, @@rates@@
   br i1 %more, label %loop, label %done
 done:
   %code = zext i1 %regular to i64

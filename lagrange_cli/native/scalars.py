@@ -59,7 +59,9 @@ def emit_power(emitter: Emitter, base: Value, exponent: float) -> Value:
     return emitter.call("llvm.pow.f64", base, literal(exponent))
 
 
-def emit_values(emitter: Emitter, nodes: list[Node], known: dict[Node, Value], constants: Constants | None) -> None:
+def emit_values(
+    emitter: Emitter, nodes: list[Node], known: dict[Node, Value], constants: Constants | None
+) -> None:
     """Compute ``nodes`` into ``known``, which holds the symbols' values (and any node computed before).
 
     With ``constants``, a node that ``known`` has no symbol for is a constant of the motion and comes from its slot.
@@ -126,6 +128,7 @@ def emit_prepare(constants: Constants, parameters: Mapping[str, Node]) -> tuple[
     for node, slot in constants.slots.items():
         emitter.store(known[node], "%constants", slot)
     body = "\n".join(emitter.lines)
-    return f"define void @prepare(ptr noalias %parameters, ptr noalias %constants) {{\n{body}\n  ret void\n}}\n", len(
-        constants.slots
+    return (
+        f"define void @prepare(ptr noalias %parameters, ptr noalias %constants) {{\n{body}\n  ret void\n}}\n",
+        len(constants.slots),
     )

@@ -52,7 +52,7 @@ def stepper(layout: Layout, degrees: int, rows: int) -> str:
         "safety": operand(literal(math.exp(-2.0 - 0.7 / top))),
         "horner": _horner(order, "double", "%h", "%row"),
         "horner_update": _horner(order, "double", "%hs", "%row"),
-        "trial_offset": LANES * -(-2 * degrees // LANES),
+        "trial_offset": LANES * -(-2 * rows // LANES),
         "horner_vector": _horner(order, VECTOR, "%dt", "%srow"),
         "horner_rate": _horner_rate(top, "%h", "%vrow"),
         "lanes": LANES,

@@ -1,0 +1,197 @@
+"""scipy's methods (Hairer, Norsett and Wanner's DOP853, Radau; BDF; LSODA) on the compiled equations.
+
+The right-hand side is the compiled series' first stage; the implicit methods get the compiled Jacobian.
+"""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import scipy.integrate
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.motion import Accept, Array, End, Interrupted, aligned, chunk_size
+from lagrange_cli.integrate.plan import Plan
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.mechanics.explicit import Linearization, linearize
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.machine import Machine, compile_program
+from lagrange_cli.native.program import Program, write_program
+
+IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
+
+
+def write_scipy_program(residual: Residual, plan: Plan, method: str) -> Program:
+    """The program of the right-hand side, with the Jacobian's parts where ``method`` wants them."""
+    if method not in IMPLICIT:
+        return write_program(residual, 2, plan.integrands, plan.observed)
+    linear = linearize(residual)
+    return write_program(
+        residual,
+        2,
+        plan.integrands,
+        plan.observed,
+        jacobian_nodes(residual, linear, plan),
+        linear.accelerations,
+    )
+
+
+def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:
+    """dR/dq, dR/dv, M, and the integrands' derivatives by q and v, row by row."""
+    graph, model = residual.graph, residual.model
+    nodes = [
+        entry
+        for matrix in (linear.by_q, linear.by_v, residual.mass_matrix)
+        for row in matrix
+        for entry in row
+    ]
+    return nodes + [graph.diff(node, x) for node in plan.integrands.values() for x in (*model.q, *model.v)]
+
+
+class Singular(ArithmeticError):
+    """The mass matrix cannot be inverted here."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """y' = f(t, y) for y = (q, v, integrals) of shape (rows,), on compiled code."""
+
+    machine: Machine
+    constants: Array
+    work: Array
+
+    @classmethod
+    def of(cls, machine: Machine, parameters: Array) -> Equations:
+        """The equations at the values ``parameters``."""
+        constants = aligned(max(1, machine.program.constants))
+        machine.prepare(np.ascontiguousarray(parameters).ctypes.data, constants.ctypes.data)
+        return cls(machine, constants, aligned(machine.program.work))
+
+    def rates(self, t: float, y: Array) -> Array:
+        """y'; raises ``Singular``."""
+        program, accelerate = self.machine.program, self.machine.accelerate
+        state = np.concatenate([y, np.zeros_like(y)])
+        result = np.empty(program.rows)
+        n = program.degrees
+        result[:n] = y[n : 2 * n]
+        regular = accelerate(
+            self.constants.ctypes.data,
+            t,
+            state.ctypes.data,
+            self.work.ctypes.data,
+            result.ctypes.data + 8 * n,
+        )
+        if not regular:
+            raise Singular
+        return result
+
+    def jacobian(self, t: float, y: Array) -> Array:
+        """df/dy of shape (rows, rows); raises ``Singular``."""
+        program, evaluate = self.machine.program, self.machine.linearize
+        assert evaluate is not None
+        n, rows = program.degrees, program.rows
+        states = np.concatenate([y[: 2 * n], self.rates(t, y)[n : 2 * n]])
+        count = 3 * n * n + len(program.integrals) * 2 * n
+        values, when = np.empty(count), np.array([t])
+        evaluate(self.constants.ctypes.data, when.ctypes.data, states.ctypes.data, values.ctypes.data, 1, 1)
+        by_q, by_v, mass = values[: 3 * n * n].reshape(3, n, n)
+        result = np.zeros((rows, rows))
+        result[:n, n : 2 * n] = np.eye(n)
+        try:
+            result[n : 2 * n, : 2 * n] = -np.linalg.solve(mass, np.concatenate([by_q, by_v], axis=1))
+        except np.linalg.LinAlgError as error:
+            raise Singular from error
+        result[2 * n :, : 2 * n] = values[3 * n * n :].reshape(-1, 2 * n)
+        return result
+
+
+@dataclass(frozen=True)
+class ScipyMethod:
+    """Follows a motion with one of scipy's step-by-step solvers and its dense output."""
+
+    machine: Machine
+    name: str
+    tolerance: float
+
+    def follow(
+        self, parameters: Array, state: Array, times: Times, accept: Accept, interrupted: Interrupted
+    ) -> End:
+        """See ``motion.Method``; ``evaluations`` counts accelerations."""
+        equations = Equations.of(self.machine, parameters)
+        size = min(chunk_size(len(state)), times.count)
+        buffer = np.empty((len(state), size))
+        wanted = times.chunk(0, size)
+        first, filled, steps = 0, 0, 0
+        t, y = times.start, state
+        evaluations = 0
+        ending, detail = Ending.COMPLETE, ""
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")
+                solver = self._solver(equations, times, state)
+                while True:
+                    inside = int(np.searchsorted(wanted[filled:], solver.t, side="right"))
+                    interpolate = (
+                        solver.dense_output()
+                        if inside and steps
+                        else (lambda at: np.tile(y[:, None], len(at)))
+                    )
+                    while inside:
+                        chosen = slice(filled, filled + inside)
+                        buffer[:, chosen] = interpolate(wanted[chosen])
+                        filled += inside
+                        if filled < len(wanted):
+                            break
+                        accept(wanted, buffer[:, :filled])
+                        first, filled = first + len(wanted), 0
+                        wanted = times.chunk(first, size)
+                        inside = int(np.searchsorted(wanted, solver.t, side="right"))
+                    t, y = solver.t, solver.y
+                    if solver.status != "running":
+                        break
+                    if interrupted():
+                        ending = Ending.INTERRUPTED
+                        break
+                    message = solver.step()
+                    steps += 1
+                    evaluations = solver.nfev
+                    if getattr(solver, "status") == "failed":
+                        ending, detail = Ending.METHOD_FAILED, str(message or "").rstrip(".")
+                        break
+                    if not np.all(np.isfinite(solver.y)):
+                        ending = Ending.NOT_A_NUMBER
+                        break
+        except Singular:
+            ending = Ending.SINGULAR_MASS_MATRIX
+        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
+            ending, detail = Ending.NOT_A_NUMBER, str(error)
+        accept(wanted[:filled], buffer[:, :filled])
+        return End(ending, float(t), np.array(y), steps, evaluations, detail)
+
+    def _solver(self, equations: Equations, times: Times, state: Array) -> scipy.integrate.OdeSolver:
+        solvers: dict[str, Callable[..., scipy.integrate.OdeSolver]] = {
+            "DOP853": scipy.integrate.DOP853,
+            "Radau": scipy.integrate.Radau,
+            "BDF": scipy.integrate.BDF,
+            "LSODA": scipy.integrate.LSODA,
+        }
+        options = {"jac": equations.jacobian} if self.name in IMPLICIT else {}
+        return solvers[self.name](
+            equations.rates,
+            times.start,
+            state,
+            times.stop,
+            rtol=self.tolerance,
+            atol=self.tolerance,
+            **options,
+        )
+
+
+def compile_scipy(program: Program, method: str, tolerance: float) -> tuple[Machine, ScipyMethod]:
+    """The machine code of ``program`` and the method on it."""
+    machine = compile_program(program)
+    return machine, ScipyMethod(machine, method, tolerance)
