@@ -8,14 +8,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from lagrange_cli.expression.numbers import NumberAlgebra
 
 MAX_EXPONENT = 64
 """Bound on the absolute value of a constant exponent: (1 + x)**64 written out still fits a page."""
-MAX_SIZE = 100_000
+MAX_SIZE = 1_000_000
 """Bound on the nodes of an expression once its definitions and powers are written out."""
+
+MAX_DEPTH = 100
+"""Bound on how deep it is nested then, a sum of sums or a product of products counting once."""
 
 _NUMBERS = NumberAlgebra()
 
@@ -28,34 +31,40 @@ def check_exponent(value: float) -> None:
 
 @dataclass(frozen=True)
 class Bounds:
-    """An element: its value where it is a constant, and how many nodes it has written out."""
+    """An element: its value where it is a constant, and how many nodes it has written out.
+
+    ``depth`` is how deep it is nested, and ``kind`` its outermost operation, which the same one around it
+    would be merged with.
+    """
 
     value: float | None = None
     size: int = 1
+    depth: int = 0
+    kind: str = ""
 
     def __add__(self, other: Bounds) -> Bounds:
-        return _combine(self, other, lambda x, y: x + y)
+        return _combined("sum", lambda x, y: x + y, self, other)
 
     def __sub__(self, other: Bounds) -> Bounds:
-        return _combine(self, other, lambda x, y: x - y)
+        return _combined("sum", lambda x, y: x - y, self, other)
 
     def __mul__(self, other: Bounds) -> Bounds:
-        return _combine(self, other, lambda x, y: x * y)
+        return _combined("product", lambda x, y: x * y, self, other)
 
     def __truediv__(self, other: Bounds) -> Bounds:
         if other.value == 0:
             raise ZeroDivisionError
-        return _combine(self, other, lambda x, y: x / y)
+        return _combined("product", lambda x, y: x / y, self, other)
 
     def __pow__(self, other: Bounds) -> Bounds:
         if other.value is None:
-            return _combine(self, other, pow)
+            return _combined("power", pow, self, other)
         check_exponent(other.value)
-        power = _combine(self, other, pow)
-        return _bounded(power.value, power.size * max(1, math.ceil(abs(other.value))))
+        power = _combined("power", pow, self, other)
+        return _bounded(replace(power, size=power.size * max(1, math.ceil(abs(other.value)))))
 
     def __neg__(self) -> Bounds:
-        return Bounds(None if self.value is None else -self.value, self.size)
+        return replace(self, value=None if self.value is None else -self.value)
 
 
 class BoundsAlgebra:
@@ -71,30 +80,34 @@ class BoundsAlgebra:
         return Bounds()
 
     def function(self, name: str, arguments: Sequence[Bounds]) -> Bounds:
-        size = 1 + sum(argument.size for argument in arguments)
-        values = [argument.value for argument in arguments if argument.value is not None]
-        if len(values) < len(arguments):
-            return _bounded(None, size)
-        return _bounded(_NUMBERS.function(name, values), size)
+        return _combined("function", lambda *values: _NUMBERS.function(name, values), *arguments)
 
     def diff(self, expression: Bounds, symbol: Bounds) -> Bounds:
         return expression
 
 
-def _combine(left: Bounds, right: Bounds, operation: Callable[[float, float], float]) -> Bounds:
-    size = left.size + right.size + 1
-    if left.value is None or right.value is None:
-        return _bounded(None, size)
-    return _bounded(operation(left.value, right.value), size)
-
-
-def _bounded(value: float | complex | None, size: int) -> Bounds:
-    if isinstance(value, complex):
+def _combined(kind: str, operation: Callable[..., float | complex], *operands: Bounds) -> Bounds:
+    size = 1 + sum(operand.size for operand in operands)
+    merges = kind in ("sum", "product")
+    depth = max(one.depth if merges and one.kind == kind else one.depth + 1 for one in operands)
+    values = [operand.value for operand in operands if operand.value is not None]
+    if len(values) < len(operands):
+        return _bounded(Bounds(None, size, depth, kind))
+    value = operation(*values)
+    if isinstance(value, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")
-    if value is not None and not math.isfinite(value):
+    if not math.isfinite(value):
         raise OverflowError
-    if size > MAX_SIZE:
+    return _bounded(Bounds(value, size, depth, kind))
+
+
+def _bounded(bounds: Bounds) -> Bounds:
+    if bounds.size > MAX_SIZE:
         raise ArithmeticError(
-            f"the expression has more than {MAX_SIZE} terms once its definitions are written out"
+            f"the expression has more than {MAX_SIZE} terms with its definitions written out"
         )
-    return Bounds(value, size)
+    if bounds.depth > MAX_DEPTH:
+        raise ArithmeticError(
+            f"the expression is nested more than {MAX_DEPTH} deep with its definitions written out"
+        )
+    return bounds

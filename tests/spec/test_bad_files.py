@@ -215,8 +215,27 @@ def test_multiplying_definitions_are_refused() -> None:
     doubling = "".join(f"  d{n + 1}: d{n}*d{n}\n" for n in range(60))
     found = problems(PENDULUM + "definitions:\n  d0: theta\n" + doubling)
     assert [problem.message for problem in found] == [
-        "the expression has more than 100000 terms once its definitions are written out in definition 'd16'"
+        "the expression has more than 1000000 terms with its definitions written out in definition 'd19'"
     ]
+
+
+def test_exponents_are_bounded_through_definitions() -> None:
+    (problem,) = problems(PENDULUM + "definitions: {n: 9*9, power: theta**n}\n")
+    assert problem.message == "the exponent 81 is out of bounds (-64 to 64) in definition 'power'"
+    assert underlined(problem) == "theta**n"
+
+
+@pytest.mark.parametrize(("step", "last"), [("sin(d{})", 101), ("d{}*theta + 1", 51), ("1/(1 + d{})", 51)])
+def test_definitions_nested_too_deep_are_refused(step: str, last: int) -> None:
+    nested = "".join(f"  d{n + 1}: {step.format(n)}\n" for n in range(3000))
+    found = problems(PENDULUM + "definitions:\n  d0: theta\n" + nested)
+    message = "the expression is nested more than 100 deep with its definitions written out"
+    assert [problem.message for problem in found] == [f"{message} in definition 'd{last}'"]
+
+
+def test_long_sums_of_definitions_are_not_deep() -> None:
+    sums = "".join(f"  d{n + 1}: d{n} + m*sin({n}*theta)\n" for n in range(200))
+    assert not problems(PENDULUM + "definitions:\n  d0: 0\n" + sums)
 
 
 @pytest.mark.parametrize(
