@@ -55,7 +55,7 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
         for momentum, row, slope, force in zip(momenta, mass_matrix, slopes, forces, strict=True)
     )
     at_rest = dict.fromkeys(a, sympy.S.Zero)
-    force = tuple(tidy(-left.subs(at_rest), order) for left in left_sides)
+    force = tuple(tidy(-left.xreplace(at_rest), order) for left in left_sides)
     accelerations = solve(mass_matrix, force, order)
     h = tidy(sympy.Add(*(p * own for p, own in zip(momenta, v, strict=True))) - lagrangian, order)
     conserved, changing = balance(

@@ -25,10 +25,11 @@ class Role(IntEnum):
 
 @dataclass(frozen=True)
 class Order:
-    """The role and rank of every symbol, and the sort keys that follow from them."""
+    """The role and rank of every symbol and what follows from them; ``known`` and ``keys`` are caches."""
 
     ranks: dict[sympy.Symbol, tuple[Role, int]]
     known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
+    keys: dict[sympy.Expr, tuple[Any, ...]] = field(default_factory=dict, compare=False)
 
     def role(self, expression: sympy.Expr) -> Role:
         """The fastest thing an expression depends on."""
@@ -50,6 +51,12 @@ class Order:
 
     def factor_key(self, base: sympy.Expr) -> tuple[Any, ...]:
         """Sort key of a factor within a product; ``base`` is the factor without its exponent."""
+        key = self.keys.get(base)
+        if key is None:
+            key = self.keys[base] = self.make_factor_key(base)
+        return key
+
+    def make_factor_key(self, base: sympy.Expr) -> tuple[Any, ...]:
         role, ranks = self.describe(base)
         if base.is_Symbol:
             return (role, 0, ranks, 0, "")

@@ -91,7 +91,10 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
         ),
         Section("Equations of motion", tuple(equation_statements(equations, writer))),
     ]
-    if equations.accelerations is not None:
+    if equations.accelerations is None:
+        hint = "too long to be read once solved for; --form matrix shows M a = f"
+        found.append(Section("Accelerations", (Statement(hint),), True))
+    else:
         found.append(explicit_section(equations, writer))
     found.append(Section("Energy function", (writer.statement("h", equations.h),)))
     found.append(

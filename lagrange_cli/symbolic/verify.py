@@ -216,14 +216,20 @@ def compare_somewhere(
                 exact = list(evaluate(equations, printed, known))
         except (ArithmeticError, ValueError, ExpressionError):
             continue
-        a, p, h = compiled(list(numbers.values()), t, here, speed)
-        found = [float(x) for x in (*a, *p, h)]
         if all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact):
+            a, p, h = compiled(list(numbers.values()), t, here, speed)
+            found = [float(x) for x in (*a, *p, h)]
             return [
-                (name, float(abs(number - each.value) / each.scale) if each.scale else abs(number))
+                (name, relative_difference(each, number))
                 for (name, each), number in zip(exact, found, strict=True)
             ]
     raise UsageError("no random state near the initial one gives the equations a value")
+
+
+def relative_difference(exact: Measured, number: float) -> float:
+    """How far a compiled number is from the exact one; infinite where it is not a number."""
+    difference = abs(number - exact.value) / (exact.scale or 1)
+    return float(difference) if mpmath.isfinite(difference) else float("inf")
 
 
 def evaluate(

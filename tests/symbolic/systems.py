@@ -1,0 +1,79 @@
+"""Equations of the shipped systems and of system files written in a test; and random states of them."""
+
+from __future__ import annotations
+
+import random
+from functools import cache
+from textwrap import dedent
+
+import mpmath
+import sympy
+
+from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.model.build import build_model
+from lagrange_cli.model.model import Model
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.spec import Spec
+from lagrange_cli.symbolic.derive import derive_equations
+from lagrange_cli.symbolic.equations import Equations
+from tests.cli.command import SYSTEMS
+
+NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
+
+
+@cache
+def spec_of(name: str) -> Spec:
+    """A shipped system."""
+    return read_spec((SYSTEMS / f"{name}.yaml").read_bytes(), f"{name}.yaml")
+
+
+@cache
+def model_of(name: str) -> Model[sympy.Expr]:
+    """Its model over sympy."""
+    return build_model(spec_of(name), SympyAlgebra())
+
+
+@cache
+def equations_of(name: str) -> Equations:
+    """Its equations."""
+    return derive_equations(model_of(name))
+
+
+def derived(text: str) -> Equations:
+    """The equations of a system file."""
+    spec = read_spec(dedent(text), "system.yaml")
+    return derive_equations(build_model(spec, SympyAlgebra()))
+
+
+def same(left: sympy.Expr, right: sympy.Expr | str) -> bool:
+    """Whether two expressions are equal: proved, by writing sines and cosines as rational functions of the
+    half angle's tangent, which leaves a polynomial that must be zero."""
+    difference = sympy.expand_trig(left - expression(right))
+    halves = {wave.args[0]: sympy.Dummy() for wave in difference.atoms(sympy.sin, sympy.cos)}
+    rational = {sympy.sin(x): 2 * u / (1 + u**2) for x, u in halves.items()}
+    rational |= {sympy.cos(x): (1 - u**2) / (1 + u**2) for x, u in halves.items()}
+    numerator, _ = sympy.fraction(sympy.together(difference.subs(rational)))
+    return sympy.expand(numerator) == 0
+
+
+def expression(text: sympy.Expr | str) -> sympy.Expr:
+    """An expression read by sympy, every name in it a plain symbol."""
+    if not isinstance(text, str):
+        return text
+    names = {
+        name: sympy.Symbol(name) for name in ("S", "N", "I", "E", "O", "Q", "C", "beta", "gamma", "zeta")
+    }
+    return sympy.sympify(text, locals=names)
+
+
+def agree_at_random(left: sympy.Expr, right: sympy.Expr, digits: int = 25) -> bool:
+    """Whether two expressions have the same values, to ``digits`` digits, at random points away from zero."""
+    generator = random.Random(1)
+    symbols = sorted(left.free_symbols | right.free_symbols, key=str)
+    both = sympy.lambdify(symbols, [left, right], "mpmath")
+    with mpmath.workdps(digits + 10):
+        for _ in range(3):
+            found, known = both(*(mpmath.mpf(generator.uniform(0.4, 1.8)) for _ in symbols))
+            if abs(found - known) > max(1, abs(known)) * mpmath.mpf(10) ** -digits:
+                return False
+    return True

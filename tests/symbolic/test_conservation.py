@@ -1,0 +1,104 @@
+"""What is conserved, why, and what is not."""
+
+import pytest
+
+from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, same
+
+CONSERVED = {
+    "atwood": {"h"},
+    "central_force": {"p_theta", "h"},
+    "central_force_cartesian": {"h"},
+    "charged_particle": {"p_z", "h"},
+    "double_pendulum": {"h"},
+    "driven_damped_pendulum": set(),
+    "free_particles": {"h"},
+    "gauge_oscillator": set(),
+    "harmonic_oscillator": {"h"},
+    "incline": {"h"},
+    "parabola_bead": {"h"},
+    "pendulum": {"h"},
+    "rotating_hoop": {"h"},
+    "rotating_rod": {"h"},
+    "spherical_pendulum": {"p_phi", "h"},
+}
+
+
+def along_the_motion(equations, quantity):
+    """d/dt of a quantity with the accelerations put in."""
+    rate = quantity.diff(equations.time)
+    for symbols, values in ((equations.q, equations.v), (equations.v, equations.accelerations)):
+        rate += sum(quantity.diff(s) * value for s, value in zip(symbols, values, strict=True))
+    return rate
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_is_named_conserved_is(name):
+    equations = equations_of(name)
+    assert {each.quantity for each in equations.conserved} == CONSERVED[name]
+    for each in equations.conserved:
+        assert same(along_the_motion(equations, each.expression), "0")
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_rates_of_what_is_not_conserved(name):
+    equations = equations_of(name)
+    for each in equations.changing:
+        quantity = equations.h if each.quantity == "h" else equations.T + equations.U
+        assert each.rate != 0
+        assert agree_at_random(along_the_motion(equations, quantity), each.rate)
+
+
+def test_reasons():
+    def because(name, quantity):
+        equations = equations_of(name)
+        (found,) = [e.because for e in (*equations.conserved, *equations.changing) if e.quantity == quantity]
+        return found
+
+    assert "h = T + U" in because("pendulum", "h")
+    assert "U contains velocities" in because("charged_particle", "h")
+    assert "h is not T + U, as the embedding contains t" in because("rotating_rod", "h")
+    assert "friction" in because("driven_damped_pendulum", "h")
+    assert because("gauge_oscillator", "h") == "L contains t explicitly"
+
+
+def test_friction_breaks_a_cyclic_momentum():
+    equations = derived(
+        """
+        parameters: {m: 1, c: 0.1}
+        coordinates: {x: {initial: 0}}
+        masses: {body: m}
+        embedding: {body: [x]}
+        dissipation: c*x_dot**2/2
+        """
+    )
+    assert not equations.conserved
+    momentum = equations.changing[0]
+    assert momentum.quantity == "p_x" and same(momentum.rate, "-c*x_dot")
+    assert "cyclic, but" in momentum.because
+
+
+def test_a_force_that_does_no_work_leaves_h():
+    equations = derived(
+        """
+        parameters: {m: 1, b: 2}
+        coordinates: {x: {initial: 0}, y: {initial: 0}}
+        masses: {body: m}
+        embedding:
+          body: [x, y]
+        generalized_forces: {x: b*y_dot, y: -b*x_dot}
+        """
+    )
+    (h,) = equations.conserved
+    assert h.quantity == "h" and "no work" in h.because
+
+
+def test_a_moving_frame_in_which_the_energy_is_kept_all_the_same():
+    equations = derived(
+        """
+        parameters: {m: 1, u: 2}
+        coordinates: {x: {initial: 0}}
+        masses: {body: m}
+        embedding: {body: [x + u*t]}
+        """
+    )
+    assert {each.quantity for each in equations.conserved} == {"p_x", "h", "T + U"}

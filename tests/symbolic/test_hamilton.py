@@ -1,0 +1,46 @@
+"""Hamilton's form is Lagrange's, written in p."""
+
+import pytest
+import sympy
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.symbolic.hamilton import hamilton_form
+from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, same
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_canonical_equations_give_the_same_motion(name):
+    equations = equations_of(name)
+    form = hamilton_form(equations)
+    known = dict(zip(form.p, equations.momenta, strict=True))
+    assert agree_at_random(form.H.subs(known), equations.h)
+    for own, slope, velocity, v in zip(
+        form.velocities, (form.H.diff(p) for p in form.p), equations.v, equations.v, strict=True
+    ):
+        assert agree_at_random(own, slope)
+        assert agree_at_random(own.subs(known), velocity) and velocity == v
+    for rate, momentum in zip(form.rates, equations.momenta, strict=True):
+        assert equations.accelerations is not None
+        moving = momentum.diff(equations.time)
+        for symbols, values in ((equations.q, equations.v), (equations.v, equations.accelerations)):
+            moving += sum(momentum.diff(s) * value for s, value in zip(symbols, values, strict=True))
+        assert agree_at_random(rate.subs(known), moving)
+
+
+def test_kepler():
+    form = hamilton_form(equations_of("central_force"))
+    assert same(form.H, "p_r**2/(2*m) + p_theta**2/(2*m*r**2) - m*mu/r")
+    assert form.rates[1] == 0
+
+
+def test_only_where_momenta_are_linear_in_the_velocities():
+    quartic = derived("coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 + x_dot**4/4\n")
+    assert quartic.mass_matrix[0][0] == 1 + 3 * sympy.Symbol("x_dot") ** 2
+    with pytest.raises(UsageError, match="quadratic"):
+        hamilton_form(quartic)
+
+
+def test_a_name_that_a_momentum_needs():
+    clash = derived("parameters: {p_x: 1}\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - p_x*x\n")
+    with pytest.raises(UsageError, match="p_x"):
+        hamilton_form(clash)

@@ -1,0 +1,99 @@
+"""One walk, four notations."""
+
+import pytest
+import sympy
+
+from lagrange_cli.symbolic.notations import Latex, Notation, Python, Text, Unicode
+from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.render import render
+from tests.symbolic.systems import agree_at_random, expression
+
+ROLES = {
+    Role.PARAMETER: ("m", "m1", "m2", "g", "l", "a", "omega", "lambda_1", "mass"),
+    Role.TIME: ("t",),
+    Role.COORDINATE: ("theta", "theta1", "theta2", "x", "q_no"),
+    Role.VELOCITY: ("theta_dot", "theta1_dot", "x_dot"),
+    Role.ACCELERATION: ("theta_ddot", "theta1_ddot", "x_ddot"),
+}
+ORDER = Order({sympy.Symbol(n): (role, i) for role, names in ROLES.items() for i, n in enumerate(names)})
+
+
+def shown(value: sympy.Expr | str, notation: Notation) -> str:
+    return render(expression(value), notation, ORDER)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (sympy.Rational("0.5") * sympy.Symbol("m"), "m/2"),
+        (sympy.Rational("9.81") * sympy.Symbol("m"), "9.81*m"),
+        (sympy.Rational("6.674e-11") * sympy.Symbol("m"), "6.674e-11*m"),
+        (sympy.Rational("0.2"), "1/5"),
+        (sympy.Rational("0.3"), "0.3"),
+        (sympy.Rational(1, 3), "1/3"),
+        (-sympy.Rational(3, 2), "-3/2"),
+        ("0", "0"),
+        ("m*g*l*cos(theta)", "m*g*l*cos(theta)"),
+        ("theta_dot**2*m*l**2/2", "m*l**2*theta_dot**2/2"),
+        ("-g*sin(theta)/l", "-g*sin(theta)/l"),
+        ("(m1 - m2)*g/(m1 + m2)", "(m1 - m2)*g/(m1 + m2)"),
+        ("1/(m*l**2)", "1/(m*l**2)"),
+        ("x**(-3/2)", "1/x**(3/2)"),
+        ("1/sqrt(x)", "1/sqrt(x)"),
+        ("x - l", "x - l"),
+        ("theta2 - theta1", "theta2 - theta1"),
+        ("x + m*x_ddot - x_dot", "m*x_ddot - x_dot + x"),
+        ("exp(-x)*pi*x", "pi*x*exp(-x)"),
+        ("atan2(x, l)", "atan2(x, l)"),
+        ("(-x)**m", "(-x)**m"),
+        ("m**(x + 1)", "m**(1 + x)"),
+        ("-m*(x + l)", "-m*(l + x)"),
+    ],
+)
+def test_plain_text(value, text):
+    assert shown(value, Text()) == text
+    assert agree_at_random(expression(text), expression(value), digits=14)
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("m*l**2*theta_dot**2/2", "m l² θ̇²/2"),
+        ("theta1_ddot", "θ̈₁"),
+        ("sin(theta)**2*omega", "ω sin²(θ)"),
+        ("x - sqrt(x + 1)", "x − √(1 + x)"),
+        ("-x", "−x"),
+        (sympy.Rational("6.674e-11"), "6.674·10⁻¹¹"),
+        ("mass*x", "mass x"),
+        ("q_no", "q_no"),
+    ],
+)
+def test_unicode(value, text):
+    assert shown(value, Unicode()) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        ("m*l**2*theta_dot**2/2", r"\frac{m l^{2} \dot{\theta}^{2}}{2}"),
+        ("theta1_ddot", r"\ddot{\theta}_{1}"),
+        ("lambda_1*mass", r"\lambda_{1} \mathrm{mass}"),
+        ("sin(theta)**2", r"\sin^{2}\left(\theta\right)"),
+        ("-sqrt(x/l)", r"-\sqrt{\frac{x}{l}}"),
+        ("asin(x)*exp(-x)", r"\arcsin\left(x\right) e^{-x}"),
+        ("2*x*(m1 + m2)", r"2 \left(m_{1} + m_{2}\right) x"),
+        (sympy.Rational("6.674e-11"), r"6.674 \cdot 10^{-11}"),
+        ("pi*x", r"\pi x"),
+    ],
+)
+def test_latex(value, text):
+    assert shown(value, Latex()) == text
+
+
+def test_python_avoids_its_own_words():
+    symbols = sympy.symbols("lambda q x")
+    assert render(sympy.Add(*symbols), Python(frozenset({"q"})), order_of(symbols)) == "lambda_ + q_ + x"
+
+
+def order_of(symbols: tuple[sympy.Symbol, ...]) -> Order:
+    return Order({symbol: (Role.COORDINATE, index) for index, symbol in enumerate(symbols)})

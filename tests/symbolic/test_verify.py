@@ -1,0 +1,99 @@
+"""``--verify`` sees a wrong equation and forgives rounding."""
+
+import math
+
+import mpmath
+import pytest
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.build import build
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.symbolic.source import as_python
+from lagrange_cli.symbolic.verify import BOUND, Measured, MeasuredAlgebra, solve_measured, verify
+from tests.symbolic.systems import NAMES, derived, equations_of, spec_of
+
+
+def stand_in(equations, change=lambda name, value: value):
+    """What a compiled program would give, from the Python module; ``change`` may spoil it."""
+    module: dict = {}
+    exec(as_python(equations, "lagrange", {}), module)
+
+    def values(parameters, t, q, v):
+        known = dict(zip(equations.parameters, parameters, strict=True))
+        a = [change("a", x) for x in module["accelerations"](t, q, v, known)]
+        p = [change("p", x) for x in module["momenta"](t, q, v, known)]
+        return a, p, change("h", module["energy_function"](t, q, v, known))
+
+    return values
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_double_precision_agrees(name):
+    values = resolve_values(spec_of(name))
+    equations = equations_of(name)
+    found = verify(equations, stand_in(equations), values.parameters, values.q, values.v)
+    assert found.agrees and 0 < found.difference < 1e-15
+    assert "agree" in str(found)
+
+
+@pytest.mark.parametrize("quantity", ["a", "p", "h"])
+def test_a_small_mistake_is_seen(quantity):
+    values = resolve_values(spec_of("double_pendulum"))
+    equations = equations_of("double_pendulum")
+    spoiled = stand_in(equations, lambda name, x: x * (1 + 1e-9) if name == quantity else x)
+    found = verify(equations, spoiled, values.parameters, values.q, values.v)
+    assert not found.agrees and found.difference > BOUND
+    assert "DIFFER" in str(found)
+    assert found.quantity == {"a": "theta1_ddot", "p": "p_theta1", "h": "h"}[quantity] or quantity != "h"
+
+
+def test_nan_is_no_agreement():
+    values = resolve_values(spec_of("pendulum"))
+    spoiled = stand_in(equations_of("pendulum"), lambda name, x: math.nan)
+    found = verify(equations_of("pendulum"), spoiled, values.parameters, values.q, values.v)
+    assert not found.agrees
+
+
+def test_states_outside_the_domain_are_drawn_again():
+    system = "parameters: {k: 1}\ncoordinates: {x: {initial: 0.2}}\nlagrangian: x_dot**2/2 + k*log(x)\n"
+    equations = derived(system)
+    assert verify(equations, stand_in(equations), {"k": 1.0}, [0.2], [0.0]).agrees
+
+
+def test_no_state_at_all():
+    equations = derived("coordinates: {x: {initial: 0.2}}\nlagrangian: x_dot**2/2 + log(x)\n")
+    with pytest.raises(UsageError, match="no random state"):
+        verify(equations, stand_in(equations), {}, [-5.0], [0.0])
+
+
+def measured(text: str, **values: float) -> Measured:
+    known = {name: Measured(mpmath.mpf(value), abs(mpmath.mpf(value))) for name, value in values.items()}
+    result: Measured = build(parse(text), known.__getitem__, MeasuredAlgebra())
+    return result
+
+
+def test_cancellation_raises_the_scale_and_not_the_value():
+    difference = measured("x - y", x=1.0, y=1.0 - 2.0**-40)
+    assert difference.value == 2.0**-40
+    assert difference.scale == pytest.approx(2)
+
+
+SHAPES = (
+    "sin(x) cos(x) tan(x) asin(x) acos(x) atan(x) sinh(x) cosh(x) tanh(x) exp(x) log(x) sqrt(x) "
+    "x**3 x**-2 1/x x**x atan2(x,2) atan2(2,x)"
+)
+
+
+@pytest.mark.parametrize("text", SHAPES.split())
+def test_a_scale_covers_what_a_change_of_the_argument_does(text):
+    here, there = measured(text, x=0.3), measured(text, x=0.3 * (1 + 1e-6))
+    assert abs(here.value) <= here.scale
+    assert abs(there.value - here.value) <= 1.001e-6 * here.scale
+
+
+def test_solving_a_matrix():
+    entry = Measured(mpmath.mpf(2), mpmath.mpf(2))
+    zero = Measured(mpmath.mpf(0), mpmath.mpf(0))
+    one, two = solve_measured([[entry, zero], [zero, entry]], [entry, zero])
+    assert (one.value, one.scale, two.value, two.scale) == (1, 2, 0, 0)
