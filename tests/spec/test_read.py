@@ -16,6 +16,7 @@ from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Span, Vector, names
 from lagrange_cli.spec.order import dependency_order
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
 from tests.spec.files import PENDULUM, changed
 
 SYSTEMS = sorted(Path(__file__).parents[2].glob("systems/*.yaml"))
@@ -239,6 +240,7 @@ def test_no_typing_slip_does_worse_than_a_spec_error(start: int, length: int, ty
     text = PENDULUM[:start] + typed + PENDULUM[start + length :]
     try:
         spec = read_spec(text, "slip.yaml")
+        resolve_values(spec)
     except SpecError as error:
         assert all(problem.message for problem in error.problems)
     else:
