@@ -15,7 +15,8 @@ ROOT = Path(__file__).resolve().parents[2]
 def test_what_is_made_from_the_commands_is_up_to_date():
     make = runpy.run_path(str(ROOT / "docs" / "make.py"))
     for path, text in make["made"]():
-        assert make["same"](path.read_text(encoding="utf-8"), text), f"{path.name}: run python docs/make.py"
+        found = path.read_text(encoding="utf-8")
+        assert make["masked"](found) == make["masked"](text), f"{path.name}: run python docs/make.py"
 
 
 def test_the_page_of_the_output_file_names_every_output():
