@@ -9,10 +9,12 @@ the order of their creation, so a node's arguments always have smaller numbers t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
+
+from lagrange_cli.expression.reals import real_function, real_power, tidy
 
 
 class Kind(Enum):
@@ -346,33 +348,6 @@ def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:
     return sorted(seen, key=lambda node: node.number)
 
 
-def tidy(exponent: float) -> int | float:
-    """A whole exponent as an int, any other as a float."""
-    return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else float(exponent)
-
-
-def real_power(base: float, exponent: float) -> float:
-    """``base ** exponent`` in real arithmetic: nan or inf where Python would raise or turn complex."""
-    try:
-        return math.pow(base, exponent)
-    except ZeroDivisionError:
-        return math.inf
-    except ValueError:
-        return math.inf if base == 0.0 else math.nan
-    except OverflowError:
-        return math.inf
-
-
-def real_function(name: str, arguments: Sequence[float]) -> float:
-    """An elementary function of floats: nan or inf where ``math`` would raise."""
-    try:
-        return float(getattr(math, name)(*arguments))
-    except ValueError:
-        return -math.inf if name == "log" and arguments[0] == 0.0 else math.nan
-    except OverflowError:
-        return -math.inf if name == "sinh" and arguments[0] < 0.0 else math.inf
-
-
 class GraphAlgebra:
     """``Algebra[Node]`` over one graph; see ``expression.algebra``."""
 
@@ -393,42 +368,3 @@ class GraphAlgebra:
 
     def diff(self, expression: Node, symbol: Node) -> Node:
         return self.graph.diff(expression, symbol)
-
-
-def evaluate(
-    nodes: Sequence[Node], values: Mapping[str, float]
-) -> tuple[dict[Node, float], dict[Node, float]]:
-    """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
-
-    The second number is what a value must be compared with before it is called zero: the value computed
-    with every subtraction turned into an addition (a running bound of the cancellation).
-    """
-    value: dict[Node, float] = {}
-    size: dict[Node, float] = {}
-    for node in reachable(nodes):
-        a = node.arguments
-        if node.kind is Kind.NUMBER:
-            value[node], size[node] = node.data, abs(node.data)
-        elif node.kind is Kind.SYMBOL:
-            value[node] = values[node.data]
-            size[node] = abs(value[node])
-        elif node.kind is Kind.SUM:
-            constant, coefficients = node.data
-            value[node] = constant + sum(c * value[x] for c, x in zip(coefficients, a))
-            size[node] = abs(constant) + sum(abs(c) * size[x] for c, x in zip(coefficients, a))
-        elif node.kind is Kind.PRODUCT:
-            result, bound = 1.0, 1.0
-            for x, e in zip(a, node.data):
-                power = real_power(value[x], e)
-                result *= power
-                bound *= real_power(size[x], e) if e > 0 else abs(power)
-            value[node], size[node] = result, bound
-        elif node.kind is Kind.POWER:
-            value[node] = real_power(value[a[0]], value[a[1]])
-            size[node] = abs(value[node])
-        elif node.kind is Kind.FUNCTION:
-            value[node] = real_function(node.data, [value[x] for x in a])
-            size[node] = max(abs(value[node]), 1.0)
-        else:
-            raise ValueError("a time derivative has no value without a motion")
-    return value, size

@@ -29,7 +29,8 @@ class Ending(Enum):
 class Outcome:
     """What came of a run.
 
-    ``t`` is the time up to which the motion was followed, ``steps`` and ``evaluations`` (of the equations of motion,
+    ``t`` is the time up to which the motion was followed, ``steps`` and ``evaluations`` (of the
+    equations of motion,
     or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
     conserved, else None; ``p_drift`` the same for each conserved momentum, by coordinate.
     """

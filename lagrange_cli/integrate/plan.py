@@ -36,7 +36,8 @@ class Dataset:
 class Made:
     """A dataset that is made from observed quantities and quadratures.
 
-    ``make(observed, integrals, first)`` gives its samples; ``first`` holds the observed quantities at the start.
+    ``make(observed, integrals, first)`` gives its samples; ``first`` holds the observed quantities at
+    the start.
     """
 
     dataset: Dataset
@@ -64,7 +65,8 @@ class Plan:
 
 
 def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
-    """The plan for ``outputs``: names among q, v, p, h, T, U, energy, positions, ledger, action, observables."""
+    """The plan for ``outputs``: names among q, v, p, h, T, U, energy, positions, ledger, action,
+    observables."""
     model, energetics = residual.model, Energetics(residual.model)
     observed: dict[str, Node] = {}
     integrands: dict[str, Node] = {}

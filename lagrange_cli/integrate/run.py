@@ -1,4 +1,5 @@
-"""From equations of motion to samples: ``prepare`` compiles what a run needs, ``integrate`` follows the motion."""
+"""From equations of motion to samples: ``prepare`` compiles what a run needs, ``integrate`` follows the
+motion."""
 
 from __future__ import annotations
 
@@ -67,9 +68,11 @@ def integrate(
     emit: Callable[[dict[str, NDArray[np.float64]]], None],
     interrupted: Callable[[], bool],
 ) -> Outcome:
-    """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples}, ``t`` among them.
+    """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
+    ``t`` among them.
 
-    The arrays are valid during the call only. However the motion ends, all samples up to then have been emitted.
+    The arrays are valid during the call only. However the motion ends, all samples up to then have been
+    emitted.
     """
     program = prepared.machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters], dtype=np.float64)
@@ -139,7 +142,8 @@ class Samples:
         return dict(zip(names, results))
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:
-        """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved p_k."""
+        """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved
+        p_k."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
         return self._drift.get("h"), momenta
 

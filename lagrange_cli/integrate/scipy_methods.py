@@ -109,6 +109,36 @@ class Equations:
         return result
 
 
+class Collector:
+    """Gathers samples into chunks for ``accept``."""
+
+    def __init__(self, times: Times, rows: int, accept: Accept) -> None:
+        self._times, self._accept = times, accept
+        self._size = min(chunk_size(rows), times.count)
+        self._buffer = np.empty((rows, self._size))
+        self._first, self._filled = 0, 0
+        self._wanted = times.chunk(0, self._size)
+
+    def take(self, until: float, interpolate: Callable[[Array], Array]) -> None:
+        """Add the samples up to ``until``; ``interpolate(times (c,))`` gives states (rows, c)."""
+        while len(self._wanted):
+            stop = int(np.searchsorted(self._wanted, until, side="right"))
+            if stop > self._filled:
+                chosen = slice(self._filled, stop)
+                self._buffer[:, chosen] = interpolate(self._wanted[chosen])
+                self._filled = stop
+            if self._filled < len(self._wanted):
+                return
+            self.flush()
+
+    def flush(self) -> None:
+        """Hand over what there is and go on with the next chunk."""
+        self._accept(self._wanted[: self._filled], self._buffer[:, : self._filled])
+        self._first += self._filled
+        self._filled = 0
+        self._wanted = self._times.chunk(self._first, self._size)
+
+
 @dataclass(frozen=True)
 class ScipyMethod:
     """Follows a motion with one of scipy's step-by-step solvers and its dense output."""
@@ -122,55 +152,34 @@ class ScipyMethod:
     ) -> End:
         """See ``motion.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
-        size = min(chunk_size(len(state)), times.count)
-        buffer = np.empty((len(state), size))
-        wanted = times.chunk(0, size)
-        first, filled, steps = 0, 0, 0
-        t, y = times.start, state
-        evaluations = 0
+        collector = Collector(times, len(state), accept)
+        t, y, steps, evaluations = times.start, state, 0, 0
         ending, detail = Ending.COMPLETE, ""
+        collector.take(t, lambda when: np.tile(state[:, None], len(when)))
         try:
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")
+                warnings.simplefilter("ignore")  # LSODA's; what went wrong is in its status
                 solver = self._solver(equations, times, state)
-                while True:
-                    inside = int(np.searchsorted(wanted[filled:], solver.t, side="right"))
-                    interpolate = (
-                        solver.dense_output()
-                        if inside and steps
-                        else (lambda at: np.tile(y[:, None], len(at)))
-                    )
-                    while inside:
-                        chosen = slice(filled, filled + inside)
-                        buffer[:, chosen] = interpolate(wanted[chosen])
-                        filled += inside
-                        if filled < len(wanted):
-                            break
-                        accept(wanted, buffer[:, :filled])
-                        first, filled = first + len(wanted), 0
-                        wanted = times.chunk(first, size)
-                        inside = int(np.searchsorted(wanted, solver.t, side="right"))
-                    t, y = solver.t, solver.y
-                    if solver.status != "running":
-                        break
+                while solver.status == "running":
                     if interrupted():
                         ending = Ending.INTERRUPTED
                         break
                     message = solver.step()
-                    steps += 1
-                    evaluations = solver.nfev
-                    if getattr(solver, "status") == "failed":
-                        ending, detail = Ending.METHOD_FAILED, str(message or "").rstrip(".")
+                    steps, evaluations = steps + 1, solver.nfev
+                    if message is not None:
+                        ending, detail = Ending.METHOD_FAILED, message.rstrip(".")
                         break
                     if not np.all(np.isfinite(solver.y)):
                         ending = Ending.NOT_A_NUMBER
                         break
+                    t, y = float(solver.t), solver.y
+                    collector.take(t, solver.dense_output())
         except Singular:
             ending = Ending.SINGULAR_MASS_MATRIX
         except (ValueError, ArithmeticError, np.linalg.LinAlgError) as error:
             ending, detail = Ending.NOT_A_NUMBER, str(error)
-        accept(wanted[:filled], buffer[:, :filled])
-        return End(ending, float(t), np.array(y), steps, evaluations, detail)
+        collector.flush()
+        return End(ending, t, np.array(y), steps, evaluations, detail)
 
     def _solver(self, equations: Equations, times: Times, state: Array) -> scipy.integrate.OdeSolver:
         solvers: dict[str, Callable[..., scipy.integrate.OdeSolver]] = {

@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.motion import Accept, Array, End, Interrupted, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.jet import LANES
+from lagrange_cli.native.layout import LANES
 from lagrange_cli.native.machine import Machine
 from lagrange_cli.native.stepper import Stop
 
@@ -26,7 +26,8 @@ BREATH = 0.05
 
 @dataclass(frozen=True)
 class TaylorMethod:
-    """Follows a motion by its Taylor series (``native.stepper``); the steps do not depend on the sample times."""
+    """Follows a motion by its Taylor series (``native.stepper``); the steps do not depend on the sample
+    times."""
 
     machine: Machine
 
@@ -54,7 +55,8 @@ class TaylorMethod:
                 began = time.perf_counter()
                 stop = Stop(
                     advance(
-                        constants.ctypes.data, memory.ctypes.data, work.ctypes.data, trial.ctypes.data, times.stop,
+                        constants.ctypes.data, memory.ctypes.data, work.ctypes.data, trial.ctypes.data,
+                        times.stop,
                         padded.ctypes.data + 8 * done, len(wanted) - done, samples.ctypes.data + 8 * done,
                         samples.shape[1], last, pause, info.ctypes.data,
                     )
@@ -72,6 +74,6 @@ class TaylorMethod:
             accept(wanted[:done], samples[:, :done])
             if stop is not Stop.SAMPLES:
                 return End(ENDINGS[stop], float(memory[2 * rows]), memory[:rows].copy(), steps, steps)
-            if interrupted():
-                return End(Ending.INTERRUPTED, float(memory[2 * rows]), memory[:rows].copy(), steps, steps)
+            if interrupted():  # the step that holds the last sample began before it
+                return End(Ending.INTERRUPTED, float(wanted[-1]), samples[:, done - 1].copy(), steps, steps)
             first += len(wanted)

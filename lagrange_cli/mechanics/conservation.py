@@ -11,7 +11,8 @@ import math
 import random
 from dataclasses import dataclass
 
-from lagrange_cli.expression.graph import Kind, Node, evaluate, reachable
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model

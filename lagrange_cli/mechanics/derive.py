@@ -16,9 +16,9 @@ from lagrange_cli.errors import LagrangeError
 from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.conservation import conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.series import lower
 from lagrange_cli.mechanics.variables import contract, graph_of, variables
 from lagrange_cli.model.model import Model
 

@@ -1,4 +1,5 @@
-"""The equations with their time derivatives written out, R(q, q_dot, q_ddot, t), and what Newton iterations need.
+"""The equations with their time derivatives written out, R(q, q_dot, q_ddot, t), and what Newton
+iterations need.
 
 Taylor series never need this form; implicit methods do, for the Jacobian of the accelerations
 a(q, q_dot, t): from R(q, q_dot, a, t) = 0, M da/dx = -dR/dx at fixed a.
@@ -15,7 +16,8 @@ from lagrange_cli.mechanics.residual import Residual
 
 @dataclass(frozen=True)
 class Linearization:
-    """``accelerations`` are the symbols q_ddot; ``by_q[j][k]`` = dR_j/dq_k and ``by_v[j][k]`` = dR_j/dq_dot_k."""
+    """``accelerations`` are the symbols q_ddot; ``by_q[j][k]`` = dR_j/dq_k and ``by_v[j][k]`` =
+    dR_j/dq_dot_k."""
 
     accelerations: tuple[Node, ...]
     by_q: tuple[tuple[Node, ...], ...]

@@ -1,7 +1,8 @@
-"""The kinetic energy multiplied out: T = sum m v^2/2 as a sum of monomials in which identities have been used.
+"""The kinetic energy multiplied out: T = sum m v^2/2 as a sum of monomials in which identities have been
+used.
 
-Where the embedding's squares add up (cos^2 + sin^2 = 1: polar coordinates, rotating frames), T is far shorter than
-the embedding, and d/dt dT/dq_dot - dT/dq costs fewer convolutions than d'Alembert's form.
+Where the embedding's squares add up (cos^2 + sin^2 = 1: polar coordinates, rotating frames), T is far
+shorter than the embedding, and d/dt dT/dq_dot - dT/dq costs fewer convolutions than d'Alembert's form.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """``Residual``: the equations of motion in the implicit form that the Taylor series are solved from.
 
 R_k(q, q_dot, q_ddot, t) = 0, affine in the accelerations with the matrix M = dR/dq_ddot. Time derivatives
-stay unexpanded ``ddt`` nodes: their Taylor coefficients come from those of their arguments, so that neither M^-1
-nor M is ever a series. ``derive`` makes it.
+stay unexpanded ``ddt`` nodes: their Taylor coefficients come from those of their arguments, so that
+neither M^-1 nor M is ever a series. ``derive`` makes it.
 """
 
 from __future__ import annotations
@@ -22,7 +22,8 @@ class Residual:
 
     ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t;
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
-    ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes per order.
+    ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes
+    per order.
     ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps.
     """
 

@@ -16,7 +16,8 @@ def skipped(residual: Residual) -> tuple[str, ...]:
     for name, cost in others.items():
         chosen = residual.costs[residual.formulation]
         said.append(
-            f"the formulation by the {name} ({cost} convolutions per order): by the {residual.formulation} it is {chosen}"
+            f"the formulation by the {name} ({cost} convolutions per order): "
+            f"by the {residual.formulation} it is {chosen}"
         )
     if residual.constant_mass_matrix:
         said.append(

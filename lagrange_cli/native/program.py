@@ -8,13 +8,16 @@ from dataclasses import dataclass
 from fractions import Fraction
 
 from lagrange_cli.expression.graph import Node
+from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
-from lagrange_cli.native.jet import LANES, Jet, arrange
+from lagrange_cli.native.expansion import Expansion
+from lagrange_cli.native.jet import write_jet
+from lagrange_cli.native.layout import LANES, arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
-from lagrange_cli.mechanics.series import SeriesProgram, lower
 from lagrange_cli.native.stepper import stepper
-
+from lagrange_cli.native.template import fill_in
 
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
@@ -24,8 +27,8 @@ STEPPING = 6
 class Program:
     """LLVM IR of a system, and the sizes of the arrays that it works on.
 
-    ``observed`` names the quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures
-    carried along, whose values follow q and v in the state. Sizes count doubles.
+    ``observed`` names the quantities that ``@observe`` computes, in their order; ``integrals`` the
+    quadratures carried along, whose values follow q and v in the state. Sizes count doubles.
     """
 
     text: str
@@ -52,7 +55,8 @@ class Program:
 
 
 def order_for(tolerance: float) -> int:
-    """The order of q's series: 1 + the order that is cheapest at ``tolerance`` (Jorba and Zou 2005, eq. 11)."""
+    """The order of q's series: 1 + the order that is cheapest at ``tolerance`` (Jorba and Zou 2005, eq.
+    11)."""
     return 1 + max(4, math.ceil(1.0 - math.log(tolerance) / 2.0))
 
 
@@ -66,7 +70,8 @@ def write_program(
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``.
 
-    ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``. ``@linearize`` computes the nodes
+    ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``. ``@linearize``
+    computes the nodes
     ``linearized``, functions of q, v and the symbols ``accelerations``, if there are any.
     """
     model = residual.model
@@ -76,16 +81,13 @@ def write_program(
         residual.residual, list(integrands.values()),
     )  # fmt: skip
     layout = arrange(series, order)
-    jet = Jet(residual, series, layout, constants)
-    parts = [jet.write()]
+    expansion = Expansion(residual, series, layout, constants)
+    parts = [write_jet(expansion)]
     degrees, rows = len(model.q), 2 * len(model.q) + len(integrands)
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, rows))
     numbers = {"slot": layout.span * degrees, "span": layout.span, "rates": rows - degrees}
-    accelerate = _ACCELERATE
-    for name, number in numbers.items():
-        accelerate = accelerate.replace(f"@@{name}@@", str(number))
-    parts.append(accelerate)
+    parts.append(fill_in("accelerate", numbers))
     symbols = [*model.q, *model.v]
     observe, observe_operations = _values("observe", model.time, symbols, list(observed.values()), constants)
     parts.append(observe)
@@ -105,7 +107,7 @@ def write_program(
         work=layout.doubles,
         span=layout.span,
         series=series,
-        operations={"jet": jet.emitter.operations, "observe": observe_operations},
+        operations={"jet": expansion.emitter.operations, "observe": observe_operations},
     )
 
 
@@ -144,42 +146,16 @@ def _tables(order: int) -> list[str]:
         "reciprocals": [0.0] + [1.0 / m for m in range(1, size)],
         "reciprocal_rests": [0.0] + [float(Fraction(1, m) - Fraction(1.0 / m)) for m in range(1, size)],
     }
-    return [
-        f"@{name} = private constant [{size} x double] [{', '.join(f'double {operand(literal(x))}' for x in row)}]"
-        for name, row in rows.items()
-    ]
+    listed = {name: ", ".join(f"double {operand(literal(x))}" for x in row) for name, row in rows.items()}
+    return [f"@{name} = private constant [{size} x double] [{row}]" for name, row in listed.items()]
 
 
 _GLOBALS = f"""
 declare double @llvm.maxnum.f64(double, double)
 declare double @llvm.minnum.f64(double, double)
 declare double @llvm.vector.reduce.fadd.v{LANES}f64(double, <{LANES} x double>)
-declare <{LANES} x double> @llvm.fmuladd.v{LANES}f64(<{LANES} x double>, <{LANES} x double>, <{LANES} x double>)
-declare i8 @llvm.ctpop.i8(i8)
+declare <{LANES} x double> @llvm.fmuladd.v{LANES}f64(<{LANES} x double>, <{LANES} x double>, <{LANES} x
+double>) declare i8 @llvm.ctpop.i8(i8)
 """
 
 _ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
-
-_ACCELERATE = """
-; (%state holds the low parts, zeros, behind its rows)
-; rates of the velocities and integrals at one state; 0 where the mass matrix is singular
-define i64 @accelerate(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out) #0 {
-entry:
-  %regular = call i1 @jet(ptr %constants, double %t, ptr %state, ptr %work)
-  br label %loop
-loop:
-  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
-  %offset = mul i64 %i, @@span@@
-  %place = add i64 %offset, @@slot@@
-  %aa = getelementptr inbounds double, ptr %work, i64 %place
-  %a = load double, ptr %aa, align 8
-  %oa = getelementptr inbounds double, ptr %out, i64 %i
-  store double %a, ptr %oa, align 8
-  %next = add nuw nsw i64 %i, 1
-  %more = icmp ult i64 %next, @@rates@@
-  br i1 %more, label %loop, label %done
-done:
-  %code = zext i1 %regular to i64
-  ret i64 %code
-}
-"""

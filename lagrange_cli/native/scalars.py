@@ -64,7 +64,8 @@ def emit_values(
 ) -> None:
     """Compute ``nodes`` into ``known``, which holds the symbols' values (and any node computed before).
 
-    With ``constants``, a node that ``known`` has no symbol for is a constant of the motion and comes from its slot.
+    With ``constants``, a node that ``known`` has no symbol for is a constant of the motion and comes
+    from its slot.
     """
     moving = 0
     for node in known:

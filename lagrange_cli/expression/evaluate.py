@@ -1,0 +1,47 @@
+"""Values of graph nodes in floating point, with the size of the terms that they are sums of."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.reals import real_function, real_power
+
+
+def evaluate(
+    nodes: Sequence[Node], values: Mapping[str, float]
+) -> tuple[dict[Node, float], dict[Node, float]]:
+    """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
+
+    The second number is what a value must be compared with before it is called zero: the value computed
+    with every subtraction turned into an addition (a running bound of the cancellation).
+    """
+    value: dict[Node, float] = {}
+    size: dict[Node, float] = {}
+    for node in reachable(nodes):
+        a = node.arguments
+        if node.kind is Kind.NUMBER:
+            value[node], size[node] = node.data, abs(node.data)
+        elif node.kind is Kind.SYMBOL:
+            value[node] = values[node.data]
+            size[node] = abs(value[node])
+        elif node.kind is Kind.SUM:
+            constant, coefficients = node.data
+            value[node] = constant + sum(c * value[x] for c, x in zip(coefficients, a))
+            size[node] = abs(constant) + sum(abs(c) * size[x] for c, x in zip(coefficients, a))
+        elif node.kind is Kind.PRODUCT:
+            result, bound = 1.0, 1.0
+            for x, e in zip(a, node.data):
+                power = real_power(value[x], e)
+                result *= power
+                bound *= real_power(size[x], e) if e > 0 else abs(power)
+            value[node], size[node] = result, bound
+        elif node.kind is Kind.POWER:
+            value[node] = real_power(value[a[0]], value[a[1]])
+            size[node] = abs(value[node])
+        elif node.kind is Kind.FUNCTION:
+            value[node] = real_function(node.data, [value[x] for x in a])
+            size[node] = max(abs(value[node]), 1.0)
+        else:
+            raise ValueError("a time derivative has no value without a motion")
+    return value, size

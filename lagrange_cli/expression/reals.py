@@ -1,0 +1,33 @@
+"""Real arithmetic that never raises: nan or inf where Python would raise or turn complex."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+
+def tidy(exponent: float) -> int | float:
+    """A whole exponent as an int, any other as a float."""
+    return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else float(exponent)
+
+
+def real_power(base: float, exponent: float) -> float:
+    """``base ** exponent`` in real arithmetic: nan or inf where Python would raise or turn complex."""
+    try:
+        return math.pow(base, exponent)
+    except ZeroDivisionError:
+        return math.inf
+    except ValueError:
+        return math.inf if base == 0.0 else math.nan
+    except OverflowError:
+        return math.inf
+
+
+def real_function(name: str, arguments: Sequence[float]) -> float:
+    """An elementary function of floats: nan or inf where ``math`` would raise."""
+    try:
+        return float(getattr(math, name)(*arguments))
+    except ValueError:
+        return -math.inf if name == "log" and arguments[0] == 0.0 else math.nan
+    except OverflowError:
+        return -math.inf if name == "sinh" and arguments[0] < 0.0 else math.inf

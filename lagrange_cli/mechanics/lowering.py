@@ -1,0 +1,216 @@
+"""From graph nodes to series: products of two, sums that share parts, functions with their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.mechanics.offsets import set_levels, sort
+from lagrange_cli.mechanics.series import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
+
+
+def lower(
+    graph: Graph,
+    variables: int,
+    q: Sequence[Node],
+    v: Sequence[Node],
+    t: Node,
+    residual: Sequence[Node],
+    integrands: Sequence[Node],
+) -> SeriesProgram:
+    """The series program of the equations ``residual`` and the quadratures of ``integrands``."""
+    builder = _Builder(graph, variables)
+    builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
+    coordinates = []
+    for i, symbol in enumerate(q):
+        builder.by_node[symbol] = builder.add(Series(Op.COORDINATE, data=i, node=symbol, order=0))
+        coordinates.append(builder.by_node[symbol])
+    velocities = []
+    for coordinate, symbol in zip(coordinates, v):
+        builder.by_node[symbol] = builder.derivative(coordinate)
+        velocities.append(builder.by_node[symbol])
+    builder.lower_all([*residual, *integrands])
+    roots = [builder.by_node[node] for node in residual]
+    integrals = [builder.add(Series(Op.INTEGRAL, (builder.by_node[node],))) for node in integrands]
+    set_levels(builder.series, coordinates, velocities, roots, integrals)
+    return sort(builder.series, coordinates, velocities, roots, integrals)
+
+
+@dataclass
+class _Builder:
+    graph: Graph
+    variables: int
+    series: list[Series] = field(default_factory=list)
+    by_node: dict[Node, int] = field(default_factory=dict)
+    derivatives: dict[int, int] = field(default_factory=dict)
+    products: dict[tuple[int, int], int] = field(default_factory=dict)
+    powers: dict[tuple[int, Node], int] = field(default_factory=dict)
+    pending: list[Node] = field(default_factory=list)
+    sums: list[tuple[frozenset[tuple[int, Node]], int]] = field(default_factory=list)
+
+    def add(self, series: Series) -> int:
+        self.series.append(series)
+        return len(self.series) - 1
+
+    def lower_all(self, roots: Iterable[Node]) -> None:
+        """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""
+        self.pending = list(roots)
+        composed: list[int] = []
+        while self.pending:
+            batch, self.pending = self.pending, []
+            for node in _smaller_sums_first(reachable(batch, lambda n: n not in self.by_node)):
+                if node.symbols & self.variables or node in batch:
+                    self.by_node[node] = self.lower(node)
+                    if self.series[self.by_node[node]].op is Op.COMPOSE:
+                        composed.append(self.by_node[node])
+        for index in composed:
+            one = self.series[index]
+            assert one.node is not None
+            one.partials = tuple(self.by_node[p] for p in self.moving_partials(one.node))
+
+    def lower(self, node: Node) -> int:
+        """The series of one node whose arguments are lowered already."""
+        if not node.symbols & self.variables:
+            return self.linear(node, [])
+        if node.kind is Kind.SUM:
+            constant, coefficients = node.data
+            terms: dict[int, Node] = {}
+            fixed = self.graph.constant(constant)
+            for argument, coefficient in zip(node.arguments, coefficients):
+                if not argument.symbols & self.variables:
+                    fixed = fixed + coefficient * argument
+                    continue
+                scale, moving = self.graph.split_parameters(argument, self.variables)
+                index = self.moving(moving)
+                terms[index] = terms.get(index, self.graph.zero) + coefficient * scale
+            return self.linear(fixed, list(terms.items()))
+        if node.kind is Kind.PRODUCT:
+            scale, moving = self.graph.split_parameters(node, self.variables)
+            index = self.moving(moving)
+            return index if scale is self.graph.one else self.linear(self.graph.zero, [(index, scale)])
+        if node.kind is Kind.DDT:
+            return self.derivative(self.by_node[node.arguments[0]])
+        if node.kind is Kind.POWER:
+            base, exponent = node.arguments
+            if not exponent.symbols & self.variables:
+                return self.power(self.by_node[base], exponent)
+        return self.compose(node)
+
+    def moving(self, node: Node) -> int:
+        """The series of a product without constant factors (or of any lowered node)."""
+        if node in self.by_node:
+            return self.by_node[node]
+        if node.kind is not Kind.PRODUCT:
+            self.by_node[node] = self.lower(node)
+            return self.by_node[node]
+        factors = [self.factor(a, e) for a, e in zip(node.arguments, node.data)]
+        index = factors[0]
+        for other in factors[1:]:
+            index = self.multiply(index, other)
+        self.by_node[node] = index
+        return index
+
+    def factor(self, base: Node, exponent: int | float) -> int:
+        index = self.by_node[base]
+        if not isinstance(exponent, int) or exponent < 0:
+            return self.power(index, self.graph.constant(exponent))
+        result: int | None = None
+        square, left = index, exponent
+        while left:
+            if left & 1:
+                result = square if result is None else self.multiply(result, square)
+            left >>= 1
+            if left:
+                square = self.multiply(square, square)
+        assert result is not None
+        return result
+
+    def multiply(self, a: int, b: int) -> int:
+        key = (min(a, b), max(a, b))
+        if key not in self.products:
+            degree = min(self.series[a].degree + self.series[b].degree, UNBOUNDED)
+            self.products[key] = self.add(
+                Series(
+                    Op.MULTIPLY, key, order=self.highest(key), degree=degree if degree <= SHORT else UNBOUNDED
+                )
+            )
+        return self.products[key]
+
+    def power(self, base: int, exponent: Node) -> int:
+        key = (base, exponent)
+        if key not in self.powers:
+            degree = 0 if self.series[base].degree == 0 else UNBOUNDED
+            self.powers[key] = self.add(
+                Series(Op.POWER, (base,), exponent, order=self.series[base].order, degree=degree)
+            )
+        return self.powers[key]
+
+    def linear(self, constant: Node, terms: list[tuple[int, Node]]) -> int:
+        terms = [(index, scale) for index, scale in terms if not scale.is_zero]
+        if constant.is_zero and len(terms) == 1 and terms[0][1] is self.graph.one:
+            return terms[0][0]
+        whole = frozenset(terms)
+        if constant.is_zero:
+            for known, index in self.sums:
+                if known == whole:
+                    return index
+        shared = max((s for s in self.sums if s[0] < whole), key=lambda s: len(s[0]), default=None)
+        if shared is not None:
+            terms = [(shared[1], self.graph.one), *(term for term in terms if term not in shared[0])]
+        arguments = tuple(index for index, _ in terms)
+        degree = max((self.series[i].degree for i in arguments), default=0)
+        made = self.add(
+            Series(
+                Op.LINEAR,
+                arguments,
+                (constant, tuple(scale for _, scale in terms)),
+                order=self.highest(arguments),
+                degree=degree,
+            )
+        )
+        if constant.is_zero and len(whole) > 1:
+            self.sums.append((whole, made))
+        return made
+
+    def derivative(self, index: int) -> int:
+        if index not in self.derivatives:
+            one = self.series[index]
+            order = one.order + 1 if one.order >= 0 else FREE
+            degree = max(one.degree - 1, 0) if one.degree != UNBOUNDED else UNBOUNDED
+            self.derivatives[index] = self.add(Series(Op.DERIVATIVE, (index,), order=order, degree=degree))
+        return self.derivatives[index]
+
+    def compose(self, node: Node) -> int:
+        arguments = tuple(a for a in node.arguments if a.symbols & self.variables)
+        indices = tuple(self.by_node[a] for a in arguments)
+        rates = tuple(self.derivative(i) for i in indices)
+        degree = 0 if all(self.series[i].degree == 0 for i in indices) else UNBOUNDED
+        self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
+        return self.add(
+            Series(
+                Op.COMPOSE,
+                indices,
+                node.data,
+                node=node,
+                rates=rates,
+                order=self.highest(indices),
+                degree=degree,
+            )
+        )
+
+    def moving_partials(self, node: Node) -> list[Node]:
+        """Partial derivatives by the arguments that move."""
+        pairs = zip(node.arguments, self.graph.partials(node))
+        return [partial for argument, partial in pairs if argument.symbols & self.variables]
+
+    def highest(self, indices: Iterable[int]) -> int:
+        return max((self.series[i].order for i in indices), default=FREE)
+
+
+def _smaller_sums_first(nodes: Sequence[Node]) -> list[Node]:
+    """Arguments before users and, at equal height, short sums before the long ones that contain them."""
+    height: dict[Node, int] = {}
+    for node in nodes:
+        height[node] = 1 + max((height.get(a, 0) for a in node.arguments), default=0)
+    return sorted(nodes, key=lambda n: (height[n], len(n.arguments), n.number))

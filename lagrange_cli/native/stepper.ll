@@ -1,0 +1,331 @@
+; The stepping loop, with @@names@@ filled in by stepper.py
+; min over the velocities of (size / |coefficient m|), and the sum of all sizes met (to find what is not finite)
+define internal double @ratio(ptr noalias %state, ptr noalias %work, double %h, i64 %slot, ptr %total) #0 {
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
+  %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
+  %sum = phi double [ 0.0, %entry ], [ %sum3, %loop ]
+  %va = getelementptr inbounds double, ptr %state, i64 %i
+  %v = load double, ptr %va, align 8
+  %v0 = call double @llvm.fabs.f64(double %v)
+  %base = mul i64 %i, @@span@@
+  %row = getelementptr inbounds double, ptr %work, i64 %base
+  %a = load double, ptr %row, align 8
+  %a0 = call double @llvm.fabs.f64(double %a)
+  %ba = getelementptr inbounds double, ptr %row, i64 1
+  %b = load double, ptr %ba, align 8
+  %b0 = call double @llvm.fabs.f64(double %b)
+  %da = getelementptr inbounds double, ptr %row, i64 2
+  %d = load double, ptr %da, align 8
+  %d0 = call double @llvm.fabs.f64(double %d)
+  %d1 = fmul double %d0, %h
+  %bd = call double @llvm.maxnum.f64(double %b0, double %d1)
+  %b1 = fmul double %bd, %h
+  %ab = call double @llvm.maxnum.f64(double %a0, double %b1)
+  %dv = fmul double %ab, %h
+  %size = call double @llvm.maxnum.f64(double %v0, double %dv)
+  %ca = getelementptr inbounds double, ptr %row, i64 %slot
+  %c = load double, ptr %ca, align 8
+  %c0 = call double @llvm.fabs.f64(double %c)
+  %sum2 = fadd double %sum, %v0
+  %sum1 = fadd double %sum2, %a0
+  %sum3 = fadd double %sum1, %c0
+  %q = fdiv double %size, %c0
+  %both = fmul double %size, %c0
+  %moves = fcmp ogt double %both, 0.0
+  %candidate = select i1 %moves, double %q, double 0x7FF0000000000000
+  %smaller = call double @llvm.minnum.f64(double %least, double %candidate)
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@two_degrees@@
+  br i1 %more, label %loop, label %done
+done:
+  %old = load double, ptr %total, align 8
+  %new = fadd double %old, %sum3
+  store double %new, ptr %total, align 8
+  ret double %smaller
+}
+
+; the step from the last two coefficients of the velocities, sizes measured over a step %h
+define internal double @length(ptr noalias %state, ptr noalias %work, double %h, ptr %total) #0 {
+  %r1 = call double @ratio(ptr %state, ptr %work, double %h, i64 @@top_slot@@, ptr %total)
+  %r2 = call double @ratio(ptr %state, ptr %work, double %h, i64 @@below_slot@@, ptr %total)
+  %h1 = call double @llvm.pow.f64(double %r1, double @@root_top@@)
+  %h2 = call double @llvm.pow.f64(double %r2, double @@root_below@@)
+  %least = call double @llvm.minnum.f64(double %h1, double %h2)
+  %result = fmul double %least, @@safety@@
+  ret double %result
+}
+
+; a step that follows a much shorter one, or none: bounded by every coefficient from the @@lowest@@th on, since the
+; last two may vanish by chance or symmetry
+define internal double @cautious(ptr noalias %state, ptr noalias %work, double %guess, ptr %total) #0 {
+entry:
+  br label %loop
+loop:
+  %m = phi i64 [ @@lowest@@, %entry ], [ %next, %loop ]
+  %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
+  %slot = sub i64 %m, 1
+  %r = call double @ratio(ptr %state, ptr %work, double %guess, i64 %slot, ptr %total)
+  %n = sitofp i64 %m to double
+  %root = fdiv double 1.0, %n
+  %h = call double @llvm.pow.f64(double %r, double %root)
+  %smaller = call double @llvm.minnum.f64(double %least, double %h)
+  %next = add nuw nsw i64 %m, 1
+  %more = icmp ule i64 %next, @@top@@
+  br i1 %more, label %loop, label %done
+done:
+  %result = fmul double %smaller, @@safety@@
+  ret double %result
+}
+
+; whether the series, followed to the end of the step %h, still satisfies the equations there
+define internal i1 @holds(ptr noalias %constants, ptr noalias %state, ptr noalias %work, double %h, ptr noalias %trial) #0 {
+entry:
+  %trial_work = getelementptr inbounds double, ptr %trial, i64 @@trial_offset@@
+  br label %rows
+rows:
+  %i = phi i64 [ 0, %entry ], [ %next, %rows ]
+  %base = mul i64 %i, @@span@@
+  %row = getelementptr inbounds double, ptr %work, i64 %base
+@@horner@@
+  %ya = getelementptr inbounds double, ptr %state, i64 %i
+  %y = load double, ptr %ya, align 8
+  %z = fadd double %y, %row.poly
+  %za = getelementptr inbounds double, ptr %trial, i64 %i
+  store double %z, ptr %za, align 8
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@two_degrees@@
+  br i1 %more, label %rows, label %evaluate
+evaluate:
+  %ta = getelementptr inbounds double, ptr %state, i64 @@time@@
+  %t = load double, ptr %ta, align 8
+  %te = fadd double %t, %h
+  %regular = call i1 @jet(ptr %constants, double %te, ptr %trial, ptr %trial_work)
+  br i1 %regular, label %compare, label %bad
+compare:
+  %j = phi i64 [ @@degrees@@, %evaluate ], [ %jn, %better ]
+  %jb = mul i64 %j, @@span@@
+  %vrow = getelementptr inbounds double, ptr %work, i64 %jb
+@@horner_rate@@
+  %aa = getelementptr inbounds double, ptr %trial_work, i64 %jb
+  %a = load double, ptr %aa, align 8
+  %difference = fsub double %rate, %a
+  %distance = call double @llvm.fabs.f64(double %difference)
+  %a0 = load double, ptr %vrow, align 8
+  %a0s = call double @llvm.fabs.f64(double %a0)
+  %as = call double @llvm.fabs.f64(double %a)
+  %both = fadd double %a0s, %as
+  %va = getelementptr inbounds double, ptr %trial, i64 %j
+  %v = load double, ptr %va, align 8
+  %vs = call double @llvm.fabs.f64(double %v)
+  %vh = fdiv double %vs, %h
+  %size = fadd double %both, %vh
+  %allowed = fmul double %size, 0x3EB0C6F7A0B5ED8D
+  %good = fcmp ole double %distance, %allowed
+  br i1 %good, label %better, label %bad
+better:
+  %jn = add nuw nsw i64 %j, 1
+  %jmore = icmp ult i64 %jn, @@two_degrees@@
+  br i1 %jmore, label %compare, label %fine
+fine:
+  ret i1 true
+bad:
+  ret i1 false
+}
+
+define i64 @advance(ptr noalias %constants, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %stop, ptr noalias %times, i64 %count, ptr noalias %out, i64 %stride, i64 %last, i64 %pause, ptr noalias %info) #0 {
+entry:
+  %total = alloca double, align 8
+  %tpa = getelementptr inbounds double, ptr %state, i64 @@time@@
+  %tla = getelementptr inbounds double, ptr %tpa, i64 1
+  %hpa = getelementptr inbounds double, ptr %tpa, i64 2
+  %low = getelementptr inbounds double, ptr %state, i64 @@low@@
+  %stepsa = getelementptr inbounds i64, ptr %info, i64 1
+  br label %step
+step:
+  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ]
+  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ]
+  %enough = icmp uge i64 %taken, %pause
+  br i1 %enough, label %paused, label %expand
+expand:
+  %t = load double, ptr %tpa, align 8
+  %tl = load double, ptr %tla, align 8
+  %hp = load double, ptr %hpa, align 8
+  %tn = fadd double %t, %tl
+  %regular = call i1 @jet(ptr %constants, double %tn, ptr %state, ptr %work)
+  br i1 %regular, label %measure, label %singular
+measure:
+  store double 0.0, ptr %total, align 8
+  %isfirst = fcmp oeq double %hp, 0.0
+  br i1 %isfirst, label %first, label %usual
+first:
+  %g1 = call double @length(ptr %state, ptr %work, double 1.0, ptr %total)
+  %g2 = call double @length(ptr %state, ptr %work, double %g1, ptr %total)
+  %g3 = call double @length(ptr %state, ptr %work, double %g2, ptr %total)
+  br label %careful
+usual:
+  %hu = call double @length(ptr %state, ptr %work, double %hp, ptr %total)
+  %leap = fmul double %hp, 4.0
+  %isleap = fcmp ogt double %hu, %leap
+  br i1 %isleap, label %careful, label %chosen
+careful:
+  %guess0 = phi double [ %g3, %first ], [ %hp, %usual ]
+  %left0 = fsub double %stop, %tn
+  %guess = call double @llvm.minnum.f64(double %guess0, double %left0)
+  %hc0 = call double @cautious(ptr %state, ptr %work, double %guess, ptr %total)
+  %hc1 = call double @llvm.minnum.f64(double %hc0, double %left0)
+  br label %vet
+vet:
+  %hc = phi double [ %hc1, %careful ], [ %shorter, %reject ]
+  %tries = phi i64 [ 0, %careful ], [ %tries1, %reject ]
+  %sound = call i1 @holds(ptr %constants, ptr %state, ptr %work, double %hc, ptr %trial)
+  %tired = icmp ugt i64 %tries, 30
+  %accept = or i1 %sound, %tired
+  br i1 %accept, label %chosen, label %reject
+reject:
+  %shorter = fmul double %hc, 0.25
+  %tries1 = add i64 %tries, 1
+  br label %vet
+chosen:
+  %h = phi double [ %hu, %usual ], [ %hc, %vet ]
+  %met = load double, ptr %total, align 8
+  %finite = fcmp olt double %met, 0x7FF0000000000000
+  br i1 %finite, label %long, label %notfinite
+long:
+  %ts = call double @llvm.fabs.f64(double %tn)
+  %ulp = fmul double %ts, 0x3CC0000000000000
+  %floor = fadd double %ulp, 0x0010000000000000
+  %left = fsub double %stop, %tn
+  %tiny = fcmp ole double %h, %floor
+  %short = fcmp olt double %h, %left
+  %stuck = and i1 %tiny, %short
+  br i1 %stuck, label %stuckat, label %sampling
+sampling:
+  %at = phi i64 [ %index, %long ], [ %atn, %stored ]
+  %sa = getelementptr inbounds double, ptr %times, i64 %at
+  %s = load @@vector@@, ptr %sa, align 8
+  %t_i = insertelement @@vector@@ poison, double %t, i64 0
+  %t_v = shufflevector @@vector@@ %t_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
+  %tl_i = insertelement @@vector@@ poison, double %tl, i64 0
+  %tl_v = shufflevector @@vector@@ %tl_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
+  %h_i = insertelement @@vector@@ poison, double %h, i64 0
+  %h_v = shufflevector @@vector@@ %h_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
+  %dt1 = fsub @@vector@@ %s, %t_v
+  %dt = fsub @@vector@@ %dt1, %tl_v
+  %within = fcmp ole @@vector@@ %dt, %h_v
+  %mask = bitcast <@@lanes@@ x i1> %within to i8
+  %ones = call i8 @llvm.ctpop.i8(i8 %mask)
+  %hits = zext i8 %ones to i64
+  %any = icmp ne i64 %hits, 0
+  br i1 %any, label %dense, label %sampledall
+dense:
+  %di = phi i64 [ 0, %sampling ], [ %dnext, %dense ]
+  %dbase = mul i64 %di, @@span@@
+  %srow = getelementptr inbounds double, ptr %work, i64 %dbase
+@@horner_vector@@
+  %dya = getelementptr inbounds double, ptr %state, i64 %di
+  %dy = load double, ptr %dya, align 8
+  %dla = getelementptr inbounds double, ptr %low, i64 %di
+  %dl = load double, ptr %dla, align 8
+  %dy_i = insertelement @@vector@@ poison, double %dy, i64 0
+  %dy_v = shufflevector @@vector@@ %dy_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
+  %dl_i = insertelement @@vector@@ poison, double %dl, i64 0
+  %dl_v = shufflevector @@vector@@ %dl_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
+  %change = fadd @@vector@@ %srow.poly, %dl_v
+  %value = fadd @@vector@@ %dy_v, %change
+  %orow = mul i64 %di, %stride
+  %oplace = add i64 %orow, %at
+  %oa = getelementptr inbounds double, ptr %out, i64 %oplace
+  store @@vector@@ %value, ptr %oa, align 8
+  %dnext = add nuw nsw i64 %di, 1
+  %dmore = icmp ult i64 %dnext, @@rows@@
+  br i1 %dmore, label %dense, label %stored
+stored:
+  %atn = add i64 %at, %hits
+  %full = icmp eq i64 %hits, @@lanes@@
+  br i1 %full, label %sampling, label %sampledall
+sampledall:
+  %sampled = phi i64 [ %at, %sampling ], [ %atn, %stored ]
+  %final = fcmp ole double %left, %h
+  %usedup = icmp uge i64 %sampled, %count
+  %islast = icmp ne i64 %last, 0
+  %ending0 = and i1 %usedup, %islast
+  %ending = and i1 %ending0, %final
+  %nomore = xor i1 %islast, true
+  %leave = and i1 %usedup, %nomore
+  br i1 %leave, label %filled, label %move
+move:
+  %left1 = fsub double %stop, %t
+  %left2 = fsub double %left1, %tl
+  %hs = select i1 %ending, double %left2, double %h
+  br label %update
+update:
+  %ui = phi i64 [ 0, %move ], [ %unext, %updated ]
+  %ubase = mul i64 %ui, @@span@@
+  %row = getelementptr inbounds double, ptr %work, i64 %ubase
+@@horner_update@@
+  %isq = icmp ult i64 %ui, @@degrees@@
+  br i1 %isq, label %withlow, label %updated
+withlow:
+  %vi = add i64 %ui, @@degrees@@
+  %vla = getelementptr inbounds double, ptr %low, i64 %vi
+  %vl = load double, ptr %vla, align 8
+  %vlh = fmul double %vl, %hs
+  br label %updated
+updated:
+  %extra = phi double [ 0.0, %update ], [ %vlh, %withlow ]
+  %uya = getelementptr inbounds double, ptr %state, i64 %ui
+  %ula = getelementptr inbounds double, ptr %low, i64 %ui
+  %uy = load double, ptr %uya, align 8
+  %ul = load double, ptr %ula, align 8
+  %rest = fadd double %ul, %extra
+  %delta = fadd double %row.poly, %rest
+  %sum = fadd double %uy, %delta
+  %back = fsub double %sum, %uy
+  %e1 = fsub double %sum, %back
+  %e2 = fsub double %uy, %e1
+  %e3 = fsub double %delta, %back
+  %error = fadd double %e2, %e3
+  store double %sum, ptr %uya, align 8
+  store double %error, ptr %ula, align 8
+  %unext = add nuw nsw i64 %ui, 1
+  %umore = icmp ult i64 %unext, @@rows@@
+  br i1 %umore, label %update, label %clock
+clock:
+  %th = fadd double %tl, %hs
+  %tsum = fadd double %t, %th
+  %tback = fsub double %tsum, %t
+  %te1 = fsub double %tsum, %tback
+  %te2 = fsub double %t, %te1
+  %te3 = fsub double %th, %tback
+  %terror = fadd double %te2, %te3
+  store double %tsum, ptr %tpa, align 8
+  store double %terror, ptr %tla, align 8
+  br i1 %ending, label %ended, label %advanced
+advanced:
+  store double %h, ptr %hpa, align 8
+  %taken1 = add i64 %taken, 1
+  br label %step
+ended:
+  %taken2 = add i64 %taken, 1
+  br label %return
+paused:
+  br label %return
+singular:
+  br label %return
+notfinite:
+  br label %return
+stuckat:
+  br label %return
+filled:
+  br label %return
+return:
+  %code = phi i64 [ @@end@@, %ended ], [ @@pause@@, %paused ], [ @@singular@@, %singular ], [ @@not_finite@@, %notfinite ], [ @@underflow@@, %stuckat ], [ @@samples@@, %filled ]
+  %used = phi i64 [ %sampled, %ended ], [ %index, %paused ], [ %index, %singular ], [ %index, %notfinite ], [ %index, %stuckat ], [ %sampled, %filled ]
+  %steps = phi i64 [ %taken2, %ended ], [ %taken, %paused ], [ %taken, %singular ], [ %taken, %notfinite ], [ %taken, %stuckat ], [ %taken, %filled ]
+  store i64 %used, ptr %info, align 8
+  store i64 %steps, ptr %stepsa, align 8
+  ret i64 %code
+}

@@ -1,0 +1,101 @@
+"""The first stages of a step, written out coefficient by coefficient."""
+
+from __future__ import annotations
+
+from lagrange_cli.mechanics.series import Op, Series
+from lagrange_cli.native.emitter import Value, literal
+from lagrange_cli.native.expansion import Expansion
+from lagrange_cli.native.stage import Stage, linear_data
+
+
+class WrittenOut(Stage):
+    """Stage ``k`` with every coefficient a value of its own."""
+
+    def __init__(self, expansion: Expansion, k: int) -> None:
+        super().__init__(expansion)
+        self.k = k
+
+    def at(self, index: int, ahead: int) -> Value:
+        return self.expansion.table[index].get(self.k + ahead)
+
+    def set_top(self, index: int, value: Value) -> None:
+        self.expansion.table[index][self.k + self.expansion.program.series[index].level] = value
+
+    def middle(self, a: int, b: int, ahead: int) -> Value:
+        n, total = self.k + ahead, None
+        for m in range(1, n):
+            total = self.expansion.emitter.fma(
+                self.expansion.table[a].get(m), self.expansion.table[b].get(n - m), total
+            )
+        return total
+
+    def weighted(self, index: int, base: int, exponent: Value, ahead: int) -> Value:
+        n, emitter, table = self.k + ahead, self.expansion.emitter, self.expansion.table
+        total: Value = None
+        for m in range(1, n):
+            weight = emitter.sub(emitter.mul(exponent, literal(n - m)), literal(m))
+            total = emitter.fma(emitter.mul(weight, table[base].get(n - m)), table[index].get(m), total)
+        return total
+
+    def number(self, ahead: int) -> Value:
+        return literal(self.k + ahead)
+
+    def divided(self, value: Value, ahead: int) -> Value:
+        return value if self.k + ahead == 1 else self.expansion.emitter.div(value, literal(self.k + ahead))
+
+    def is_index(self, ahead: int, index: int) -> bool:
+        return self.k + ahead == index
+
+    def write(self) -> None:
+        """Compute, solve (from stage 0 on) and store this stage's coefficients."""
+        expansion = self.expansion
+        for index, one in enumerate(expansion.program.series):
+            if one.level + self.k == 0:
+                expansion.table[index][0] = self.begin(index, one)
+            elif one.level + self.k > 0:
+                if self.k < 0 and index in expansion.program.coordinates:  # q[1] is the velocity of the state
+                    assert isinstance(one.data, int)
+                    value: Value = expansion.emitter.load(
+                        "%state", one.data + len(expansion.program.coordinates)
+                    )
+                else:
+                    value = self.recur(index)
+                expansion.table[index][self.k + one.level] = value
+        if self.k == 0:
+            expansion.factor()
+        if self.k >= 0:
+            self.solve()
+        for index, one in enumerate(expansion.program.series):
+            m = self.k + one.level
+            if m >= 1 and index in expansion.layout.forward:
+                expansion.emitter.store(
+                    expansion.table[index][m], "%work", expansion.layout.forward_slot(index) + m
+                )
+            if m >= 1 and index in expansion.layout.backward:
+                expansion.emitter.store(
+                    expansion.table[index][m], "%work", expansion.layout.backward_slot(index) - m
+                )
+
+    def begin(self, index: int, one: Series) -> Value:
+        """Coefficient 0."""
+        expansion, emitter = self.expansion, self.expansion.emitter
+        first = [expansion.table[i].get(0) for i in one.arguments]
+        if one.op is Op.LINEAR:
+            constant, scales = linear_data(one)
+            total: Value = None
+            for index, scale in zip(one.arguments, scales):
+                total = expansion.add_scaled(scale, expansion.low.get(index), total)
+            if not constant.is_zero:
+                total = emitter.add(total, expansion.constants.value(emitter, constant))
+            for value, scale in zip(first, scales):
+                total = expansion.add_scaled(scale, value, total)
+            return total
+        if one.op is Op.MULTIPLY:
+            a, b = one.arguments
+            rest = emitter.fma(first[0], expansion.low.get(b), emitter.mul(first[1], expansion.low.get(a)))
+            return emitter.fma(first[0], first[1], rest)
+        if one.op is Op.DERIVATIVE:
+            return expansion.table[one.arguments[0]][1]
+        if one.op is Op.INTEGRAL:
+            return None
+        return expansion.start(index)
