@@ -15,7 +15,7 @@ from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.model.model import Model
 from lagrange_cli.symbolic.conservation import balance
 from lagrange_cli.symbolic.equations import Equation, Equations
-from lagrange_cli.symbolic.grouping import group, tidy
+from lagrange_cli.symbolic.grouping import group, neat, tidy
 from lagrange_cli.symbolic.linear import solve
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.terms import (
@@ -38,10 +38,10 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
     kinetic = potential = None
     if model.lagrangian is None:
         kinetic = tidy(kinetic_energy(model), order)
-        potential = tidy(model.potential, order)
-        lagrangian = tidy(kinetic - potential, order)
+        potential = neat(model.potential, order, Role.COORDINATE)
+        lagrangian = neat(kinetic - potential, order, Role.COORDINATE)
     else:
-        lagrangian = tidy(model.lagrangian, order)
+        lagrangian = neat(model.lagrangian, order, Role.VELOCITY)
 
     momenta = tuple(tidy(lagrangian.diff(velocity), order) for velocity in v)
     slopes = tuple(tidy(lagrangian.diff(coordinate), order) for coordinate in q)
@@ -57,7 +57,8 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
     at_rest = dict.fromkeys(a, sympy.S.Zero)
     force = tuple(tidy(-left.xreplace(at_rest), order) for left in left_sides)
     accelerations = solve(mass_matrix, force, order)
-    h = tidy(sympy.Add(*(p * own for p, own in zip(momenta, v, strict=True))) - lagrangian, order)
+    transform = sympy.Add(*(p * own for p, own in zip(momenta, v, strict=True))) - lagrangian
+    h = neat(transform, order, Role.COORDINATE)
     conserved, changing = balance(
         model, order, (kinetic, potential, lagrangian, h), (momenta, slopes, forces), accelerations
     )

@@ -15,6 +15,8 @@ from lagrange_cli.symbolic.terms import (
     common_factor,
     divide,
     from_terms,
+    settled,
+    size,
     term,
     to_terms,
 )
@@ -27,6 +29,38 @@ def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
         return group(contract(to_terms(expression)), order)
     except TooLargeError:
         return expression
+
+
+def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
+    """As ``tidy``, but a term with a power of a sum, as in k*(x - l)**2/2, stays so where that is shorter.
+
+    Only terms that depend on nothing faster than ``fastest`` stay: others have to meet their like.
+    """
+    kept = sympy.S.Zero
+    others = sympy.S.Zero
+    for part in sympy.Add.make_args(expression):
+        short = with_settled_sums(part)
+        if short is None or order.role(part) > fastest or size(short) >= size(tidy(part, order)):
+            others += part
+        else:
+            kept += short
+    return kept + tidy(others, order)
+
+
+def with_settled_sums(part: sympy.Expr) -> sympy.Expr | None:
+    """A product with the sums that it has powers of contracted; None where there are none, or too large."""
+    factors = sympy.Mul.make_args(part)
+    if not any(is_power_of_sum(factor) for factor in factors):
+        return None
+    try:
+        return sympy.Mul(*(settled(f.base) ** f.exp if is_power_of_sum(f) else f for f in factors))
+    except TooLargeError:
+        return None
+
+
+def is_power_of_sum(factor: sympy.Expr) -> bool:
+    """Whether a factor is a square or higher power of a sum."""
+    return bool(factor.is_Pow and factor.base.is_Add and factor.exp.is_Integer and factor.exp > 1)
 
 
 def group(terms: Terms, order: Order) -> sympy.Expr:

@@ -8,7 +8,7 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.linear import solve
 from lagrange_cli.symbolic.order import Order, Role
 
@@ -49,7 +49,7 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
             f"Hamilton's form of {len(p)} coupled coordinates is too long to read: --form matrix is not"
         )
     kinetic = sympy.Add(*(own * velocity for own, velocity in zip(excess, velocities, strict=True))) / 2
-    energy = tidy(kinetic - equations.L.xreplace(at_rest), order)
+    energy = neat(kinetic - equations.L.xreplace(at_rest), order, Role.COORDINATE)
     known = dict(zip(equations.v, velocities, strict=True))
     rates = tuple(
         tidy(force.xreplace(known) - energy.diff(coordinate), order)

@@ -101,10 +101,13 @@ class Order:
         )
 
     def sorted_terms(self, expression: sympy.Expr) -> list[sympy.Expr]:
-        """The terms of a sum in the order of reading. Where nothing moves, a positive term goes first."""
+        """The terms of a sum in the order of reading. A positive term goes first where nothing moves, and a
+        positive constant goes before what moves: 1 - x_dot**2."""
         terms = sorted(sympy.Add.make_args(expression), key=self.term_key)
-        if is_negative(terms[0]) and self.role(expression) < Role.VELOCITY:
-            first = next((term for term in terms if not is_negative(term)), None)
+        if is_negative(terms[0]):
+            slow = Role.VELOCITY if self.role(expression) < Role.VELOCITY else Role.COORDINATE
+            positive = (term for term in terms if not is_negative(term) and self.role(term) < slow)
+            first = next(positive, None)
             if first is not None:
                 terms.remove(first)
                 terms.insert(0, first)

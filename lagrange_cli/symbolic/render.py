@@ -196,4 +196,4 @@ def reads_as_fraction(value: Fraction) -> bool:
         return max(value.numerator, value.denominator) < 10**15
     if value.denominator & (value.denominator - 1) == 0:
         return value.numerator < 10 and value.denominator <= 1024
-    return value.numerator == 1 and value.denominator == 5
+    return value.numerator < 10 and value.denominator == 5

@@ -179,15 +179,15 @@ def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fractio
 
 
 def common_number(numbers: Iterable[Fraction]) -> Fraction:
-    """The number to take out of a sum: the common one of small fractions, but 1 where decimals stand
-    in the sum, which would turn into long integers; negative where every term is."""
+    """The number to take out of a sum: the common one of fractions such as 1/2 and 1/3, but 1 where decimals
+    stand in the sum, which would turn into long integers; negative where every term is."""
     numbers = list(numbers)
     if not numbers:
         return Fraction(1)
     sign = -1 if all(number < 0 for number in numbers) else 1
     if len(set(map(abs, numbers))) == 1:
         return sign * abs(numbers[0])
-    if any(number.denominator > 64 for number in numbers):
+    if any(144 % number.denominator for number in numbers):
         return Fraction(sign)
     numerator, denominator = 0, 1
     for number in numbers:

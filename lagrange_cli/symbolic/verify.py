@@ -3,8 +3,9 @@
 The printed side is the printed text itself, read back by the expression language and evaluated with 30
 digits. A difference is divided by the *scale* of the printed expression: the change of its value when every
 sum, product and function in it is changed by one part, as rounding changes them (a running error bound;
-Higham, Accuracy and Stability of Numerical Algorithms, section 3.3). So where large terms cancel, what the
-cancellation alone costs in double precision does not count as a difference.
+Higham, Accuracy and Stability of Numerical Algorithms, section 3.3), or, for accelerations, when the entries
+of M and f are, if that is more (Skeel's bound, the same book, section 7.2). So where large terms cancel or M
+is all but singular, what that alone costs in double precision does not count as a difference.
 """
 
 from __future__ import annotations
@@ -242,12 +243,14 @@ def evaluate(
         result: Measured = build(tree, known.__getitem__, algebra)
         return result
 
-    names = map(str, equations.a)
-    if printed.accelerations is not None:
-        yield from zip(names, map(value, printed.accelerations), strict=True)
-    else:
-        matrix = [[value(entry) for entry in row] for row in printed.mass_matrix]
-        yield from zip(names, solve_measured(matrix, [value(each) for each in printed.force]), strict=True)
+    matrix = [[value(entry) for entry in row] for row in printed.mass_matrix]
+    accelerations = solve_measured(matrix, [value(each) for each in printed.force])
+    if printed.accelerations is not None:  # the compiled side always solves M a = f, which has its own scale
+        accelerations = [
+            Measured(own.value, max(own.scale, solved.scale))
+            for own, solved in zip(map(value, printed.accelerations), accelerations, strict=True)
+        ]
+    yield from zip(map(str, equations.a), accelerations, strict=True)
     for name, tree in zip(equations.coordinates, printed.momenta, strict=True):
         yield f"p_{name}", value(tree)
     yield "h", value(printed.h)

@@ -259,3 +259,58 @@ def test_what_is_coupled_beyond_reading_is_left_as_a_matrix():
     assert equations.accelerations is None
     assert len(equations.mass_matrix) == 5
     assert same(equations.mass_matrix[0][4], "5*cos(q0 - q4)")
+
+
+def test_squares_of_sums_stay_in_the_potential_and_are_derived_all_the_same():
+    equations = derived(
+        """
+        parameters: {m: 1, k: 3, l: 1}
+        coordinates: {x1: {initial: 1}, x2: {initial: 2}}
+        masses: {a: m, b: m}
+        embedding: {a: [x1], b: [x2]}
+        potential: k*(x1 - l)**2/2 + k*(x2 - x1 - l)**2/2
+        """
+    )
+    assert render(equations.U, Text(), equations.order) == "k*(x1 - l)**2/2 + k*(x2 - l - x1)**2/2"
+    assert same(equations.L, "m*x1_dot**2/2 + m*x2_dot**2/2 - k*(x1 - l)**2/2 - k*(x2 - x1 - l)**2/2")
+    assert same(equations.equations[0].left - equations.equations[0].right, "m*x1_ddot + 2*k*x1 - k*x2")
+
+
+def test_a_distance_in_polar_coordinates_is_contracted():
+    equations = derived(
+        """
+        parameters: {m: 1, k: 3, l: 1}
+        coordinates: {r: {initial: 1}, phi: {initial: 2}}
+        masses: {a: m}
+        embedding: {a: "(r*cos(phi), r*sin(phi))"}
+        potential: k*(norm(a) - l)**2/2
+        """
+    )
+    assert render(equations.U, Text(), equations.order) == "k*(sqrt(r**2) - l)**2/2"
+    assert {each.quantity for each in equations.conserved} == {"p_phi", "h"}
+
+
+def test_a_given_lagrangian_stays_as_it_was_written():
+    equations = derived(
+        """
+        parameters: {A: 1, C: 2, k: 1}
+        coordinates: {phi: {initial: 0}, theta: {initial: 0.4}, psi: {initial: 0}}
+        lagrangian: >-
+          A/2*(theta_dot**2 + phi_dot**2*sin(theta)**2) + C/2*(psi_dot + phi_dot*cos(theta))**2 - k*cos(theta)
+        """
+    )
+    assert "C*(cos(theta)*phi_dot + psi_dot)**2/2" in render(equations.L, Text(), equations.order)
+    assert same(equations.momenta[2], "C*(psi_dot + phi_dot*cos(theta))")
+    assert {each.quantity for each in equations.conserved} == {"p_phi", "p_psi", "h"}
+
+
+def test_a_lagrangian_that_is_not_quadratic_in_the_velocity():
+    equations = derived(
+        """
+        parameters: {m: 1, c: 10, k: 1}
+        coordinates: {x: {initial: 1}}
+        lagrangian: -m*c**2*sqrt(1 - x_dot**2/c**2) - k*x**2/2
+        """
+    )
+    assert same(equations.accelerations[0] / expression("(1 - x_dot**2/c**2)**(3/2)"), "-k*x/m")
+    assert render(equations.momenta[0], Text(), equations.order) == "m*x_dot/sqrt(1 - x_dot**2/c**2)"

@@ -10,7 +10,15 @@ from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic.source import as_python
-from lagrange_cli.symbolic.verify import BOUND, Measured, MeasuredAlgebra, solve_measured, verify
+from lagrange_cli.symbolic.verify import (
+    BOUND,
+    Measured,
+    MeasuredAlgebra,
+    evaluate,
+    read_back,
+    solve_measured,
+    verify,
+)
 from tests.symbolic.systems import NAMES, derived, equations_of, spec_of
 
 
@@ -97,3 +105,21 @@ def test_solving_a_matrix():
     zero = Measured(mpmath.mpf(0), mpmath.mpf(0))
     one, two = solve_measured([[entry, zero], [zero, entry]], [entry, zero])
     assert (one.value, one.scale, two.value, two.scale) == (1, 2, 0, 0)
+
+
+def test_near_a_singular_mass_matrix_the_scale_is_that_of_solving():
+    """The printed accelerations of a top are harmless where M, which the compiled side solves, is not."""
+    equations = derived(
+        """
+        parameters: {A: 1, C: 2}
+        coordinates: {phi: {initial: 0}, theta: {initial: 0}, psi: {initial: 0}}
+        lagrangian: A/2*(theta_dot**2 + phi_dot**2*sin(theta)**2) + C/2*(psi_dot + phi_dot*cos(theta))**2
+        """
+    )
+    state = {"phi": 0.1, "theta": 1e-4, "psi": 0.2, "phi_dot": 1.0, "theta_dot": 1.0, "psi_dot": 1.0}
+    known = {
+        name: Measured(mpmath.mpf(x), mpmath.mpf(x)) for name, x in (state | {"A": 1, "C": 2, "t": 0}).items()
+    }
+    measured_values = dict(evaluate(equations, read_back(equations), known))
+    phi = measured_values["phi_ddot"]
+    assert phi.scale > 1e6 * abs(phi.value)
