@@ -1,0 +1,72 @@
+"""Files that no person wrote by mistake alone: each is refused with one clear message, in little memory."""
+
+import os
+import resource
+
+import pytest
+
+from tests.cli.command import SYSTEMS, lagrange
+
+GOOD = (SYSTEMS / "pendulum.yaml").read_text(encoding="utf-8")
+MEMORY = 500_000_000
+"""Bytes of address space; what may be imported before a file is found wrong fits well into it."""
+
+
+def with_potential(expression: str) -> bytes:
+    """The pendulum with another potential."""
+    before, _, after = GOOD.partition("potential:")
+    return f"{before}potential: {expression}\n{after.partition(chr(10))[2]}".encode()
+
+
+def aliases(levels: int) -> bytes:
+    """A YAML bomb: each line holds nine times the one before."""
+    lines = ["a0: &a0 [x, x, x, x, x, x, x, x, x]"]
+    lines += [f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 9)}]" for i in range(1, levels)]
+    return "\n".join(lines).encode()
+
+
+BAD = {
+    "empty": (b"", "empty"),
+    "blank": (b"\n\n   \n", "bad.yaml"),
+    "binary": (bytes(range(256)) * 100, "bad.yaml"),
+    "a tab": (GOOD.replace("  m:", "\tm:").encode(), "tab"),
+    "aliases that multiply": (aliases(12), "alias"),
+    "an alias of itself": (b"parameters: &a {x: *a}", "bad.yaml"),
+    "brackets": (b"[" * 100_000, "bad.yaml"),
+    "five megabytes": (b"# " + b"x" * 5_000_000, "bad.yaml"),
+    "a tower of powers": (with_potential("9**9**9**9"), "exponent"),
+    "a call of Python": (with_potential("__import__('os').system('touch hacked')"), "bad.yaml:"),
+    "parentheses": (with_potential("(" * 10_000 + "theta" + ")" * 10_000), "too long"),
+    "deep parentheses": (with_potential("(" * 400 + "theta" + ")" * 400), "nest"),
+    "a long sum": (with_potential("+".join(["theta"] * 5000)), "too long"),
+    "a caret": (with_potential("m^2"), "write ** for powers"),
+    "a misspelt name": (with_potential("m*g*l*cos(thta)"), "did you mean 'theta'?"),
+    "no number": (GOOD.replace("m: {value: 1.0", "m: {value: .nan").encode(), "m"),
+}
+
+
+@pytest.mark.parametrize("command", ["solve", "check", "equations"])
+@pytest.mark.parametrize(("content", "message"), BAD.values(), ids=BAD)
+def test_one_clear_message(tmp_path, command, content, message):
+    (tmp_path / "bad.yaml").write_bytes(content)
+    run = lagrange(
+        command,
+        "bad.yaml",
+        cwd=tmp_path,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
+        timeout=60,
+    )
+    assert (run.returncode, run.stdout) == (3, ""), run.stderr
+    assert message in run.stderr and run.stderr.startswith("bad.yaml:")
+    assert len(run.stderr) < 2_000 and "Traceback" not in run.stderr
+    assert os.listdir(tmp_path) == ["bad.yaml"]
+
+
+@pytest.mark.parametrize("command", ["solve", "check"])
+def test_a_coordinate_that_no_kinetic_energy_depends_on(tmp_path, command):
+    content = GOOD.replace("coordinates:\n", "coordinates:\n  idle: {initial: 1}\n")
+    (tmp_path / "bad.yaml").write_text(content)
+    line = content.splitlines().index("  idle: {initial: 1}") + 1
+    run = lagrange(command, "bad.yaml", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert run.stderr.startswith(f"bad.yaml:{line}:3: no kinetic energy depends on the velocity of 'idle'\n")
