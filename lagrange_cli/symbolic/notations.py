@@ -57,7 +57,11 @@ class Text(Notation):
         return f"{self.product(numerator) or '1'}/{below}", Level.PRODUCT
 
     def power(self, base: str, exponent: str) -> str:
-        return f"{base}**{exponent}"
+        return f"{base}**{self.enclosed(exponent)}"
+
+    def enclosed(self, exponent: str) -> str:
+        """An exponent in parentheses unless it is a name or a number."""
+        return exponent if re.fullmatch(r"[\w.]+", exponent) else self.parentheses(exponent)
 
     def root(self, text: str) -> str:
         return self.call("sqrt", [text])
@@ -114,7 +118,7 @@ class Unicode(Text):
     def power(self, base: str, exponent: str) -> str:
         if exponent.isdigit():
             return base + exponent.translate(SUPERSCRIPTS)
-        return f"{base}^{exponent}"
+        return f"{base}^{self.enclosed(exponent)}"
 
     def root(self, text: str) -> str:
         return f"√{text}" if len(text) == 1 else f"√({text})"

@@ -101,7 +101,7 @@ class Renderer:
         if expression.is_Pow and expression.exp.is_Rational:
             return self.quotient(expression) if expression.exp.is_negative else self.power(expression)
         if expression.is_Pow:
-            return self.raised(expression.base, self.at(expression.exp, Level.ATOM))
+            return self.raised(expression.base, self.at(expression.exp, Level.SUM))
         if expression.is_Function:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:
@@ -165,8 +165,7 @@ class Renderer:
         base, exponent = expression.base, expression.exp
         if exponent == sympy.Rational(1, 2):
             return self.notation.root(self.at(base, Level.SUM)), Level.ATOM
-        digits = self.at(exponent, Level.SUM)
-        return self.raised(base, digits if exponent.is_Integer else self.notation.parentheses(digits))
+        return self.raised(base, self.at(exponent, Level.SUM))
 
     def raised(self, base: sympy.Expr, exponent: str) -> tuple[str, Level]:
         if self.notation.powers_of_functions and base.is_Function:

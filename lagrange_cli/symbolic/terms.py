@@ -20,6 +20,9 @@ ONE: Monomial = frozenset()
 LARGEST = 4000
 """Terms that a sum may have: beyond, expanding costs more than it makes plain."""
 
+HIGHEST_POWER = 4
+"""The highest power of a sum that is written out; (x - l)**12 is not what anybody wants to see so."""
+
 
 class TooLargeError(Exception):
     """The expanded form would have more than ``LARGEST`` terms."""
@@ -51,6 +54,8 @@ def power(base: sympy.Expr, exponent: Fraction) -> Terms:
     """The expanded form of ``base**exponent``."""
     if exponent.denominator == 1 and (base.is_Add or base.is_Mul or base.is_Pow):
         terms = to_terms(base)
+        if exponent > HIGHEST_POWER and len(terms) > 1:
+            return {frozenset({(settled(base), exponent)}): Fraction(1)}
         if exponent > 0:
             result: Terms = {ONE: Fraction(1)}
             for _ in range(exponent.numerator):
@@ -140,7 +145,9 @@ def is_reducible(base: sympy.Expr, exponent: Fraction) -> bool:
     """Whether ``base**exponent`` is not a factor of a monomial but should be expanded further."""
     if exponent.denominator != 1 or base.is_Symbol or base.is_Function:
         return False
-    return bool(base.is_Rational or base.is_Mul or base.is_Pow or (base.is_Add and exponent > 0))
+    if base.is_Add:
+        return 0 < exponent <= HIGHEST_POWER
+    return bool(base.is_Rational or base.is_Mul or (base.is_Pow and base.exp.is_Rational))
 
 
 def combine(left: Monomial, right: Monomial) -> Monomial:

@@ -3,6 +3,8 @@
 import pytest
 import sympy
 
+from lagrange_cli.symbolic import terms
+from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 from tests.symbolic.systems import (
@@ -314,3 +316,17 @@ def test_a_lagrangian_that_is_not_quadratic_in_the_velocity():
     )
     assert same(equations.accelerations[0] / expression("(1 - x_dot**2/c**2)**(3/2)"), "-k*x/m")
     assert render(equations.momenta[0], Text(), equations.order) == "m*x_dot/sqrt(1 - x_dot**2/c**2)"
+
+
+def test_what_is_too_large_to_simplify_is_still_right(monkeypatch):
+    monkeypatch.setattr(terms, "LARGEST", 1)
+    raw = derive_equations(model_of("double_pendulum"))
+    short = equations_of("double_pendulum")
+    assert raw.L != short.L and same(raw.L, short.L)
+    assert same(raw.h, short.h)
+    for index, symbol in enumerate(short.a):
+        each = raw.equations[index]
+        known = dict(zip(short.a, short.accelerations, strict=True))
+        assert agree_at_random(each.left.subs(known), each.right)
+        assert same(raw.mass_matrix[index][index], short.mass_matrix[index][index])
+        assert each.left.has(symbol)

@@ -47,6 +47,8 @@ def shown(value: sympy.Expr | str, notation: Notation) -> str:
         ("atan2(x, l)", "atan2(x, l)"),
         ("(-x)**m", "(-x)**m"),
         ("m**(x + 1)", "m**(1 + x)"),
+        ("x**(3/10)*m**x", "m**x*x**0.3"),
+        ("(x + l)**(-5/2)", "1/(l + x)**(5/2)"),
         ("-m*(x + l)", "-m*(l + x)"),
     ],
 )
@@ -84,6 +86,7 @@ def test_unicode(value, text):
         ("2*x*(m1 + m2)", r"2 \left(m_{1} + m_{2}\right) x"),
         (sympy.Rational("6.674e-11"), r"6.674 \cdot 10^{-11}"),
         ("pi*x", r"\pi x"),
+        ("x**(5/2)", r"x^{\frac{5}{2}}"),
     ],
 )
 def test_latex(value, text):

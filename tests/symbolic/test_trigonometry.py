@@ -40,7 +40,16 @@ def test_contractions(long, short):
 
 
 @pytest.mark.parametrize(
-    "text", ["cos(a)*cos(b) + 2*sin(a)*sin(b)", "sin(a)*cos(a)", "sin(a)**2", "m1*sin(a)**2 + m2*cos(a)**2"]
+    "text",
+    [
+        "m*x**m",
+        "(x + y)**12",
+        "x*(x + y)**12 - (x + y)**11",
+        "cos(a)*cos(b) + 2*sin(a)*sin(b)",
+        "sin(a)*cos(a)",
+        "sin(a)**2",
+        "m1*sin(a)**2 + m2*cos(a)**2",
+    ],
 )
 def test_what_no_rule_shortens_stays(text):
     assert contracted(text) == expression(text)
