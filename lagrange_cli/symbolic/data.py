@@ -17,7 +17,9 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
     """Everything for ``--json``; each expression is a string, each equation an expression that is zero.
 
     ``momenta``, ``equations`` and ``accelerations`` go by coordinate; what the system does not have (T and U
-    of a given L, explicit accelerations too long to read) is None. ``parameters`` are their values.
+    of a given L, explicit accelerations too long to read) is None. ``parameters`` are their values. A name
+    that sympy has for something of its own, such as E or gamma, is read back as a symbol by giving sympify
+    ``locals={name: Symbol(name), ...}`` for the coordinates and parameters.
     """
     order = equations.order
 
