@@ -10,7 +10,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, Series, SeriesProgram
 from lagrange_cli.native.emitter import ONE, Emitter, Value
 from lagrange_cli.native.layout import Layout
-from lagrange_cli.native.linear import Definite, General, factor_definite, factor_general
+from lagrange_cli.native.linear import Factored, factor_block
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
 
 
@@ -27,7 +27,9 @@ class Expansion:
     constants: Constants
     emitter: Emitter = field(default_factory=Emitter)
     table: list[dict[int, Value]] = field(default_factory=list)
-    factors: list[Definite | General] = field(default_factory=list)
+    factors: list[Factored] = field(default_factory=list)
+    scratch: int = 0
+    """Doubles of ``%work`` behind the layout's own."""
     gains: dict[int, tuple[Value, Value]] = field(default_factory=dict)
     low: dict[int, Value] = field(default_factory=dict)
     """What q and q_dot hold beyond their double, as the compensated update leaves it."""
@@ -119,9 +121,10 @@ class Expansion:
                 ]
                 for j in block
             ]
-            factor = factor_definite if residual.definite else factor_general
-            made, good = factor(emitter, matrix)
+            place = self.layout.doubles + self.scratch
+            made, good, doubles = factor_block(emitter, matrix, residual.definite, place)
             self.factors.append(made)
+            self.scratch += doubles
             self.regular = emitter.define(f"and i1 {self.regular}, {good}")
 
     def accelerations(self, residual: list[Value]) -> list[Value]:

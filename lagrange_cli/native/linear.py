@@ -2,14 +2,20 @@
 
 Each diagonal block on its own. A definite block by Cholesky's method in the form L D L^T, which needs no
 pivoting (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1); any other by Gaussian elimination
-with partial pivoting, the exchanges written as selections.
+with partial pivoting. Small blocks are written out, with exchanges as selections; large ones call the
+loops of ``linear.ll``.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
+from lagrange_cli.native.layout import LANES
+
+WRITTEN_OUT = {"definite": 20, "general": 5}
+"""Rows of a block up to which its elimination is written out: it runs faster, but compiles more slowly."""
 
 DEFINITE_FLOOR = 64 * 2.0**-52
 """A pivot smaller than this part of its diagonal entry is rounding: the matrix is singular."""
@@ -21,15 +27,6 @@ class Definite:
 
     lower: tuple[tuple[Value, ...], ...]
     reciprocal: tuple[Value, ...]
-
-    def flat(self) -> list[Value]:
-        return [x for row in self.lower for x in row] + list(self.reciprocal)
-
-    def rebuilt(self, flat: list[Value]) -> Definite:
-        """The same structure with other operands (loaded from where ``flat`` was stored)."""
-        left = iter(flat)
-        lower = tuple(tuple(next(left) for _ in row) for row in self.lower)
-        return Definite(lower, tuple(next(left) for _ in self.reciprocal))
 
     def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
         """x with M x = ``right``."""
@@ -68,6 +65,69 @@ class General:
                 x[j] = emitter.fms(self.upper[j][i], x[i], x[j])
             x[j] = emitter.mul(x[j], self.reciprocal[j])
         return x
+
+
+@dataclass(frozen=True)
+class InMemory:
+    """A block of ``size`` rows at ``%work[place]``, its pivots' row and the right-hand side's behind it."""
+
+    kind: str
+    place: int
+    size: int
+
+    @property
+    def stride(self) -> int:
+        """Doubles of a row: whole vectors."""
+        return LANES * -(-self.size // LANES)
+
+    @property
+    def doubles(self) -> int:
+        """Doubles that the block takes in all."""
+        return self.stride * (self.size + 2)
+
+    def _call(self, emitter: Emitter, result: str, name: str, *more: str) -> str:
+        offsets = (0, self.stride * self.size, self.stride * (self.size + 1))
+        matrix, pivots, right = (
+            emitter.define(f"getelementptr inbounds double, ptr %work, i64 {self.place + offset}")
+            for offset in offsets
+        )
+        listed = [f"ptr {matrix}", f"ptr {pivots}"] + ([f"ptr {right}"] if name == "solve" else [])
+        listed += [f"i64 {self.size}", f"i64 {self.stride}", *more]
+        return f"call {result} @{name}_{self.kind}({', '.join(listed)})"
+
+    def factor(self, emitter: Emitter, matrix: list[list[Value]]) -> str:
+        """Store the block and factor it; an i1 that tells whether it is regular."""
+        for j, row in enumerate(matrix):
+            for k in range(j if self.kind == "definite" else 0, self.size):
+                emitter.store(row[k], "%work", self.place + self.stride * j + k)
+            if self.kind == "definite":
+                emitter.store(row[j], "%work", self.place + self.stride * self.size + j)
+        return emitter.define(
+            self._call(emitter, "i1", "factor", f"double {operand(literal(DEFINITE_FLOOR))}")
+        )
+
+    def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
+        """x with M x = ``right``."""
+        place = self.place + self.stride * (self.size + 1)
+        for j, value in enumerate(right):
+            emitter.store(value, "%work", place + j)
+        emitter.line("  " + self._call(emitter, "void", "solve"))
+        return [emitter.load("%work", place + j) for j in range(self.size)]
+
+
+Factored: TypeAlias = "Definite | General | InMemory"
+
+
+def factor_block(
+    emitter: Emitter, matrix: list[list[Value]], definite: bool, place: int
+) -> tuple[Factored, str, int]:
+    """A factored block, an i1 that tells whether it is regular, and the doubles it takes at ``%work[place]``."""
+    kind = "definite" if definite else "general"
+    if len(matrix) > WRITTEN_OUT[kind]:
+        block = InMemory(kind, place, len(matrix))
+        return block, block.factor(emitter, matrix), block.doubles
+    factored, regular = (factor_definite if definite else factor_general)(emitter, matrix)
+    return factored, regular, 0
 
 
 def exchange(emitter: Emitter, swap: str, a: Value, b: Value) -> tuple[Value, Value]:

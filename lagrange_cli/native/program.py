@@ -84,6 +84,8 @@ def write_program(
     expansion = Expansion(residual, series, layout, constants)
     parts = [write_jet(expansion)]
     degrees, rows = len(model.q), 2 * len(model.q) + len(integrands)
+    if expansion.scratch:
+        parts.append(fill_in("linear", {}))
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, rows))
     numbers = {"slot": layout.span * degrees, "span": layout.span, "rates": rows - degrees}
@@ -104,7 +106,7 @@ def write_program(
         integrals=tuple(integrands),
         observed=tuple(observed),
         constants=size,
-        work=layout.doubles,
+        work=layout.doubles + expansion.scratch,
         span=layout.span,
         series=series,
         operations={"jet": expansion.emitter.operations, "observe": observe_operations},
