@@ -115,15 +115,31 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
             + graph.diff(model.dissipation, v)
             - given
         )
+    return Formulation(tuple(residual), mass_matrix(model, graph, [m for m, _, _ in components], jacobian))
+
+
+def mass_matrix(
+    model: Model[Node], graph: Graph, masses: list[Node], jacobian: list[list[Node]]
+) -> tuple[tuple[Node, ...], ...]:
+    """M_jk = sum_i m_i dr_i/dq_j dr_i/dq_k - d2U/dq_dot_j dq_dot_k, one product for each distinct pair of slopes."""
     size = len(model.q)
+    pairs: dict[tuple[int, int], dict[tuple[Node, Node], list[tuple[Node, float]]]] = {}
+    for mass, row in zip(masses, jacobian):
+        slopes = [(k, slope) for k, slope in enumerate(row) if not slope.is_zero]
+        for first, (j, x) in enumerate(slopes):
+            for k, y in slopes[first:]:
+                pairs.setdefault((j, k), {}).setdefault((x, y), []).append((mass, 1.0))
     matrix = [[graph.zero] * size for _ in range(size)]
     for j in range(size):
         slope = graph.diff(model.potential, model.v[j])
         for k in range(j, size):
-            products = [(m * row[j] * row[k], 1.0) for (m, _, _), row in zip(components, jacobian)]
-            entry = graph.sum([*products, (graph.diff(slope, model.v[k]), -1.0)])
+            terms = [
+                (graph.product([(x, 1), (y, 1), (graph.sum(carried), 1)]), 1.0)
+                for (x, y), carried in pairs.get((j, k), {}).items()
+            ]
+            entry = graph.sum([*terms, (graph.diff(slope, model.v[k]), -1.0)])
             matrix[j][k] = matrix[k][j] = entry
-    return Formulation(tuple(residual), tuple(map(tuple, matrix)))
+    return tuple(map(tuple, matrix))
 
 
 def convolutions(model: Model[Node], graph: Graph, form: Formulation) -> int:

@@ -58,6 +58,7 @@ class General:
         for j in range(size):
             for i, swap in zip(range(j + 1, size), self.swaps[j]):
                 x[j], x[i] = exchange(emitter, swap, x[j], x[i])
+        for j in range(size):
             for i in range(j + 1, size):
                 x[i] = emitter.fms(self.lower[i][j], x[j], x[i])
         for j in reversed(range(size)):
@@ -121,7 +122,8 @@ Factored: TypeAlias = "Definite | General | InMemory"
 def factor_block(
     emitter: Emitter, matrix: list[list[Value]], definite: bool, place: int
 ) -> tuple[Factored, str, int]:
-    """A factored block, an i1 that tells whether it is regular, and the doubles it takes at ``%work[place]``."""
+    """A factored block, an i1 that tells whether it is regular, and the doubles it takes at
+    ``%work[place]``."""
     kind = "definite" if definite else "general"
     if len(matrix) > WRITTEN_OUT[kind]:
         block = InMemory(kind, place, len(matrix))
