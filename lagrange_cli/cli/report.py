@@ -38,6 +38,11 @@ def emit(text: str) -> None:
         click.echo(text)
     except BrokenPipeError:
         discard_output()
+    except UnicodeEncodeError as error:
+        letter = ascii(error.object[error.start])
+        raise FileError(
+            f"standard output has the encoding {error.encoding}, which has no {letter}: set PYTHONUTF8=1"
+        ) from error
     except OSError as error:
         discard_output()
         raise FileError(f"standard output could not be written: {error.strerror or error}") from error
@@ -54,7 +59,7 @@ def emit_json(content: Mapping[str, Any]) -> None:
     """Write one JSON object on one line; numbers that are not finite become null."""
     import json
 
-    emit(json.dumps(finite(content), ensure_ascii=False, allow_nan=False))
+    emit(json.dumps(finite(content), allow_nan=False))
 
 
 def finite(content: Any) -> Any:

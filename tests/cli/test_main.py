@@ -162,6 +162,25 @@ def test_standard_output_on_a_full_disk(tmp_path):
     assert run.stderr == "Error: standard output could not be written: No space left on device\n"
 
 
+def test_standard_output_in_an_encoding_that_lacks_a_letter(tmp_path):
+    run = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "lagrange_cli",
+            "equations",
+            "--format",
+            "unicode",
+            str(SYSTEMS / "pendulum.yaml"),
+        ],
+        env={**ENVIRONMENT, "PYTHONUTF8": "0", "PYTHONIOENCODING": "latin-1"},
+        capture_output=True,
+        text=True,
+    )
+    assert (run.returncode, run.stdout) == (5, "")
+    assert "encoding latin-1" in run.stderr and "PYTHONUTF8=1" in run.stderr
+
+
 def test_systems_lists_each_with_one_line(tmp_path):
     run = lagrange("systems", cwd=tmp_path)
     assert run.returncode == 0
