@@ -3,6 +3,7 @@
 LagrangeError
 ├── UsageError       2    an option, its value, a --set of an unknown name
 ├── SpecError        3    the system file is wrong: one Problem or many, each with its place
+├── SingularCoordinate 3  found while deriving; the command line gives it its place
 ├── MotionError      4    the motion could not be started or continued
 └── FileError        5    a file could not be read or written
 
@@ -78,6 +79,16 @@ class SpecError(LagrangeError):
         self.filename = filename
         self.problems = tuple(sorted(problems))
         super().__init__("\n".join(problem.render(filename) for problem in self.problems))
+
+
+class SingularCoordinate(LagrangeError):
+    """No kinetic energy depends on the velocity of ``coordinate``: the mass matrix has a row of zeros."""
+
+    exit_code = 3
+
+    def __init__(self, coordinate: str) -> None:
+        self.coordinate = coordinate
+        super().__init__(f"no kinetic energy depends on the velocity of '{coordinate}'")
 
 
 def clip(excerpt: str, column: int, width: int = 100) -> tuple[str, int]:

@@ -72,7 +72,7 @@ def show_system(
     system: str, overrides: dict[str, str], format_: str, form: str, *, verifying: bool, quiet: bool
 ) -> int:
     """Print one system's equations; returns the exit status."""
-    from lagrange_cli.cli.source import read_system
+    from lagrange_cli.cli.source import located, read_system
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.values import resolve_parameters
@@ -80,7 +80,8 @@ def show_system(
 
     spec = read_system(system)
     parameters = resolve_parameters(spec, overrides)
-    derived = derive_equations(build_model(spec, SympyAlgebra()))
+    with located(spec):
+        derived = derive_equations(build_model(spec, SympyAlgebra()))
     verification = verify_system(spec, derived, overrides) if verifying else None
     if format_ == "json":
         from lagrange_cli.symbolic.data import as_data

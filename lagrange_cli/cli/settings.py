@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import sys
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from lagrange_cli.errors import LagrangeError, Problem, SpecError, UsageError
+from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
 
 if TYPE_CHECKING:
@@ -96,15 +96,23 @@ def check_defaults(spec: Spec) -> None:
 
     Raises ``SpecError``.
     """
+    from lagrange_cli.spec.source import WHOLE_FILE, Source
+
     given = spec.solve
-    try:
-        method = resolve_method(given.method)
-        resolve_tolerance(given.tolerance, method)
-        resolve_outputs(given.outputs, has_particles=spec.lagrangian is None)
-        if given.stop is not None:
-            sample_times(given.start, given.stop, given.samples, given.step)
-    except LagrangeError as error:
-        raise SpecError(spec.filename, [Problem(0, 0, f"in 'solve': {error}")]) from error
+    checks: dict[str, Callable[[], object]] = {
+        "method": lambda: resolve_method(given.method),
+        "tolerance": lambda: resolve_tolerance(given.tolerance, resolve_method(given.method)),
+        "outputs": lambda: resolve_outputs(given.outputs, has_particles=spec.lagrangian is None),
+    }
+    if given.stop is not None:
+        stop, sampling = given.stop, "samples" if given.step is None else "step"
+        checks[sampling] = lambda: sample_times(given.start, stop, given.samples, given.step)
+    for key, check in checks.items():
+        try:
+            check()
+        except LagrangeError as error:
+            place = given.places.get(key, given.places.get("stop", WHOLE_FILE))
+            raise Source(spec.filename, spec.text).error(place, f"{error} (in 'solve')") from error
 
 
 def sample_times(start: float, stop: float, samples: int | None, step: float | None) -> tuple[int, float]:

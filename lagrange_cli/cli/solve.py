@@ -239,12 +239,10 @@ def integrate_and_write(
             with watch.stage("write"):
                 writer.append(chunk)
             watch.seconds["integrate"] -= watch.seconds["write"] - before
-            if len(chunk["t"]):
-                progress.show(float(chunk["t"][-1]))
 
         with writer:
             with watch.stage("integrate"):
-                outcome = integrate(prepared, values, times, emit_chunk, interrupted)
+                outcome = integrate(prepared, values, times, emit_chunk, interrupted, progress.show)
             progress.clear()
             with watch.stage("write"):
                 writer.finish(attributes(spec, values, settings, outcome))
@@ -255,7 +253,8 @@ def layout(spec: Spec, prepared: Prepared) -> Layout:
     """The datasets of the run, with the units the file gives."""
     from lagrange_cli.store.layout import Layout, Series
 
-    units = {f"q/{coordinate.name}": coordinate.unit for coordinate in spec.coordinates}
+    units = {f"q/{each.name}": each.unit for each in spec.coordinates}
+    units |= {f"v/{each.name}": f"{each.unit}/s" for each in spec.coordinates if each.unit}
     return Layout(
         tuple(
             Series(dataset.path, tuple(dataset.shape), units.get(dataset.path, ""), dataset.long_name)

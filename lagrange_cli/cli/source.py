@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.report import STANDARD_INPUT, display_name
-from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.errors import FileError, SingularCoordinate, UsageError
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
@@ -36,16 +38,25 @@ def derive_system(spec: Spec) -> Residual:
     Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
     """
     from lagrange_cli.expression.graph import GraphAlgebra
-    from lagrange_cli.mechanics.derive import SingularCoordinate, derive
+    from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
 
-    try:
+    with located(spec):
         return derive(build_model(spec, GraphAlgebra()))
+
+
+@contextmanager
+def located(spec: Spec) -> Iterator[None]:
+    """Give what is found wrong with a coordinate in the course of deriving its place in the file."""
+    try:
+        yield
     except SingularCoordinate as error:
         from lagrange_cli.spec.source import Source
 
         place = next(each.place for each in spec.coordinates if each.name == error.coordinate)
         hint = "use it in 'embedding', or leave it out"
+        if spec.lagrangian is not None:
+            hint = f"let 'lagrangian' contain {error.coordinate}_dot**2, or leave the coordinate out"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
 
 

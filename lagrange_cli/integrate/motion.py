@@ -13,7 +13,8 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
 
 Array = NDArray[np.float64]
-Interrupted = Callable[[], bool]
+Watch = Callable[[float], bool]
+"""Told the time reached, several times a second; True to stop there."""
 Accept = Callable[[Array, Array], None]
 """Takes sample times (c,) and states (rows, c) with rows q, v and integrals; it must not keep them."""
 
@@ -33,13 +34,11 @@ class End:
 class Method(Protocol):
     """A way to follow a motion."""
 
-    def follow(
-        self, parameters: Array, state: Array, times: Times, accept: Accept, interrupted: Interrupted
-    ) -> End:
+    def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
         ``accept`` is given full chunks of samples, and what there is when the motion ends, however it
-        does. ``interrupted`` is asked several times a second.
+        does.
         """
         ...
 

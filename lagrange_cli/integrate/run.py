@@ -67,18 +67,25 @@ def integrate(
     times: Times,
     emit: Callable[[dict[str, NDArray[np.float64]]], None],
     interrupted: Callable[[], bool],
+    progress: Callable[[float], None] = lambda t: None,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
 
-    The arrays are valid during the call only. However the motion ends, all samples up to then have been
+    ``interrupted`` is asked and ``progress`` told the time reached several times a second. The arrays
+    are valid during the call only. However the motion ends, all samples up to then have been
     emitted.
     """
     program = prepared.machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters], dtype=np.float64)
     state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
     samples = Samples(prepared, parameters, emit)
-    end = prepared.follower.follow(parameters, state, times, samples.accept, interrupted)
+
+    def watch(t: float) -> bool:
+        progress(t)
+        return interrupted()
+
+    end = prepared.follower.follow(parameters, state, times, samples.accept, watch)
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,

@@ -14,7 +14,7 @@ import numpy as np
 import scipy.integrate
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.motion import Accept, Array, End, Interrupted, aligned, chunk_size
+from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.plan import Plan
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.mechanics.explicit import Linearization, linearize
@@ -147,9 +147,7 @@ class ScipyMethod:
     name: str
     tolerance: float
 
-    def follow(
-        self, parameters: Array, state: Array, times: Times, accept: Accept, interrupted: Interrupted
-    ) -> End:
+    def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
         """See ``motion.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
         collector = Collector(times, len(state), accept)
@@ -161,7 +159,7 @@ class ScipyMethod:
                 warnings.simplefilter("ignore")  # LSODA's; what went wrong is in its status
                 solver = self._solver(equations, times, state)
                 while solver.status == "running":
-                    if interrupted():
+                    if watch(t):
                         ending = Ending.INTERRUPTED
                         break
                     message = solver.step()

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.motion import Accept, Array, End, Interrupted, aligned, chunk_size
+from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.layout import LANES
 from lagrange_cli.native.machine import Machine
@@ -21,59 +21,83 @@ ENDINGS = {
     Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
 }
 BREATH = 0.05
-"""Seconds of machine code between two looks at the interrupt flag, about."""
+"""Seconds of machine code between two looks at the world outside, about."""
+FEWEST = 64
+"""Steps that are taken at least between them."""
 
 
 @dataclass(frozen=True)
 class TaylorMethod:
-    """Follows a motion by its Taylor series (``native.stepper``); the steps do not depend on the sample
-    times."""
+    """Follows a motion by its Taylor series (``native.stepper``); steps do not depend on sample times."""
 
     machine: Machine
 
-    def follow(
-        self, parameters: Array, state: Array, times: Times, accept: Accept, interrupted: Interrupted
-    ) -> End:
+    def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
         """See ``motion.Method``; ``evaluations`` counts series, one a step."""
-        program, advance = self.machine.program, self.machine.advance
-        assert advance is not None
-        rows = program.rows
-        constants = aligned(max(1, program.constants))
-        self.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, constants.ctypes.data)
-        memory, work, trial = aligned(2 * rows + 3), aligned(program.work), aligned(program.trial)
-        memory[:rows], memory[2 * rows] = state, times.start
-        info = np.zeros(2, dtype=np.int64)
-        size = min(chunk_size(rows + len(program.observed)), times.count)
-        samples = np.empty((rows, size + LANES))
-        first, steps, pause = 0, 0, 256
-        while True:
+        program = self.machine.program
+        size = min(chunk_size(program.rows + len(program.observed)), times.count)
+        stepper = Stepper(self.machine, parameters, state, times, size)
+        first, ending = 0, None
+        while ending is None:
             wanted = times.chunk(first, size)
-            padded = np.concatenate([wanted, np.full(LANES, np.nan)])
-            last = first + len(wanted) == times.count
-            done = 0
-            while True:
-                began = time.perf_counter()
-                stop = Stop(
-                    advance(
-                        constants.ctypes.data, memory.ctypes.data, work.ctypes.data, trial.ctypes.data,
-                        times.stop,
-                        padded.ctypes.data + 8 * done, len(wanted) - done, samples.ctypes.data + 8 * done,
-                        samples.shape[1], last, pause, info.ctypes.data,
-                    )
-                )  # fmt: skip
-                done, steps = done + int(info[0]), steps + int(info[1])
-                if stop is not Stop.PAUSE:
-                    break
-                if interrupted():
-                    accept(wanted[:done], samples[:, :done])
-                    return End(
-                        Ending.INTERRUPTED, float(memory[2 * rows]), memory[:rows].copy(), steps, steps
-                    )
-                spent = time.perf_counter() - began
-                pause = int(max(64, min(4 * pause, pause * BREATH / max(spent, 1e-6))))
-            accept(wanted[:done], samples[:, :done])
-            if stop is not Stop.SAMPLES:
-                return End(ENDINGS[stop], float(memory[2 * rows]), memory[:rows].copy(), steps, steps)
-            if interrupted():  # the step that holds the last sample began before it
-                return End(Ending.INTERRUPTED, float(wanted[-1]), samples[:, done - 1].copy(), steps, steps)
             first += len(wanted)
+            stop, done = stepper.fill(wanted, first == times.count, watch)
+            accept(wanted[:done], stepper.samples[:, :done])
+            if stop in ENDINGS:
+                ending = ENDINGS[stop]
+            elif stop is Stop.PAUSE:
+                ending = Ending.INTERRUPTED
+            elif watch(stepper.t):  # the step that holds the last sample began before it
+                last = stepper.samples[:, done - 1].copy()
+                return End(Ending.INTERRUPTED, float(wanted[-1]), last, stepper.steps, stepper.steps)
+        return End(ending, stepper.t, stepper.state, stepper.steps, stepper.steps)
+
+
+class Stepper:
+    """The arrays that ``@advance`` works on; ``samples`` (rows, size + LANES) holds what ``fill`` has
+    made."""
+
+    def __init__(self, machine: Machine, parameters: Array, state: Array, times: Times, size: int) -> None:
+        program = machine.program
+        assert machine.advance is not None
+        self._advance, self._rows, self._stop = machine.advance, program.rows, times.stop
+        self._constants = aligned(max(1, program.constants))
+        machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        self._memory, self._work = aligned(2 * self._rows + 3), aligned(program.work)
+        self._trial = aligned(program.trial)
+        self._memory[: self._rows], self._memory[2 * self._rows] = state, times.start
+        self._info = np.zeros(2, dtype=np.int64)
+        self._pause = 4 * FEWEST
+        self.samples = np.empty((self._rows, size + LANES))
+        self.steps = 0
+
+    @property
+    def t(self) -> float:
+        """The time reached."""
+        return float(self._memory[2 * self._rows])
+
+    @property
+    def state(self) -> Array:
+        """q, v and the integrals at that time."""
+        return np.array(self._memory[: self._rows])
+
+    def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
+        """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how
+        many are."""
+        padded = np.concatenate([wanted, np.full(LANES, np.nan)])
+        done = 0
+        while True:
+            began = time.perf_counter()
+            stop = Stop(
+                self._advance(
+                    self._constants.ctypes.data, self._memory.ctypes.data, self._work.ctypes.data,
+                    self._trial.ctypes.data, self._stop, padded.ctypes.data + 8 * done, len(wanted) - done,
+                    self.samples.ctypes.data + 8 * done, self.samples.shape[1], last, self._pause,
+                    self._info.ctypes.data,
+                )
+            )  # fmt: skip
+            done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
+            if stop is not Stop.PAUSE or watch(self.t):
+                return stop, done
+            spent = time.perf_counter() - began
+            self._pause = int(max(FEWEST, min(4 * self._pause, self._pause * BREATH / max(spent, 1e-6))))

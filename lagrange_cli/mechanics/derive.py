@@ -12,7 +12,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from lagrange_cli.errors import LagrangeError
+from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.conservation import conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
@@ -21,16 +21,6 @@ from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import contract, graph_of, variables
 from lagrange_cli.model.model import Model
-
-
-class SingularCoordinate(LagrangeError):
-    """No kinetic energy depends on the velocity of ``coordinate``."""
-
-    exit_code = 3
-
-    def __init__(self, coordinate: str) -> None:
-        self.coordinate = coordinate
-        super().__init__(f"no kinetic energy depends on the velocity of '{coordinate}'")
 
 
 @dataclass(frozen=True)
@@ -121,7 +111,8 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
 def mass_matrix(
     model: Model[Node], graph: Graph, masses: list[Node], jacobian: list[list[Node]]
 ) -> tuple[tuple[Node, ...], ...]:
-    """M_jk = sum_i m_i dr_i/dq_j dr_i/dq_k - d2U/dq_dot_j dq_dot_k, one product for each distinct pair of slopes."""
+    """M_jk = sum_i m_i dr_i/dq_j dr_i/dq_k - d2U/dq_dot_j dq_dot_k, one product for each distinct pair
+    of slopes."""
     size = len(model.q)
     pairs: dict[tuple[int, int], dict[tuple[Node, Node], list[tuple[Node, float]]]] = {}
     for mass, row in zip(masses, jacobian):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 
 from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.lowering import lower
@@ -146,7 +145,7 @@ def _tables(order: int) -> list[str]:
     rows = {
         "numbers": [float(m) for m in range(size)],
         "reciprocals": [0.0] + [1.0 / m for m in range(1, size)],
-        "reciprocal_rests": [0.0] + [float(Fraction(1, m) - Fraction(1.0 / m)) for m in range(1, size)],
+        "reciprocal_rests": [0.0] + [reciprocal_rest(m) for m in range(1, size)],
     }
     listed = {name: ", ".join(f"double {operand(literal(x))}" for x in row) for name, row in rows.items()}
     return [f"@{name} = private constant [{size} x double] [{row}]" for name, row in listed.items()]
@@ -161,3 +160,9 @@ double>) declare i8 @llvm.ctpop.i8(i8)
 """
 
 _ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
+
+
+def reciprocal_rest(m: int) -> float:
+    """What 1/m is more than the double 1.0/m."""
+    above, below = (1.0 / m).as_integer_ratio()
+    return (below - m * above) / (m * below)

@@ -277,8 +277,8 @@ class _Checker:
 
 def _solve(draft: Draft, problems: Problems) -> SolveDefaults:
     given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
-    solve = SolveDefaults(**given)
     places = draft.solve_places
+    solve = SolveDefaults(**given, places=places)
     if solve.stop is not None and solve.stop <= solve.start:
         problems.add(
             places["stop"], f"stop = {solve.stop:g} is not after start = {solve.start:g}", "give a later time"

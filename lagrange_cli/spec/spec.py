@@ -66,6 +66,8 @@ class SolveDefaults:
     method: str | None = None
     tolerance: float | None = None
     outputs: tuple[str, ...] | None = None
+    places: Mapping[str, Place] = field(default_factory=dict)
+    """Where the file gives each of them."""
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 
 import sympy
 
+from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.model.model import Model
 from lagrange_cli.symbolic.conservation import balance
@@ -47,6 +48,9 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
     slopes = tuple(tidy(lagrangian.diff(coordinate), order) for coordinate in q)
     forces = tuple(tidy(force, order) for force in generalized_forces(model))
     mass_matrix = symmetric_matrix(momenta, v, order)
+    for name, row in zip(model.coordinates, mass_matrix, strict=True):
+        if all(entry == 0 for entry in row):
+            raise SingularCoordinate(name)
     left_sides = tuple(
         sympy.Add(*(entry * own for entry, own in zip(row, a, strict=True)))
         + along_motion(momentum, q, v, model.time)

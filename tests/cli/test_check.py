@@ -69,7 +69,7 @@ def test_quiet_checks_without_a_word(tmp_path):
     [
         (["missing.yaml"], 5, "no such file"),
         (["wrong.yaml"], 3, "wrong.yaml:"),
-        (["solve.yaml"], 3, "in 'solve': unknown method 'rk4'"),
+        (["solve.yaml"], 3, "unknown method 'rk4'"),
         (["good.yaml", "--set", "nosuch=1"], 2, "nosuch"),
     ],
 )

@@ -15,6 +15,7 @@ from lagrange_cli.cli.settings import (
     sample_times,
 )
 from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 
 
@@ -25,6 +26,7 @@ class SpecWith:
     solve: SolveDefaults
     lagrangian: object = None
     filename: str = "system.yaml"
+    text: str = ""
 
 
 def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen
@@ -113,7 +115,15 @@ def test_what_the_command_line_asks_wrongly_is_a_usage_error(wrong, message):
 def test_what_the_file_asks_wrongly_is_an_error_of_the_file(wrong, message):
     with pytest.raises(SpecError, match=message) as caught:
         check_defaults(SpecWith(wrong))
-    assert "system.yaml: in 'solve'" in str(caught.value)
+    assert str(caught.value).startswith("system.yaml: ")
+    assert "(in 'solve')" in str(caught.value)
+
+
+def test_what_the_file_asks_wrongly_is_shown_at_its_place():
+    text = "coordinates: [x]\nmasses: {p: 1}\nembedding: {p: x}\nsolve:\n  stop: 3\n  method: rk4\n"
+    with pytest.raises(SpecError) as caught:
+        check_defaults(read_spec(text, "system.yaml"))
+    assert str(caught.value).startswith("system.yaml:6:11: unknown method 'rk4'")
 
 
 def test_no_stop_at_all():
