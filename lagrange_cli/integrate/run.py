@@ -48,7 +48,9 @@ def prepare(residual: Residual, *, method: str, tolerance: float, outputs: froze
     plan = make_plan(residual, outputs)
     follower: Method
     if method == TAYLOR:
-        program = write_program(residual, order_for(tolerance), plan.integrands, plan.observed)
+        program = write_program(
+            residual, order_for(tolerance), plan.integrands, plan.observed, tolerance=tolerance
+        )
         began = time.perf_counter()
         machine = compile_program(program)
         follower = TaylorMethod(machine)

@@ -15,6 +15,7 @@ from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.jet import write_jet
 from lagrange_cli.native.layout import LANES, arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
+from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
 from lagrange_cli.native.template import fill_in
 
@@ -54,9 +55,12 @@ class Program:
 
 
 def order_for(tolerance: float) -> int:
-    """The order of q's series: 1 + the order that is cheapest at ``tolerance`` (Jorba and Zou 2005, eq.
-    11)."""
-    return 1 + max(4, math.ceil(1.0 - math.log(tolerance) / 2.0))
+    """The order of q's series that is cheapest at ``tolerance``.
+
+    Jorba and Zou (2005, sec. 3.1) find -ln(tolerance)/2 + 1 where the cost of a step grows with the square of
+    the order. Here vectors make it grow more slowly: a fifth more was fastest (docs/benchmarks.md).
+    """
+    return 2 + max(4, math.ceil(-0.6 * math.log(tolerance)))
 
 
 def write_program(
@@ -66,6 +70,7 @@ def write_program(
     observed: Mapping[str, Node],
     linearized: Sequence[Node] = (),
     accelerations: Sequence[Node] = (),
+    tolerance: float = 2.0**-52,
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``.
 
@@ -86,7 +91,7 @@ def write_program(
     if expansion.scratch:
         parts.append(fill_in("linear", {}))
     if order >= STEPPING:
-        parts.append(stepper(layout, degrees, rows))
+        parts.append(stepper(layout, degrees, rows, tolerance))
     numbers = {"slot": layout.span * degrees, "span": layout.span, "rates": rows - degrees}
     parts.append(fill_in("accelerate", numbers))
     symbols = [*model.q, *model.v]
@@ -160,9 +165,3 @@ double>) declare i8 @llvm.ctpop.i8(i8)
 """
 
 _ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
-
-
-def reciprocal_rest(m: int) -> float:
-    """What 1/m is more than the double 1.0/m."""
-    above, below = (1.0 / m).as_integer_ratio()
-    return (below - m * above) / (m * below)

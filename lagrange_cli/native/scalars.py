@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal
 
-INTRINSICS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "pow": 2, "sqrt": 1, "fabs": 1}
+INTRINSICS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "pow": 2, "sqrt": 1, "fabs": 1, "floor": 1}
 LIBRARY = {
     "tan": 1, "asin": 1, "acos": 1, "atan": 1, "sinh": 1, "cosh": 1, "tanh": 1, "atan2": 2,
 }  # fmt: skip

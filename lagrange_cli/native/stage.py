@@ -148,3 +148,9 @@ def linear_data(one: Series) -> tuple[Node, tuple[Node, ...]]:
     assert isinstance(one.data, tuple)
     constant, scales = one.data
     return constant, scales
+
+
+def reciprocal_rest(m: int) -> float:
+    """What 1/m is more than the double 1.0/m."""
+    above, below = (1.0 / m).as_integer_ratio()
+    return (below - m * above) / (m * below)

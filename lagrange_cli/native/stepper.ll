@@ -1,17 +1,9 @@
 ; The stepping loop, with @@names@@ filled in by stepper.py
-; min over the velocities of (size / |coefficient m|), and the sum of all sizes met (to find what is not finite)
-define internal double @ratio(ptr noalias %state, ptr noalias %work, double %h, i64 %slot, ptr %total) #0 {
-entry:
-  br label %loop
-loop:
-  %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
-  %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
-  %sum = phi double [ 0.0, %entry ], [ %sum3, %loop ]
+; The size of velocity %i over a step %h: the largest of its value and the next three terms of its series.
+define internal double @size(ptr noalias %state, ptr noalias %row, i64 %i, double %h) #0 {
   %va = getelementptr inbounds double, ptr %state, i64 %i
   %v = load double, ptr %va, align 8
   %v0 = call double @llvm.fabs.f64(double %v)
-  %base = mul i64 %i, @@span@@
-  %row = getelementptr inbounds double, ptr %work, i64 %base
   %a = load double, ptr %row, align 8
   %a0 = call double @llvm.fabs.f64(double %a)
   %ba = getelementptr inbounds double, ptr %row, i64 1
@@ -26,17 +18,76 @@ loop:
   %ab = call double @llvm.maxnum.f64(double %a0, double %b1)
   %dv = fmul double %ab, %h
   %size = call double @llvm.maxnum.f64(double %v0, double %dv)
-  %ca = getelementptr inbounds double, ptr %row, i64 %slot
-  %c = load double, ptr %ca, align 8
+  ret double %size
+}
+
+; How much smaller coefficient %c is than %size; infinite where either is 0.
+define internal double @ratio(double %size, double %c) #0 {
   %c0 = call double @llvm.fabs.f64(double %c)
-  %sum2 = fadd double %sum, %v0
-  %sum1 = fadd double %sum2, %a0
-  %sum3 = fadd double %sum1, %c0
   %q = fdiv double %size, %c0
   %both = fmul double %size, %c0
   %moves = fcmp ogt double %both, 0.0
-  %candidate = select i1 %moves, double %q, double 0x7FF0000000000000
-  %smaller = call double @llvm.minnum.f64(double %least, double %candidate)
+  %result = select i1 %moves, double %q, double 0x7FF0000000000000
+  ret double %result
+}
+
+; log2 of a positive number to 0.01: its exponent, and a parabola through the mantissa. The step needs no more, and
+; this gives the same bits on every machine.
+define internal double @log2_roughly(double %x) #0 {
+  %bits = bitcast double %x to i64
+  %exponent = lshr i64 %bits, 52
+  %whole = sitofp i64 %exponent to double
+  %fraction = and i64 %bits, 4503599627370495
+  %scaled = or i64 %fraction, 4607182418800017408
+  %m = bitcast i64 %scaled to double
+  %p1 = call double @llvm.fmuladd.f64(double %m, double 0xBFD58FC504816F00, double 0x3FFFEB851EB851EC)
+  %p2 = call double @llvm.fmuladd.f64(double %m, double %p1, double 0xC0900298ADAB9F56)
+  %result = fadd double %whole, %p2
+  ret double %result
+}
+
+; 2^x to 0.3 percent, the inverse of the above.
+define internal double @exp2_roughly(double %x) #0 {
+  %low = call double @llvm.maxnum.f64(double %x, double -1000.0)
+  %bounded = call double @llvm.minnum.f64(double %low, double 1000.0)
+  %floor = call double @llvm.floor.f64(double %bounded)
+  %f = fsub double %bounded, %floor
+  %p1 = call double @llvm.fmuladd.f64(double %f, double 0x3FD5205BC01A36E3, double 0x3FE54395810624DD)
+  %p2 = call double @llvm.fmuladd.f64(double %f, double %p1, double 1.0)
+  %whole = fptosi double %floor to i64
+  %biased = add i64 %whole, 1023
+  %bits = shl i64 %biased, 52
+  %scale = bitcast i64 %bits to double
+  %result = fmul double %p2, %scale
+  ret double %result
+}
+
+; The step from the last two coefficients of the velocities, whose sizes are measured over a step %h. The sum of all
+; that was looked at is added to %total, which is not finite where any of it is not.
+define internal double @length(ptr noalias %state, ptr noalias %work, double %h, ptr %total) #0 {
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
+  %least1 = phi double [ 0x7FF0000000000000, %entry ], [ %smaller1, %loop ]
+  %least2 = phi double [ 0x7FF0000000000000, %entry ], [ %smaller2, %loop ]
+  %sum = phi double [ 0.0, %entry ], [ %sum3, %loop ]
+  %base = mul i64 %i, @@span@@
+  %row = getelementptr inbounds double, ptr %work, i64 %base
+  %size = call double @size(ptr %state, ptr %row, i64 %i, double %h)
+  %ca = getelementptr inbounds double, ptr %row, i64 @@top_slot@@
+  %c = load double, ptr %ca, align 8
+  %da = getelementptr inbounds double, ptr %row, i64 @@below_slot@@
+  %d = load double, ptr %da, align 8
+  %r1 = call double @ratio(double %size, double %c)
+  %r2 = call double @ratio(double %size, double %d)
+  %smaller1 = call double @llvm.minnum.f64(double %least1, double %r1)
+  %smaller2 = call double @llvm.minnum.f64(double %least2, double %r2)
+  %c0 = call double @llvm.fabs.f64(double %c)
+  %d0 = call double @llvm.fabs.f64(double %d)
+  %sum1 = fadd double %sum, %size
+  %sum2 = fadd double %sum1, %c0
+  %sum3 = fadd double %sum2, %d0
   %next = add nuw nsw i64 %i, 1
   %more = icmp ult i64 %next, @@two_degrees@@
   br i1 %more, label %loop, label %done
@@ -44,30 +95,50 @@ done:
   %old = load double, ptr %total, align 8
   %new = fadd double %old, %sum3
   store double %new, ptr %total, align 8
-  ret double %smaller
+  %l1 = call double @log2_roughly(double %smaller1)
+  %l2 = call double @log2_roughly(double %smaller2)
+  %e1 = fmul double %l1, @@root_top@@
+  %e2 = fmul double %l2, @@root_below@@
+  %e = call double @llvm.minnum.f64(double %e1, double %e2)
+  %radius = call double @exp2_roughly(double %e)
+  %step = fmul double %radius, @@safety@@
+  %both = call double @llvm.minnum.f64(double %smaller1, double %smaller2)
+  %endless = fcmp oeq double %both, 0x7FF0000000000000
+  %result = select i1 %endless, double 0x7FF0000000000000, double %step
+  ret double %result
 }
 
-; the step from the last two coefficients of the velocities, sizes measured over a step %h
-define internal double @length(ptr noalias %state, ptr noalias %work, double %h, ptr %total) #0 {
-  %r1 = call double @ratio(ptr %state, ptr %work, double %h, i64 @@top_slot@@, ptr %total)
-  %r2 = call double @ratio(ptr %state, ptr %work, double %h, i64 @@below_slot@@, ptr %total)
-  %h1 = call double @llvm.pow.f64(double %r1, double @@root_top@@)
-  %h2 = call double @llvm.pow.f64(double %r2, double @@root_below@@)
-  %least = call double @llvm.minnum.f64(double %h1, double %h2)
-  %result = fmul double %least, @@safety@@
-  ret double %result
+; The smallest ratio of all velocities at one coefficient.
+define internal double @least_ratio(ptr noalias %state, ptr noalias %work, double %h, i64 %slot) #0 {
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
+  %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
+  %base = mul i64 %i, @@span@@
+  %row = getelementptr inbounds double, ptr %work, i64 %base
+  %size = call double @size(ptr %state, ptr %row, i64 %i, double %h)
+  %ca = getelementptr inbounds double, ptr %row, i64 %slot
+  %c = load double, ptr %ca, align 8
+  %r = call double @ratio(double %size, double %c)
+  %smaller = call double @llvm.minnum.f64(double %least, double %r)
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@two_degrees@@
+  br i1 %more, label %loop, label %done
+done:
+  ret double %smaller
 }
 
 ; a step that follows a much shorter one, or none: bounded by every coefficient from the @@lowest@@th on, since the
 ; last two may vanish by chance or symmetry
-define internal double @cautious(ptr noalias %state, ptr noalias %work, double %guess, ptr %total) #0 {
+define internal double @cautious(ptr noalias %state, ptr noalias %work, double %guess) #0 {
 entry:
   br label %loop
 loop:
   %m = phi i64 [ @@lowest@@, %entry ], [ %next, %loop ]
   %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
   %slot = sub i64 %m, 1
-  %r = call double @ratio(ptr %state, ptr %work, double %guess, i64 %slot, ptr %total)
+  %r = call double @least_ratio(ptr %state, ptr %work, double %guess, i64 %slot)
   %n = sitofp i64 %m to double
   %root = fdiv double 1.0, %n
   %h = call double @llvm.pow.f64(double %r, double %root)
@@ -174,7 +245,7 @@ careful:
   %guess0 = phi double [ %g3, %first ], [ %hp, %usual ]
   %left0 = fsub double %stop, %tn
   %guess = call double @llvm.minnum.f64(double %guess0, double %left0)
-  %hc0 = call double @cautious(ptr %state, ptr %work, double %guess, ptr %total)
+  %hc0 = call double @cautious(ptr %state, ptr %work, double %guess)
   %hc1 = call double @llvm.minnum.f64(double %hc0, double %left0)
   br label %vet
 vet:

@@ -24,6 +24,10 @@ from lagrange_cli.native.template import fill_in
 VECTOR = f"<{LANES} x double>"
 
 
+LAST_TERM = 0.01
+"""Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
+
+
 class Stop(IntEnum):
     """Why ``@advance`` returned."""
 
@@ -35,8 +39,11 @@ class Stop(IntEnum):
     UNDERFLOW = 5
 
 
-def stepper(layout: Layout, degrees: int, rows: int) -> str:
-    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``rows`` rows of state."""
+def stepper(layout: Layout, degrees: int, rows: int, tolerance: float) -> str:
+    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``rows`` rows of state.
+
+    The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
+    """
     order, span = layout.order, layout.span
     top = order - 1  # velocities are known to this order
     values = {
@@ -52,7 +59,7 @@ def stepper(layout: Layout, degrees: int, rows: int) -> str:
         "lowest": 4,
         "root_top": operand(literal(1.0 / top)),
         "root_below": operand(literal(1.0 / (top - 1))),
-        "safety": operand(literal(math.exp(-2.0 - 0.7 / top))),
+        "safety": operand(literal((LAST_TERM * tolerance) ** (1.0 / top))),
         "horner": _horner(order, "double", "%h", "%row"),
         "horner_update": _horner(order, "double", "%hs", "%row"),
         "trial_offset": LANES * -(-2 * rows // LANES),

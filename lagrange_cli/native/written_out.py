@@ -5,7 +5,7 @@ from __future__ import annotations
 from lagrange_cli.mechanics.series import Op, Series
 from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.stage import Stage, linear_data
+from lagrange_cli.native.stage import Stage, linear_data, reciprocal_rest
 
 
 class WrittenOut(Stage):
@@ -41,7 +41,9 @@ class WrittenOut(Stage):
         return literal(self.k + ahead)
 
     def divided(self, value: Value, ahead: int) -> Value:
-        return value if self.k + ahead == 1 else self.expansion.emitter.div(value, literal(self.k + ahead))
+        n, emitter = self.k + ahead, self.expansion.emitter
+        rest = literal(reciprocal_rest(n))
+        return emitter.fma(value, literal(1.0 / n), emitter.mul(value, rest))
 
     def is_index(self, ahead: int, index: int) -> bool:
         return self.k + ahead == index
