@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lagrange_cli.errors import SingularCoordinate
-from lagrange_cli.expression.graph import Graph, Node
+from lagrange_cli.expression.graph import Graph, Kind, Node
 from lagrange_cli.mechanics.conservation import conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.lowering import lower
@@ -75,10 +75,11 @@ def from_lagrangian(
     momenta = [graph.diff(lagrangian, v) for v in model.v]
     moving = variables(model)
     residual = [
-        (graph.ddt(p) if p.symbols & moving else graph.zero) - graph.diff(lagrangian, q) - force
+        rate(graph, p, moving) - graph.diff(lagrangian, q) - force
         for p, q, force in zip(momenta, model.q, forces)
     ]
-    return Formulation(tuple(residual), tuple(tuple(graph.diff(p, v) for v in model.v) for p in momenta))
+    matrix = tuple(tuple(graph.diff(p, v) for v in model.v) for p in momenta)
+    return normalized(graph, residual, matrix, moving)
 
 
 def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
@@ -91,8 +92,8 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
     ]
     jacobian = [[graph.diff(position, q) for q in model.q] for _, position, _ in components]
     inertia = [
-        (m * graph.ddt(graph.ddt(position)) if position.symbols & moving else graph.zero) - force
-        for m, position, force in components
+        (m * rate(graph, graph.ddt(x), moving) if x.symbols & moving else graph.zero) - force
+        for m, x, force in components
     ]
     residual = []
     for k, (q, v, given) in enumerate(zip(model.q, model.v, model.generalized_forces)):
@@ -101,11 +102,12 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
         residual.append(
             contract(graph, terms, moving)
             + graph.diff(model.potential, q)
-            - (graph.ddt(momentum) if momentum.symbols & moving else graph.zero)
+            - rate(graph, momentum, moving)
             + graph.diff(model.dissipation, v)
             - given
         )
-    return Formulation(tuple(residual), mass_matrix(model, graph, [m for m, _, _ in components], jacobian))
+    matrix = mass_matrix(model, graph, [m for m, _, _ in components], jacobian)
+    return normalized(graph, residual, matrix, moving)
 
 
 def mass_matrix(
@@ -131,6 +133,41 @@ def mass_matrix(
             entry = graph.sum([*terms, (graph.diff(slope, model.v[k]), -1.0)])
             matrix[j][k] = matrix[k][j] = entry
     return tuple(map(tuple, matrix))
+
+
+def rate(graph: Graph, node: Node, moving: int) -> Node:
+    """d/dt of a node along the motion, constants of the motion in front of it."""
+    if node.kind is Kind.SUM:
+        return graph.sum([(rate(graph, a, moving), c) for a, c in zip(node.arguments, node.data[1])])
+    if not node.symbols & moving:
+        return graph.zero
+    fixed, rest = graph.split_parameters(node, moving)
+    return fixed * graph.ddt(rest)
+
+
+def normalized(
+    graph: Graph, residual: list[Node], matrix: tuple[tuple[Node, ...], ...], moving: int
+) -> Formulation:
+    """Equations whose acceleration stands alone with a constant factor, divided by it.
+
+    The factor cancels against those of the forces before any number is known: one rounding instead of three.
+    """
+    rows = [list(row) for row in matrix]
+    for k, row in enumerate(matrix):
+        alone = all(entry.is_zero for j, entry in enumerate(row) if j != k)
+        if alone and not row[k].symbols & moving and not row[k].is_zero:
+            residual[k] = divided(graph, residual[k], row[k])
+            rows[k][k] = graph.one
+    return Formulation(tuple(residual), tuple(map(tuple, rows)))
+
+
+def divided(graph: Graph, node: Node, by: Node) -> Node:
+    """``node / by``, term by term."""
+    if node.kind is not Kind.SUM:
+        return node / by
+    constant, coefficients = node.data
+    terms = [(argument / by, c) for argument, c in zip(node.arguments, coefficients)]
+    return graph.sum([*terms, (graph.one / by, constant)])
 
 
 def convolutions(model: Model[Node], graph: Graph, form: Formulation) -> int:

@@ -32,7 +32,7 @@ def lower(
         velocities.append(builder.by_node[symbol])
     builder.lower_all([*residual, *integrands])
     roots = [builder.by_node[node] for node in residual]
-    integrals = [builder.add(Series(Op.INTEGRAL, (builder.by_node[node],))) for node in integrands]
+    integrals = [builder.add(Series(Op.PRIMITIVE, (builder.by_node[node],))) for node in integrands]
     set_levels(builder.series, coordinates, velocities, roots, integrals)
     return sort(builder.series, coordinates, velocities, roots, integrals)
 
@@ -48,6 +48,9 @@ class _Builder:
     powers: dict[tuple[int, Node], int] = field(default_factory=dict)
     pending: list[Node] = field(default_factory=list)
     sums: list[tuple[frozenset[tuple[int, Node]], int]] = field(default_factory=list)
+    unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
+    """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
+    function)."""
 
     def add(self, series: Series) -> int:
         self.series.append(series)
@@ -56,18 +59,18 @@ class _Builder:
     def lower_all(self, roots: Iterable[Node]) -> None:
         """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""
         self.pending = list(roots)
-        composed: list[int] = []
         while self.pending:
             batch, self.pending = self.pending, []
             for node in _smaller_sums_first(reachable(batch, lambda n: n not in self.by_node)):
                 if node.symbols & self.variables or node in batch:
                     self.by_node[node] = self.lower(node)
-                    if self.series[self.by_node[node]].op is Op.COMPOSE:
-                        composed.append(self.by_node[node])
-        for index in composed:
-            one = self.series[index]
-            assert one.node is not None
-            one.partials = tuple(self.by_node[p] for p in self.moving_partials(one.node))
+        for index, rates, node in self.unfinished:
+            terms = []
+            for rate, partial in zip(rates, self.moving_partials(node)):
+                scale, moving = self.graph.split_parameters(partial, self.variables)
+                terms.append((self.multiply(rate, self.moving(moving)), scale))
+            self.series[index].arguments = tuple(product for product, _ in terms)
+            self.series[index].data = (self.graph.zero, tuple(scale for _, scale in terms))
 
     def lower(self, node: Node) -> int:
         """The series of one node whose arguments are lowered already."""
@@ -174,30 +177,34 @@ class _Builder:
         return made
 
     def derivative(self, index: int) -> int:
+        """The derivative of a series; that of a sum or a function in terms of what they are made of."""
         if index not in self.derivatives:
             one = self.series[index]
-            order = one.order + 1 if one.order >= 0 else FREE
-            degree = max(one.degree - 1, 0) if one.degree != UNBOUNDED else UNBOUNDED
-            self.derivatives[index] = self.add(Series(Op.DERIVATIVE, (index,), order=order, degree=degree))
+            rate = any(index == unfinished for unfinished, _, _ in self.unfinished)
+            if one.op is Op.LINEAR and one.degree == UNBOUNDED and not rate:
+                assert isinstance(one.data, tuple)
+                terms = [(self.derivative(i), scale) for i, scale in zip(one.arguments, one.data[1])]
+                made = self.linear(self.graph.zero, terms)
+            else:
+                order = one.order + 1 if one.order >= 0 else FREE
+                degree = max(one.degree - 1, 0) if one.degree != UNBOUNDED else UNBOUNDED
+                made = self.add(Series(Op.DERIVATIVE, (index,), order=order, degree=degree))
+            self.derivatives[index] = made
         return self.derivatives[index]
 
     def compose(self, node: Node) -> int:
+        """A function: its rate, sum_i (its derivative by u_i) u_i', and the primitive of that."""
         arguments = tuple(a for a in node.arguments if a.symbols & self.variables)
-        indices = tuple(self.by_node[a] for a in arguments)
-        rates = tuple(self.derivative(i) for i in indices)
-        degree = 0 if all(self.series[i].degree == 0 for i in indices) else UNBOUNDED
+        sources = tuple(self.by_node[a] for a in arguments)
+        rates = tuple(self.derivative(i) for i in sources)
+        rate = self.add(Series(Op.LINEAR, (), (self.graph.zero, ()), order=self.highest(rates)))
+        self.unfinished.append((rate, rates, node))
         self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
-        return self.add(
-            Series(
-                Op.COMPOSE,
-                indices,
-                node.data,
-                node=node,
-                rates=rates,
-                order=self.highest(indices),
-                degree=degree,
-            )
+        index = self.add(
+            Series(Op.PRIMITIVE, (rate,), node=node, sources=sources, order=self.highest(sources))
         )
+        self.derivatives[index] = rate
+        return index
 
     def moving_partials(self, node: Node) -> list[Node]:
         """Partial derivatives by the arguments that move."""

@@ -63,7 +63,8 @@ def sort(
                 done.add(index)
                 stack.append((index, True))
                 one = series[index]
-                stack += [(i, False) for i in (*one.arguments, *one.rates) if i not in done]
+                same = [i for i, ahead in needs(one) if series[i].level == one.level + ahead]
+                stack += [(i, False) for i in same if i not in done]
     place = {index: i for i, index in enumerate(order)}
 
     def moved(indices: Iterable[int]) -> tuple[int, ...]:
@@ -71,7 +72,7 @@ def sort(
 
     for index in order:
         one = series[index]
-        one.arguments, one.rates, one.partials = moved(one.arguments), moved(one.rates), moved(one.partials)
+        one.arguments, one.sources = moved(one.arguments), moved(one.sources)
     return SeriesProgram(
         tuple(series[i] for i in order), moved(coordinates), moved(velocities), moved(roots), moved(integrals)
     )

@@ -1,6 +1,6 @@
 """What an equation becomes in Taylor space: a list of operations on power series.
 
-Every node of the graph becomes one of eight operations on Taylor coefficients x[k] (Jorba and Zou,
+Every node of the graph becomes one of seven operations on Taylor coefficients x[k] (Jorba and Zou,
 Experimental Mathematics 14, 2005, sec. 2). ``lowering`` makes the list, ``offsets`` says at which index
 each is evaluated.
 """
@@ -28,9 +28,8 @@ class Op(Enum):
     LINEAR = auto()  # data: (constant node, coefficient nodes); constants of the motion
     MULTIPLY = auto()
     POWER = auto()  # data: exponent node, a constant of the motion
-    COMPOSE = auto()  # data: function name; z' = sum partial_i * argument_i'
     DERIVATIVE = auto()
-    INTEGRAL = auto()
+    PRIMITIVE = auto()  # argument: its rate; a function of ``sources``, or a quadrature from 0
 
 
 @dataclass
@@ -41,8 +40,7 @@ class Series:
     arguments: tuple[int, ...] = ()
     data: object = None
     node: Node | None = None
-    partials: tuple[int, ...] = ()
-    rates: tuple[int, ...] = ()
+    sources: tuple[int, ...] = ()
     level: int = FREE
     order: int = FREE
     degree: int = UNBOUNDED
@@ -70,21 +68,14 @@ class SeriesProgram:
     @property
     def convolutions(self) -> int:
         """How many convolutions one order costs: the measure of a formulation."""
-        total = 0
-        for one in self.series:
-            if one.op in (Op.MULTIPLY, Op.POWER):
-                total += all(self.series[a].degree == UNBOUNDED for a in one.arguments)
-            elif one.op is Op.COMPOSE:
-                total += sum(self.series[r].degree == UNBOUNDED for r in one.rates)
-        return total
+        costly = [one for one in self.series if one.op in (Op.MULTIPLY, Op.POWER)]
+        return sum(all(self.series[a].degree == UNBOUNDED for a in one.arguments) for one in costly)
 
 
 def needs(one: Series) -> list[tuple[int, int]]:
     """(operand, how far ahead of this series' index the operand is needed)."""
     if one.op is Op.DERIVATIVE:
         return [(one.arguments[0], 1)]
-    if one.op is Op.INTEGRAL:
-        return [(one.arguments[0], -1)]
-    if one.op is Op.COMPOSE:
-        return [(a, 0) for a in one.arguments] + [(r, -1) for r in one.rates] + [(p, 0) for p in one.partials]
+    if one.op is Op.PRIMITIVE:
+        return [(one.arguments[0], -1), *((source, 0) for source in one.sources)]
     return [(a, 0) for a in one.arguments]

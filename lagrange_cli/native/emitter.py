@@ -30,7 +30,8 @@ def operand(value: Value) -> Operand:
 class Emitter:
     """Collects the body of one function."""
 
-    def __init__(self) -> None:
+    def __init__(self, prefix: str = "%v") -> None:
+        self._prefix = prefix
         self.lines: list[str] = []
         self.operations = 0
         """Floating-point operations written so far."""
@@ -39,7 +40,7 @@ class Emitter:
     def fresh(self) -> str:
         """A new name."""
         self._count += 1
-        return f"%v{self._count}"
+        return f"{self._prefix}{self._count}"
 
     def line(self, text: str) -> None:
         """One line as it is: a label, a branch, a store."""

@@ -59,23 +59,25 @@ class Expansion:
             return emitter.load("%state", one.data)
         if one.op is Op.POWER:
             return self._start_power(index, one)
-        assert one.op is Op.COMPOSE and one.node is not None
-        if all(i in self.low for i in one.arguments):
+        assert one.op is Op.PRIMITIVE and one.node is not None
+        if all(i in self.low for i in one.sources):
             return self._start_function(one, one.node)
-        values = {a: self.table[i][0] for a, i in zip(self._moving(one.node), one.arguments)}
+        values = {a: self.table[i][0] for a, i in zip(self._moving(one.node), one.sources)}
         if one.node.kind is Kind.POWER:
             return emitter.call("llvm.pow.f64", *(self._operand(a, values) for a in one.node.arguments))
-        return emit_function(emitter, str(one.data), [self._operand(a, values) for a in one.node.arguments])
+        return emit_function(
+            emitter, str(one.node.data), [self._operand(a, values) for a in one.node.arguments]
+        )
 
     def _start_function(self, one: Series, node: Node) -> Value:
         """A function of coordinates, to first order in what they hold beyond their doubles."""
         emitter, moving = self.emitter, self._moving(node)
         partials = [p for a, p in zip(node.arguments, self.residual.graph.partials(node)) if a in moving]
-        for argument, index in zip(moving, one.arguments):
+        for argument, index in zip(moving, one.sources):
             self.unrounded[argument] = self.table[index][0]
         emit_values(emitter, [node, *partials], self.unrounded, self.constants)
         value = self.unrounded[node]
-        for partial, index in zip(partials, one.arguments):
+        for partial, index in zip(partials, one.sources):
             value = emitter.fma(self.unrounded[partial], self.low[index], value)
         return value
 

@@ -8,24 +8,27 @@ from __future__ import annotations
 
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.layout import LANES
-from lagrange_cli.native.looped import Looped
+from lagrange_cli.native.looped import SECOND, Loop, Looped, Window
 from lagrange_cli.native.written_out import WrittenOut
 
-WRITTEN_OUT = 3
-"""Stages 0 .. WRITTEN_OUT - 1 (and the two before, that start the series) are written out."""
+FEW_STAGES, MANY_STAGES = 3, 10
+"""Stages (besides the two that start the series) that are written out, in large and in small systems."""
+SMALL = 12
+"""Convolutions of a small system."""
 
 
 def write_jet(expansion: Expansion) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
     emitter = expansion.emitter
     last = expansion.layout.order - 2
-    for k in range(-2, min(last + 1, WRITTEN_OUT)):
+    written_out = FEW_STAGES if expansion.program.convolutions > SMALL else MANY_STAGES
+    for k in range(-2, min(last + 1, written_out)):
         WrittenOut(expansion, k).write()
-    if last >= WRITTEN_OUT:
-        label = "written"
+    if last >= written_out:
+        label, windows = "written", dict[Window, str]()
         emitter.line(f"  br label %{label}\n{label}:")
-        for start, stop in segments(WRITTEN_OUT, last):
-            label = write_loop(expansion, start, stop, label)
+        for start, stop in segments(written_out, last):
+            label, windows = write_loop(expansion, start, stop, label, windows)
     body = "\n".join(emitter.lines)
     return (
         "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work)"
@@ -33,21 +36,25 @@ def write_jet(expansion: Expansion) -> str:
     )
 
 
-def write_loop(expansion: Expansion, start: int, stop: int, before: str) -> str:
-    """A loop over the stages start .. stop; returns the label after it."""
+def write_loop(
+    expansion: Expansion, start: int, stop: int, before: str, windows: dict[Window, str]
+) -> tuple[str, dict[Window, str]]:
+    """A loop over the stages start .. stop; returns the label after it and what its windows hold then."""
     emitter = expansion.emitter
     head, after = f"stages{start}", f"after{stop}"
-    emitter.line(f"  br label %{head}\n{head}:")
-    emitter.line(f"  %k{start} = phi i64 [ {start}, %{before} ], [ %next{start}, %{head} ]")
-    Looped(expansion, f"%k{start}", start, stop).write()
-    emitter.line(f"  %next{start} = add nuw nsw i64 %k{start}, 1")
+    loop = Loop(f"%k{start}", start, stop, windows)
+    place = len(emitter.lines)
+    Looped(expansion, loop, (before, head)).write()
+    body = emitter.lines[place:]
+    counter = f"  {loop.k} = phi i64 [ {start}, %{before} ], [ %next{start}, %{head} ]"
+    emitter.lines[place:] = [*loop.entry, f"  br label %{head}\n{head}:", counter, *loop.phis, *body]
+    emitter.line(f"  %next{start} = add nuw nsw i64 {loop.k}, 1")
     emitter.line(f"  %more{start} = icmp ule i64 %next{start}, {stop}")
     emitter.line(f"  br i1 %more{start}, label %{head}, label %{after}\n{after}:")
-    return after
+    return after, {window: following for window, (_, following) in loop.windows.items()}
 
 
 def segments(start: int, last: int) -> list[tuple[int, int]]:
     """Split the looped stages where convolutions outgrow a vector: (first stage, last stage)."""
-    cuts = [k for k in range(LANES - 2, last, LANES) if k > start]
-    starts = [start, *(cut + 1 for cut in cuts)]
-    return list(zip(starts, [*cuts, last]))
+    cuts = [k for k in (SECOND - 1, SECOND + LANES - 1) if start <= k < last]
+    return list(zip([start, *(cut + 1 for cut in cuts)], [*cuts, last]))

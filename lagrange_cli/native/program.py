@@ -13,7 +13,7 @@ from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.jet import write_jet
-from lagrange_cli.native.layout import LANES, arrange
+from lagrange_cli.native.layout import LANES, ZERO_SLOT, arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
 from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
@@ -55,12 +55,12 @@ class Program:
 
 
 def order_for(tolerance: float) -> int:
-    """The order of q's series that is cheapest at ``tolerance``.
+    """The order of q's series at ``tolerance``: that of Jorba and Zou (2005, sec. 3.1) and one more for q.
 
-    Jorba and Zou (2005, sec. 3.1) find -ln(tolerance)/2 + 1 where the cost of a step grows with the square of
-    the order. Here vectors make it grow more slowly: a fifth more was fastest (docs/benchmarks.md).
+    Orders up to 28 are faster by some ten percent, as vectors make the cost grow more slowly than its
+    square, but their longer steps gather more rounding (docs/benchmarks.md).
     """
-    return 2 + max(4, math.ceil(-0.6 * math.log(tolerance)))
+    return 2 + max(4, math.ceil(-0.52 * math.log(tolerance)))
 
 
 def write_program(
@@ -92,7 +92,7 @@ def write_program(
         parts.append(fill_in("linear", {}))
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, rows, tolerance))
-    numbers = {"slot": layout.span * degrees, "span": layout.span, "rates": rows - degrees}
+    numbers = {"slot": layout.span * degrees + ZERO_SLOT + 1, "span": layout.span, "rates": rows - degrees}
     parts.append(fill_in("accelerate", numbers))
     symbols = [*model.q, *model.v]
     observe, observe_operations = _values("observe", model.time, symbols, list(observed.values()), constants)
@@ -157,6 +157,7 @@ def _tables(order: int) -> list[str]:
 
 
 _GLOBALS = f"""
+declare double @llvm.fma.f64(double, double, double)
 declare double @llvm.maxnum.f64(double, double)
 declare double @llvm.minnum.f64(double, double)
 declare double @llvm.vector.reduce.fadd.v{LANES}f64(double, <{LANES} x double>)

@@ -1,8 +1,7 @@
 """``Stage``: the recurrences by which one order of every series follows from the orders below.
 
-For a product, a power and functions with known derivatives: Jorba and Zou, Experimental Mathematics 14
-(2005),
-proposition 2.1; every function z = f(u, ..) here by k z[k] = sum_i sum_j j u_i[j] (df/du_i)[k-j].
+For products and powers: Jorba and Zou, Experimental Mathematics 14 (2005), proposition 2.1. Every other
+function z = f(u, ..) is the primitive of z' = sum_i (df/du_i) u_i', whose products are series themselves.
 """
 
 from __future__ import annotations
@@ -22,6 +21,8 @@ class Stage:
 
     expansion: Expansion
     top: dict[int, Value] = field(default_factory=dict)
+    careful: bool = False
+    """Whether what q and q_dot hold beyond their doubles still matters at this order."""
 
     def at(self, index: int, ahead: int) -> Value:
         """Coefficient k + ahead of a series."""
@@ -50,6 +51,10 @@ class Stage:
         """Coefficient k + ahead (at least 1) of a product."""
         emitter, table = self.expansion.emitter, self.expansion.table
         total = self.middle(a, b, ahead)
+        if self.careful:
+            low = self.expansion.low
+            total = emitter.fma(low.get(a), self.at(b, ahead), total)
+            total = emitter.fma(self.at(a, ahead), low.get(b), total)
         total = emitter.fma(table[a][0], self.at(b, ahead), total)
         return emitter.fma(self.at(a, ahead), table[b][0], total)
 
@@ -69,25 +74,17 @@ class Stage:
             return self.product(one.arguments[0], one.arguments[1], ahead)
         if one.op is Op.DERIVATIVE:
             return emitter.mul(self.number(ahead + 1), self.at(one.arguments[0], ahead + 1))
-        if one.op is Op.INTEGRAL:
+        if one.op is Op.PRIMITIVE:
             return self.divided(self.at(one.arguments[0], ahead - 1), ahead)
-        if one.op is Op.POWER:
-            gain, inverse = expansion.gains[index]
-            base = one.arguments[0]
-            assert isinstance(one.data, Node)
-            if one.data.kind is Kind.NUMBER and one.data.data == -1.0:
-                rest = emitter.neg(emitter.mul(inverse, self.middle(index, base, ahead)))
-            else:
-                rest = self.weighted(index, base, expansion.constants.value(emitter, one.data), ahead)
-                rest = self.divided(emitter.mul(rest, inverse), ahead)
-            return emitter.fma(gain, self.at(base, ahead), rest)
-        total = None
-        for rate, partial in zip(one.rates, one.partials):
-            if self.is_index(ahead, 1):
-                total = emitter.fma(expansion.table[rate][0], expansion.table[partial][0], total)
-            else:
-                total = emitter.add(total, self.product(rate, partial, ahead - 1))
-        return self.divided(total, ahead)
+        assert one.op is Op.POWER and isinstance(one.data, Node)
+        gain, inverse = expansion.gains[index]
+        base = one.arguments[0]
+        if one.data.kind is Kind.NUMBER and one.data.data == -1.0:
+            rest = emitter.neg(emitter.mul(inverse, self.middle(index, base, ahead)))
+        else:
+            rest = self.weighted(index, base, expansion.constants.value(emitter, one.data), ahead)
+            rest = self.divided(emitter.mul(rest, inverse), ahead)
+        return emitter.fma(gain, self.at(base, ahead), rest)
 
     def is_index(self, ahead: int, index: int) -> bool:
         """Whether k + ahead is ``index`` (in a loop it never is a small one)."""
@@ -97,24 +94,27 @@ class Stage:
         """What the change of the operands' newest coefficients adds to the newest one of a series."""
         expansion, emitter = self.expansion, self.expansion.emitter
         one = expansion.program.series[index]
+
+        def changed(operand: int, ahead: int) -> Value:
+            """The change of an operand's coefficient k + ahead: only its newest has changed."""
+            newest = expansion.program.series[operand].level == ahead
+            return change.get(operand) if newest else None
+
         if one.op is Op.LINEAR:
             total: Value = None
             for argument, scale in zip(one.arguments, linear_data(one)[1]):
-                total = expansion.add_scaled(scale, change.get(argument), total)
+                total = expansion.add_scaled(scale, changed(argument, one.level), total)
             return total
         if one.op is Op.MULTIPLY:
             a, b = one.arguments
-            total = emitter.mul(expansion.table[b][0], change.get(a))
-            return emitter.fma(expansion.table[a][0], change.get(b), total)
+            total = emitter.mul(expansion.table[b][0], changed(a, one.level))
+            return emitter.fma(expansion.table[a][0], changed(b, one.level), total)
         if one.op is Op.DERIVATIVE:
-            return emitter.mul(self.number(one.level + 1), change.get(one.arguments[0]))
+            return emitter.mul(self.number(one.level + 1), changed(one.arguments[0], one.level + 1))
+        if one.op is Op.PRIMITIVE:
+            return self.divided(changed(one.arguments[0], one.level - 1), one.level)
         if one.op is Op.POWER:
-            return emitter.mul(expansion.gains[index][0], change.get(one.arguments[0]))
-        if one.op is Op.COMPOSE:
-            total = None
-            for argument, partial in zip(one.arguments, one.partials):
-                total = emitter.fma(expansion.table[partial][0], change.get(argument), total)
-            return total
+            return emitter.mul(expansion.gains[index][0], changed(one.arguments[0], one.level))
         raise ValueError(f"{one.op} is never corrected")
 
     def solve(self) -> None:
@@ -132,9 +132,7 @@ class Stage:
 
     def corrected(self) -> Iterable[int]:
         """Series that depend on the newest acceleration and are read again later."""
-        read = {
-            i for one in self.expansion.program.series for i in (*one.arguments, *one.rates, *one.partials)
-        }
+        read = {i for one in self.expansion.program.series for i in one.arguments}
         read |= {*self.expansion.program.coordinates, *self.expansion.program.velocities}
         return [i for i, one in enumerate(self.expansion.program.series) if one.corrected and i in read]
 

@@ -4,12 +4,13 @@ define internal double @size(ptr noalias %state, ptr noalias %row, i64 %i, doubl
   %va = getelementptr inbounds double, ptr %state, i64 %i
   %v = load double, ptr %va, align 8
   %v0 = call double @llvm.fabs.f64(double %v)
-  %a = load double, ptr %row, align 8
+  %aa = getelementptr inbounds double, ptr %row, i64 @@slot_1@@
+  %a = load double, ptr %aa, align 8
   %a0 = call double @llvm.fabs.f64(double %a)
-  %ba = getelementptr inbounds double, ptr %row, i64 1
+  %ba = getelementptr inbounds double, ptr %row, i64 @@slot_2@@
   %b = load double, ptr %ba, align 8
   %b0 = call double @llvm.fabs.f64(double %b)
-  %da = getelementptr inbounds double, ptr %row, i64 2
+  %da = getelementptr inbounds double, ptr %row, i64 @@slot_3@@
   %d = load double, ptr %da, align 8
   %d0 = call double @llvm.fabs.f64(double %d)
   %d1 = fmul double %d0, %h
@@ -137,7 +138,7 @@ entry:
 loop:
   %m = phi i64 [ @@lowest@@, %entry ], [ %next, %loop ]
   %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
-  %slot = sub i64 %m, 1
+  %slot = add i64 %m, @@zero_slot@@
   %r = call double @least_ratio(ptr %state, ptr %work, double %guess, i64 %slot)
   %n = sitofp i64 %m to double
   %root = fdiv double 1.0, %n
@@ -180,11 +181,13 @@ compare:
   %jb = mul i64 %j, @@span@@
   %vrow = getelementptr inbounds double, ptr %work, i64 %jb
 @@horner_rate@@
-  %aa = getelementptr inbounds double, ptr %trial_work, i64 %jb
+  %jb1 = add i64 %jb, @@slot_1@@
+  %aa = getelementptr inbounds double, ptr %trial_work, i64 %jb1
   %a = load double, ptr %aa, align 8
   %difference = fsub double %rate, %a
   %distance = call double @llvm.fabs.f64(double %difference)
-  %a0 = load double, ptr %vrow, align 8
+  %a0a = getelementptr inbounds double, ptr %vrow, i64 @@slot_1@@
+  %a0 = load double, ptr %a0a, align 8
   %a0s = call double @llvm.fabs.f64(double %a0)
   %as = call double @llvm.fabs.f64(double %a)
   %both = fadd double %a0s, %as
@@ -351,7 +354,8 @@ updated:
   %ula = getelementptr inbounds double, ptr %low, i64 %ui
   %uy = load double, ptr %uya, align 8
   %ul = load double, ptr %ula, align 8
-  %rest = fadd double %ul, %extra
+  %rest0 = fadd double %ul, %extra
+  %rest = fadd double %rest0, %row.rest
   %delta = fadd double %row.poly, %rest
   %sum = fadd double %uy, %delta
   %back = fsub double %sum, %uy

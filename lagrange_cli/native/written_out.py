@@ -7,12 +7,15 @@ from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.stage import Stage, linear_data, reciprocal_rest
 
+CAREFUL = 3
+"""Stages whose products include the low parts of q and q_dot."""
+
 
 class WrittenOut(Stage):
     """Stage ``k`` with every coefficient a value of its own."""
 
     def __init__(self, expansion: Expansion, k: int) -> None:
-        super().__init__(expansion)
+        super().__init__(expansion, careful=k < CAREFUL)
         self.k = k
 
     def at(self, index: int, ahead: int) -> Value:
@@ -69,14 +72,8 @@ class WrittenOut(Stage):
             self.solve()
         for index, one in enumerate(expansion.program.series):
             m = self.k + one.level
-            if m >= 1 and index in expansion.layout.forward:
-                expansion.emitter.store(
-                    expansion.table[index][m], "%work", expansion.layout.forward_slot(index) + m
-                )
-            if m >= 1 and index in expansion.layout.backward:
-                expansion.emitter.store(
-                    expansion.table[index][m], "%work", expansion.layout.backward_slot(index) - m
-                )
+            if m >= 1 and index in expansion.layout.rows:
+                expansion.emitter.store(expansion.table[index][m], "%work", expansion.layout.slot(index, m))
 
     def begin(self, index: int, one: Series) -> Value:
         """Coefficient 0."""
@@ -98,6 +95,6 @@ class WrittenOut(Stage):
             return emitter.fma(first[0], first[1], rest)
         if one.op is Op.DERIVATIVE:
             return expansion.table[one.arguments[0]][1]
-        if one.op is Op.INTEGRAL:
+        if one.op is Op.PRIMITIVE and one.node is None:
             return None
         return expansion.start(index)
