@@ -22,7 +22,8 @@ def main() -> int:
     """Measure, print, and say by the exit status whether the figures are reached."""
     options = parser(__doc__, runs=7).parse_args()
     measured = compare(
-        {OURS: partial(lagrange, CHAIN, REPEATS), PEER: partial(heyoka, CHAIN, REPEATS, True)}, options.runs
+        {OURS: partial(lagrange, CHAIN, REPEATS), PEER: partial(heyoka, CHAIN, REPEATS, compact_mode=True)},
+        options.runs,
     )
     ours, peer = measured[OURS], measured[PEER]
     requirements = [

@@ -10,7 +10,7 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -85,11 +85,17 @@ def lagrange(pendulums: Pendulums, repeats: int) -> Measurement:
     return Measurement(seconds, run, outcome.steps, pendulums.energy_error(q, v))
 
 
-def heyoka(pendulums: Pendulums, repeats: int, compact_mode: bool) -> Measurement:
+def heyoka(
+    pendulums: Pendulums,
+    repeats: int,
+    *,
+    compact_mode: bool = False,
+    equations: Callable[[Pendulums], list[tuple[Any, Any]]] | None = None,
+) -> Measurement:
     """heyoka's Taylor method at its default tolerance, 2^-52, with its caches of compiled code off.
 
-    Preparing is ``lagrangian()`` and the construction of ``taylor_adaptive``. Its Lagrangian has the
-    masses and lengths left out, since they are 1.
+    Preparing is ``equations`` (by default those that ``lagrangian()`` derives) and the construction of
+    ``taylor_adaptive``.
     """
     import heyoka as hy
 
@@ -98,14 +104,8 @@ def heyoka(pendulums: Pendulums, repeats: int, compact_mode: bool) -> Measuremen
     initial = [*pendulums.angles, *np.zeros(pendulums.count)]
 
     def make() -> hy.taylor_adaptive:
-        q = [hy.expression(f"q{i}") for i in range(pendulums.count)]
-        v = [hy.expression(f"v{i}") for i in range(pendulums.count)]
-        vx = vy = height = lagrangian = hy.expression(0.0)
-        for angle, rate in zip(q, v):
-            vx, vy = vx + hy.cos(angle) * rate, vy + hy.sin(angle) * rate
-            height = height - hy.cos(angle)
-            lagrangian = lagrangian + 0.5 * (vx**2 + vy**2) - GRAVITY * height
-        return hy.taylor_adaptive(hy.lagrangian(lagrangian, q, v), initial, compact_mode=compact_mode)
+        system = (equations or equations_of_lagrangian)(pendulums)
+        return hy.taylor_adaptive(system, initial, compact_mode=compact_mode)
 
     seconds, integrator = timed(make)
 
@@ -117,6 +117,37 @@ def heyoka(pendulums: Pendulums, repeats: int, compact_mode: bool) -> Measuremen
     run, (steps, states) = median_of_runs(follow, repeats)
     q, v = np.split(states.T, 2)
     return Measurement(seconds, run, steps, pendulums.energy_error(q, v))
+
+
+def equations_of_lagrangian(pendulums: Pendulums) -> list[tuple[Any, Any]]:
+    """heyoka's ``lagrangian()`` of the pendulums; masses and lengths are left out, since they are 1."""
+    import heyoka as hy
+
+    q = [hy.expression(f"q{i}") for i in range(pendulums.count)]
+    v = [hy.expression(f"v{i}") for i in range(pendulums.count)]
+    vx = vy = height = lagrangian = hy.expression(0.0)
+    for angle, rate in zip(q, v):
+        vx, vy = vx + hy.cos(angle) * rate, vy + hy.sin(angle) * rate
+        height = height - hy.cos(angle)
+        lagrangian = lagrangian + 0.5 * (vx**2 + vy**2) - GRAVITY * height
+    derived: list[tuple[Any, Any]] = hy.lagrangian(lagrangian, q, v)
+    return derived
+
+
+def equations_by_hand(pendulums: Pendulums) -> list[tuple[Any, Any]]:
+    """The explicit accelerations of two pendulums, solved by hand from the textbook's equations."""
+    import heyoka as hy
+
+    if pendulums.count != 2:
+        raise ValueError("only the double pendulum has been solved by hand")
+    q1, q2, v1, v2 = hy.make_vars("q1", "q2", "v1", "v2")
+    cosine, sine = hy.cos(q1 - q2), hy.sin(q1 - q2)
+    upper = -(v2**2) * sine - 2 * GRAVITY * hy.sin(q1)  # 2 a1 + a2 cosine
+    lower = v1**2 * sine - GRAVITY * hy.sin(q2)  # a1 cosine + a2
+    determinant = 2 - cosine**2
+    a1 = (upper - cosine * lower) / determinant
+    a2 = (2 * lower - cosine * upper) / determinant
+    return [(q1, v1), (q2, v2), (v1, a1), (v2, a2)]
 
 
 def sympy_and_scipy(pendulums: Pendulums) -> Measurement:

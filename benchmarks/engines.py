@@ -32,7 +32,7 @@ def comparison_table(measured: Mapping[str, Measurement], ours: str) -> str:
     """One line a contender, with how many times as long as ``ours`` it takes."""
     reference = measured[ours]
     return markdown_table(
-        ("", "prepare, ms", "ratio", "run, ms", "ratio", "steps", "energy error"),
+        ("", "prepare, ms", "times ours", "run, ms", "times ours", "steps", "energy error"),
         [
             (
                 name,

@@ -7,7 +7,7 @@ import sys
 from dataclasses import replace
 from functools import partial
 
-from benchmarks.contenders import Measurement, heyoka, lagrange, sympy_and_scipy
+from benchmarks.contenders import Measurement, equations_by_hand, heyoka, lagrange, sympy_and_scipy
 from benchmarks.engines import PACKAGES, compare, comparison_table
 from benchmarks.pendulums import Pendulums
 from benchmarks.report import Requirement, conclude, parser
@@ -35,8 +35,16 @@ def main() -> int:
         {
             OURS: partial(lagrange, DOUBLE_PENDULUM, REPEATS),
             SLOW: partial(sympy_and_scipy, replace(DOUBLE_PENDULUM, stop=DOUBLE_PENDULUM.stop / factor)),
-            "heyoka": partial(heyoka, DOUBLE_PENDULUM, REPEATS, False),
-            "heyoka, compact mode": partial(heyoka, DOUBLE_PENDULUM, REPEATS, True),
+            "heyoka, its lagrangian()": partial(heyoka, DOUBLE_PENDULUM, REPEATS),
+            "heyoka, its lagrangian(), compact mode": partial(
+                heyoka, DOUBLE_PENDULUM, REPEATS, compact_mode=True
+            ),
+            "heyoka, equations by hand": partial(
+                heyoka, DOUBLE_PENDULUM, REPEATS, equations=equations_by_hand
+            ),
+            "heyoka, equations by hand, compact mode": partial(
+                heyoka, DOUBLE_PENDULUM, REPEATS, equations=equations_by_hand, compact_mode=True
+            ),
         },
         options.runs,
     )
