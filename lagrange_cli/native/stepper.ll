@@ -235,9 +235,10 @@ measure:
   %isfirst = fcmp oeq double %hp, 0.0
   br i1 %isfirst, label %first, label %usual
 first:
-  %g1 = call double @length(ptr %state, ptr %work, double 1.0, ptr %total)
+  %g0 = call double @length(ptr %state, ptr %work, double 1.0, ptr %total)
+  %g1 = call double @llvm.minnum.f64(double %g0, double 0x4C63E9E4E4C2F344)
   %g2 = call double @length(ptr %state, ptr %work, double %g1, ptr %total)
-  %g3 = call double @length(ptr %state, ptr %work, double %g2, ptr %total)
+  %g3 = call double @llvm.minnum.f64(double %g2, double 0x4C63E9E4E4C2F344)
   br label %careful
 usual:
   %hu = call double @length(ptr %state, ptr %work, double %hp, ptr %total)
@@ -245,9 +246,8 @@ usual:
   %isleap = fcmp ogt double %hu, %leap
   br i1 %isleap, label %careful, label %chosen
 careful:
-  %guess0 = phi double [ %g3, %first ], [ %hp, %usual ]
+  %guess = phi double [ %g3, %first ], [ %hp, %usual ]
   %left0 = fsub double %stop, %tn
-  %guess = call double @llvm.minnum.f64(double %guess0, double %left0)
   %hc0 = call double @cautious(ptr %state, ptr %work, double %guess)
   %hc1 = call double @llvm.minnum.f64(double %hc0, double %left0)
   br label %vet
