@@ -50,7 +50,8 @@ def lagrange(pendulums: Pendulums, repeats: int) -> Measurement:
     """
     from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, FULL_PRECISION
     from lagrange_cli.expression.graph import GraphAlgebra
-    from lagrange_cli.integrate.run import Outcome, Prepared, Times, integrate, prepare
+    from lagrange_cli.integrate.prepare import prepare
+    from lagrange_cli.integrate.run import Outcome, Prepared, Times, integrate
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.read import read_spec
@@ -81,7 +82,7 @@ def lagrange(pendulums: Pendulums, repeats: int) -> Measurement:
     if outcome.ending.status != "complete":
         raise RuntimeError(outcome.message)
     series = {path: np.concatenate([chunk[path] for chunk in chunks]) for path in chunks[0]}
-    q, v = (np.stack([series[f"{kind}/{name}"] for name in prepared.residual.coordinates]) for kind in "qv")
+    q, v = (np.stack([series[f"{kind}/{name}"] for name in prepared.recording.coordinates]) for kind in "qv")
     return Measurement(seconds, run, outcome.steps, pendulums.energy_error(q, v))
 
 

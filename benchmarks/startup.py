@@ -37,12 +37,14 @@ class Command:
         return f"import {self.imports}"
 
 
-HOUSEKEEPING = ("--no-cache", "--force")
+HOUSEKEEPING = ("--force",)
 TO_SOLVE, TO_DERIVE = "click, yaml, numpy, h5py", "sympy, click, yaml"
 COMMANDS = (
     Command(("--help",), "click", 2),
-    Command(("solve", "systems/pendulum.yaml", *HOUSEKEEPING), TO_SOLVE, 3),
+    Command(("solve", "systems/pendulum.yaml", *HOUSEKEEPING), TO_SOLVE, 1.6),
+    Command(("solve", "systems/pendulum.yaml", "--no-cache", *HOUSEKEEPING), TO_SOLVE, 3),
     Command(("solve", "systems/double_pendulum.yaml", *HOUSEKEEPING), TO_SOLVE),
+    Command(("solve", "systems/double_pendulum.yaml", "--no-cache", *HOUSEKEEPING), TO_SOLVE, 3),
     Command(("equations", "systems/pendulum.yaml"), TO_DERIVE, 2),
     Command(("equations", "systems/double_pendulum.yaml"), TO_DERIVE),
 )
@@ -50,7 +52,7 @@ COMMANDS = (
 
 def seconds_of(arguments: tuple[str, ...], folder: Path) -> float:
     """How long a Python process with these arguments takes, from its start to its end."""
-    environment = {**os.environ, "PYTHONPATH": str(ROOT)}
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "LAGRANGE_CACHE_DIR": str(folder / "cache")}
     began = time.perf_counter()
     subprocess.run(
         [sys.executable, *arguments], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL
@@ -66,7 +68,7 @@ def measure(runs: int) -> dict[str, float]:
         processes: dict[str, tuple[str, ...]] = {command.floor: ("-c", command.floor) for command in COMMANDS}
         processes |= {command.shown: ("-m", "lagrange_cli", *command.arguments) for command in COMMANDS}
         tasks = {shown: partial(seconds_of, arguments, folder) for shown, arguments in processes.items()}
-        in_turns(tasks, 1)  # so that files are in memory and Python has written its bytecode
+        in_turns(tasks, 1)  # so that files are in memory, bytecode and compiled programs on disk
         return {shown: median(seconds) for shown, seconds in in_turns(tasks, runs).items()}
 
 

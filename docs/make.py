@@ -73,7 +73,10 @@ def options(command: click.Command) -> Iterator[str]:
 
 
 def section(name: str, command: click.Command) -> str:
-    """One command's part of the page."""
+    """One command's part of the page; a group's is followed by those of its commands."""
+    if isinstance(command, click.Group):
+        inner = (section(f"{name} {each}", one) for each, one in command.commands.items())
+        return "\n\n".join([f"## lagrange {name} COMMAND", paragraphs(command.help), *inner])
     arguments = [p.metavar or (p.name or "").upper() for p in command.params if isinstance(p, click.Argument)]
     usage = " ".join(["lagrange", name, "[OPTIONS]", *arguments])
     table = ["| option | |", "|---|---|", *options(command)]
@@ -112,6 +115,7 @@ def run_sessions(text: str) -> str:
                 [str(command.parent), str(Path(sys.executable).parent), os.environ["PATH"]]
             ),
             "PYTHONPATH": str(ROOT),
+            "LAGRANGE_CACHE_DIR": str(folder / "cache"),
         }
 
         def rerun(block: re.Match[str]) -> str:

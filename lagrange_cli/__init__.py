@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError, UsageError
     from lagrange_cli.expression.graph import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
-    from lagrange_cli.integrate.run import Times, prepare
+    from lagrange_cli.integrate.prepare import prepare
+    from lagrange_cli.integrate.run import Times
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.read import read_spec
@@ -57,7 +58,7 @@ _HOMES = {
     "build_model": "model.build",
     "derive": "mechanics.derive",
     "derive_equations": "symbolic.derive",
-    "prepare": "integrate.run",
+    "prepare": "integrate.prepare",
     "read_spec": "spec.read",
     "resolve_values": "spec.values",
     **dict.fromkeys(("FileError", "LagrangeError", "MotionError", "SpecError", "UsageError"), "errors"),

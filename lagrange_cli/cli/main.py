@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
+from typing import NoReturn
 
 import click
 
@@ -15,6 +18,7 @@ COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
     "equations": "Print L, the equations of motion, p_k, h and what is conserved.",
     "check": "Validate; say what kind of system it is and what is skipped.",
+    "cache": "Say what compiled programs are kept on disk, or clear them.",
     "systems": "List the systems that are shipped, or write one out.",
 }
 """Each command, with its purpose. It lives under its name in the module of that name beside this one."""
@@ -62,6 +66,17 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message, status = describe(error)
         complain(message)
     return status if isinstance(status, int) else 0
+
+
+def run() -> NoReturn:
+    """The process ``lagrange``: the command line, and then out at once.
+
+    By now every file is closed and all output written. To take the interpreter down piece by piece would
+    take longer than to follow a short motion.
+    """
+    status = main()
+    atexit._run_exitfuncs()  # what others have asked for at the end of the process, as coverage does
+    os._exit(status)
 
 
 def flush_output() -> None:

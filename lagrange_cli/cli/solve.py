@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,9 +14,20 @@ import lagrange_cli
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import parse_outputs, refuse, shared_options, systems_argument
 from lagrange_cli.cli.progress import Progress
-from lagrange_cli.cli.report import INTERRUPTED, complain, count_of, emit, emit_json, finite, run_each, stem
+from lagrange_cli.cli.report import (
+    INTERRUPTED,
+    complain,
+    count_of,
+    display_name,
+    emit,
+    emit_json,
+    finite,
+    run_each,
+    stem,
+)
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
-from lagrange_cli.cli.source import derive_system, read_system
+from lagrange_cli.cli.source import derive_system, read_bytes
+from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -44,36 +53,10 @@ class Request:
     overrides: dict[str, str]
     output: str | None
     force: bool
+    cache: bool
+    timings: bool
     as_json: bool
     quiet: bool
-
-
-@dataclass(frozen=True)
-class Stopwatch:
-    """Seconds spent per stage, in the order of the pipeline."""
-
-    seconds: dict[str, float] = field(
-        default_factory=lambda: dict.fromkeys(("parse", "derive", "compile", "integrate", "write"), 0.0)
-    )
-    started: float = field(default_factory=time.perf_counter)
-
-    @contextmanager
-    def stage(self, name: str) -> Iterator[None]:
-        """Add the time spent inside to the stage of that name."""
-        before = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[name] += time.perf_counter() - before
-
-    def move(self, seconds: float, source: str, target: str) -> None:
-        """Book time that was spent within one stage to another."""
-        self.seconds[source] -= seconds
-        self.seconds[target] += seconds
-
-    def report(self) -> dict[str, float]:
-        """The stages, and the total since the system's turn came."""
-        return {**self.seconds, "total": time.perf_counter() - self.started}
 
 
 @click.command("solve")
@@ -109,9 +92,8 @@ class Stopwatch:
     callback=refuse("systems run one after the other for now", unless=1),
     help="Solve so many systems at a time (only 1 for now).",
 )
-@click.option(
-    "--no-cache", is_flag=True, expose_value=False, help="Compile anew (nothing is cached for now)."
-)
+@click.option("--no-cache", is_flag=True, help="Compile anew, and keep nothing ('lagrange cache --help').")
+@click.option("--timings", is_flag=True, help="Say how long each stage took.")
 @shared_options
 def solve(
     systems: tuple[str, ...],
@@ -123,6 +105,8 @@ def solve(
     method: str | None,
     outputs: tuple[str, ...] | None,
     force: bool,
+    no_cache: bool,
+    timings: bool,
     overrides: dict[str, str],
     as_json: bool,
     quiet: bool,
@@ -139,6 +123,8 @@ def solve(
         overrides,
         output,
         force,
+        not no_cache,
+        timings,
         as_json,
         quiet,
     )
@@ -175,43 +161,49 @@ def find_output(system: str, request: Request) -> Target:
 
 def solve_system(system: str, request: Request) -> int:
     """Read, derive, compile, integrate and write one system; returns the exit status."""
-    watch = Stopwatch()
-    target = find_output(system, request)
-    with watch.stage("parse"):
-        spec, values, settings = read_run(system, request)
-    prepared = prepare_run(spec, settings, watch)
+    began, watch = time.process_time(), Stopwatch()
+    with watch.stage("import"):
+        target = find_output(system, request)
+    spec, values, settings = read_run(system, request, watch)
+    prepared = prepare_run(spec, settings, watch, cached=request.cache)
     outcome = integrate_and_write(spec, values, settings, prepared, target, watch, quiet=request.quiet)
     status = outcome.ending.status
     if request.as_json:
         emit_json(as_object(spec, settings, target, outcome, watch))
     elif not request.quiet:
         emit(as_text(spec, settings, target, outcome, watch))
+        if request.timings:
+            emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
         complain(f"{spec.name}: {outcome.message}")
     return EXIT_STATUS[status]
 
 
-def read_run(system: str, request: Request) -> tuple[Spec, Values, Settings]:
+def read_run(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, Values, Settings]:
     """The system, its numbers as run, and how it is to be run."""
-    from lagrange_cli.spec.values import resolve_values
+    content = read_bytes(system)
+    with watch.stage("import"):
+        from lagrange_cli.spec.read import read_spec
+        from lagrange_cli.spec.values import resolve_values
+    with watch.stage("parse"):
+        spec = read_spec(content, display_name(system))
+        return spec, resolve_values(spec, request.overrides), resolve_settings(spec, request.options)
 
-    spec = read_system(system)
-    return spec, resolve_values(spec, request.overrides), resolve_settings(spec, request.options)
 
-
-def prepare_run(spec: Spec, settings: Settings, watch: Stopwatch) -> Prepared:
-    """Derive the residual and compile what the run needs of it."""
-    with watch.stage("derive"):
-        from lagrange_cli.integrate.run import prepare
-
-        prepared = prepare(
-            derive_system(spec),
-            method=settings.method,
-            tolerance=settings.tolerance,
-            outputs=settings.outputs,
-        )
-    watch.move(prepared.compile_seconds, "derive", "compile")
-    return prepared
+def prepare_run(spec: Spec, settings: Settings, watch: Stopwatch, *, cached: bool) -> Prepared:
+    """What the run needs in compiled form, from an earlier run if ``cached`` and there is one."""
+    with watch.stage("import"):
+        from lagrange_cli.integrate.prepare import prepare_system
+        from lagrange_cli.native.cache import find_cache
+    return prepare_system(
+        spec,
+        derive_system,
+        find_cache(wanted=cached),
+        method=settings.method,
+        tolerance=settings.tolerance,
+        outputs=settings.outputs,
+        stage=watch.stage,
+    )
 
 
 def integrate_and_write(
@@ -225,8 +217,9 @@ def integrate_and_write(
     quiet: bool,
 ) -> Outcome:
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
-    from lagrange_cli.integrate.run import Times, integrate
-    from lagrange_cli.store.writer import Writer
+    with watch.stage("import"):
+        from lagrange_cli.integrate.run import Times, integrate
+        from lagrange_cli.store.writer import Writer
 
     times = Times(start=settings.start, stop=settings.stop, count=settings.count, step=settings.step)
     progress = Progress(spec.name, settings.start, settings.stop, quiet=quiet)
@@ -235,10 +228,8 @@ def integrate_and_write(
             writer = Writer(target, layout(spec, prepared), expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
-            before = watch.seconds["write"]
             with watch.stage("write"):
                 writer.append(chunk)
-            watch.seconds["integrate"] -= watch.seconds["write"] - before
 
         with writer:
             with watch.stage("integrate"):
@@ -314,7 +305,6 @@ def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, wa
     drifts = {} if outcome.h_drift is None else {"h": outcome.h_drift}
     drifts |= {f"p_{coordinate}": drift for coordinate, drift in outcome.p_drift.items()}
     seconds = watch.report()
-    stages = ", ".join(f"{name} {seconds[name]:.3f}" for name in watch.seconds)
     return "\n".join(
         (
             f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
@@ -323,6 +313,6 @@ def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, wa
             f"method {settings.method}",
             "  drift: "
             + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked"),
-            f"  wrote {target.shown} in {seconds['total']:.3f} s ({stages})",
+            f"  wrote {target.shown} in {seconds['total']:.3f} s",
         )
     )

@@ -4,15 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Protocol
+from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
 
-Array = NDArray[np.float64]
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+TAYLOR = "taylor"
+IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
+"""Those of scipy's methods that want the Jacobian."""
+
+Array: TypeAlias = "NDArray[np.float64]"
 Watch = Callable[[float], bool]
 """Told the time reached, several times a second; True to stop there."""
 Accept = Callable[[Array, Array], None]

@@ -6,62 +6,24 @@ evaluates at the samples, ``integrands`` are carried along as quadratures.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
 from lagrange_cli.expression.graph import Node
+from lagrange_cli.integrate.recording import Dataset, Making, Recording
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
-
-Array = NDArray[np.float64]
-Series = Mapping[str, Array]
-"""Rows by name, each of shape (c,): observed quantities, or quadratures."""
 
 AXES = "xyz"
 
 
 @dataclass(frozen=True)
-class Dataset:
-    """One series of the output: its path, the shape of one sample, and what it is."""
-
-    path: str
-    shape: tuple[int, ...]
-    long_name: str
-
-
-@dataclass(frozen=True)
-class Made:
-    """A dataset that is made from observed quantities and quadratures.
-
-    ``make(observed, integrals, first)`` gives its samples; ``first`` holds the observed quantities at
-    the start.
-    """
-
-    dataset: Dataset
-    make: Callable[[Series, Series, Mapping[str, float]], Array]
-
-
-@dataclass(frozen=True)
 class Plan:
-    """Names and expressions of what is computed; the datasets beyond t, q and v."""
+    """Names and expressions of what is computed; the datasets that are made of it."""
 
     observed: Mapping[str, Node]
     integrands: Mapping[str, Node]
-    made: tuple[Made, ...]
-    states: tuple[str, ...]
-    """Which of ``q`` and ``v`` are written."""
-
-    def datasets(self, coordinates: tuple[str, ...]) -> tuple[Dataset, ...]:
-        """Every dataset but ``t``, in the file's order."""
-        kinds = {"q": "coordinate {}", "v": "velocity d{}/dt"}
-        return tuple(
-            Dataset(f"{kind}/{name}", (), kinds[kind].format(name))
-            for kind in self.states
-            for name in coordinates
-        ) + tuple(made.dataset for made in self.made)
+    recording: Recording
 
 
 def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
@@ -70,25 +32,19 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
     model, energetics = residual.model, Energetics(residual.model)
     observed: dict[str, Node] = {}
     integrands: dict[str, Node] = {}
-    made: list[Made] = []
+    made: list[Dataset] = []
 
     def watch(name: str, node: Node) -> str:
         observed.setdefault(name, node)
         return name
 
-    def add(path: str, long_name: str, name: str) -> None:
-        made.append(Made(Dataset(path, (), long_name), lambda seen, _, __: seen[name]))
+    def add(path: str, long_name: str, *names: str) -> None:
+        made.append(Dataset(path, (), long_name, Making.SUM, names))
 
     def add_ledger(path: str, long_name: str, name: str, integrand: Node) -> None:
-        if integrand.is_zero:
-            made.append(Made(Dataset(path, (), long_name), lambda seen, _, first: seen[name] - first[name]))
-            return
-        integrands[path] = integrand
-        made.append(
-            Made(
-                Dataset(path, (), long_name), lambda seen, past, first: seen[name] - first[name] - past[path]
-            )
-        )
+        if not integrand.is_zero:
+            integrands[path] = integrand
+        made.append(Dataset(path, (), long_name, Making.BALANCE, (name,)))
 
     ledger = "ledger" in outputs
     if outputs & {"p", "ledger"}:
@@ -111,8 +67,7 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
         if "U" in outputs:
             add("diagnostics/U", "potential", "U")
         if "energy" in outputs:
-            whole = Dataset("diagnostics/energy", (), "T + U")
-            made.append(Made(whole, lambda seen, _, __: seen["T"] + seen["U"]))
+            add("diagnostics/energy", "T + U", "T", "U")
     if ledger:
         rate = energetics.power - energetics.lagrangian_rate(model.time)
         add_ledger(
@@ -122,19 +77,22 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
             path = f"diagnostics/ledger/p/{name}"
             add_ledger(path, f"p(t) - p(0) - int (dL/d{name} + Q): exactly 0", f"p_{name}", torque)
     if "action" in outputs:
-        integrands["diagnostics/action"] = energetics.lagrangian
-        whole = Dataset("diagnostics/action", (), "action int L dt")
-        made.append(Made(whole, lambda _, past, __: past["diagnostics/action"]))
+        path = "diagnostics/action"
+        integrands[path] = energetics.lagrangian
+        made.append(Dataset(path, (), "action int L dt", Making.INTEGRAL))
     if "positions" in outputs:
         for particle in model.particles:
-            names = [watch(f"{particle.name}.{a}", x) for a, x in zip(AXES, particle.position)]
-            made.append(_position(particle.name, names))
+            names = tuple(watch(f"{particle.name}.{a}", x) for a, x in zip(AXES, particle.position))
+            path, long_name = f"positions/{particle.name}", f"position of {particle.name}"
+            made.append(Dataset(path, (len(names),), long_name, Making.VECTOR, names))
     if "observables" in outputs:
         for name, node in model.observables.items():
             add(f"observables/{name}", f"observable {name}", watch(f"observable {name}", node))
-    return Plan(observed, integrands, tuple(made), tuple(kind for kind in ("q", "v") if kind in outputs))
-
-
-def _position(particle: str, names: list[str]) -> Made:
-    dataset = Dataset(f"positions/{particle}", (len(names),), f"position of {particle}")
-    return Made(dataset, lambda seen, _, __: np.stack([seen[name] for name in names], axis=1))
+    kept = {each.quantity for each in residual.conserved}
+    recording = Recording(
+        coordinates=residual.coordinates,
+        states=tuple(kind for kind in ("q", "v") if kind in outputs),
+        made=tuple(made),
+        conserved=tuple(name for name in observed if name in kept),
+    )
+    return Plan(observed, integrands, recording)

@@ -1,73 +1,50 @@
-"""From equations of motion to samples: ``prepare`` compiles what a run needs, ``integrate`` follows the
-motion."""
+"""From samples of the state to the datasets of the output: ``integrate`` follows a prepared motion."""
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.integrate.ending import Ending, Outcome
 from lagrange_cli.integrate.motion import Array, End, Method, aligned
-from lagrange_cli.integrate.plan import Dataset, Plan, make_plan
-from lagrange_cli.integrate.taylor import TaylorMethod
+from lagrange_cli.integrate.recording import Dataset, Recording
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.machine import Machine, compile_program
-from lagrange_cli.native.program import order_for, write_program
-from lagrange_cli.spec.values import Values
+from lagrange_cli.native.machine import Machine
 
-__all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate", "prepare"]
+if TYPE_CHECKING:
+    from lagrange_cli.spec.values import Values
 
-TAYLOR = "taylor"
+__all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A system compiled for one method, tolerance and set of outputs; parameters' values come later."""
+    """A system compiled for one method, tolerance and set of outputs; parameters' values come later.
 
-    residual: Residual
-    plan: Plan
+    ``cached`` tells that the code was compiled on an earlier run.
+    """
+
+    recording: Recording
     machine: Machine
     method: str
     tolerance: float
     follower: Method
-    compile_seconds: float
+    cached: bool = False
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
         """Every dataset of the output but ``t``, in order."""
-        return self.plan.datasets(self.residual.coordinates)
-
-
-def prepare(residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]) -> Prepared:
-    """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need."""
-    plan = make_plan(residual, outputs)
-    follower: Method
-    if method == TAYLOR:
-        program = write_program(
-            residual, order_for(tolerance), plan.integrands, plan.observed, tolerance=tolerance
-        )
-        began = time.perf_counter()
-        machine = compile_program(program)
-        follower = TaylorMethod(machine)
-    else:
-        from lagrange_cli.integrate.scipy_methods import compile_scipy, write_scipy_program
-
-        program = write_scipy_program(residual, plan, method)
-        began = time.perf_counter()
-        machine, follower = compile_scipy(program, method, tolerance)
-    return Prepared(residual, plan, machine, method, tolerance, follower, time.perf_counter() - began)
+        return self.recording.datasets
 
 
 def integrate(
     prepared: Prepared,
     values: Values,
     times: Times,
-    emit: Callable[[dict[str, NDArray[np.float64]]], None],
+    emit: Callable[[dict[str, Array]], None],
     interrupted: Callable[[], bool],
     progress: Callable[[float], None] = lambda t: None,
 ) -> Outcome:
@@ -91,7 +68,7 @@ def integrate(
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,
-        message=sentence(end, prepared.residual.coordinates),
+        message=sentence(end, prepared.recording.coordinates),
         t=end.t,
         steps=end.steps,
         evaluations=end.evaluations,
@@ -110,14 +87,13 @@ class Samples:
         self._constants = aligned(max(1, prepared.machine.program.constants))
         prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
         self._first: dict[str, float] = {}
-        should_stay = {each.quantity for each in prepared.residual.conserved}
-        self._drift = {name: 0.0 for name in prepared.plan.observed if name in should_stay}
+        self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
 
     def accept(self, times: Array, states: Array) -> None:
         """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
         if not len(times):
             return
-        program, plan = self._prepared.machine.program, self._prepared.plan
+        program, recording = self._prepared.machine.program, self._prepared.recording
         observed = self._observe(times, states)
         if not self._first:
             self._first = {name: float(row[0]) for name, row in observed.items()}
@@ -127,12 +103,12 @@ class Samples:
             )
         chunk = {"t": times}
         for kind, offset in (("q", 0), ("v", program.degrees)):
-            if kind in plan.states:
-                for k, name in enumerate(self._prepared.residual.coordinates):
+            if kind in recording.states:
+                for k, name in enumerate(recording.coordinates):
                     chunk[f"{kind}/{name}"] = states[offset + k]
         integrals = dict(zip(program.integrals, states[2 * program.degrees :]))
-        for made in plan.made:
-            chunk[made.dataset.path] = made.make(observed, integrals, self._first)
+        for made in recording.made:
+            chunk[made.path] = made.make(observed, integrals, self._first)
         self._emit(chunk)
 
     def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:

@@ -8,48 +8,14 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import scipy.integrate
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
-from lagrange_cli.integrate.plan import Plan
+from lagrange_cli.integrate.motion import IMPLICIT, Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.mechanics.explicit import Linearization, linearize
-from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.machine import Machine, compile_program
-from lagrange_cli.native.program import Program, write_program
-
-IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
-
-
-def write_scipy_program(residual: Residual, plan: Plan, method: str) -> Program:
-    """The program of the right-hand side, with the Jacobian's parts where ``method`` wants them."""
-    if method not in IMPLICIT:
-        return write_program(residual, 2, plan.integrands, plan.observed)
-    linear = linearize(residual)
-    return write_program(
-        residual,
-        2,
-        plan.integrands,
-        plan.observed,
-        jacobian_nodes(residual, linear, plan),
-        linear.accelerations,
-    )
-
-
-def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:
-    """dR/dq, dR/dv, M, and the integrands' derivatives by q and v, row by row."""
-    graph, model = residual.graph, residual.model
-    nodes = [
-        entry
-        for matrix in (linear.by_q, linear.by_v, residual.mass_matrix)
-        for row in matrix
-        for entry in row
-    ]
-    return nodes + [graph.diff(node, x) for node in plan.integrands.values() for x in (*model.q, *model.v)]
+from lagrange_cli.native.machine import Machine
 
 
 class Singular(ArithmeticError):
@@ -196,9 +162,3 @@ class ScipyMethod:
             atol=self.tolerance,
             **options,
         )
-
-
-def compile_scipy(program: Program, method: str, tolerance: float) -> tuple[Machine, ScipyMethod]:
-    """The machine code of ``program`` and the method on it."""
-    machine = compile_program(program)
-    return machine, ScipyMethod(machine, method, tolerance)

@@ -10,9 +10,8 @@ import numpy as np
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.layout import LANES
+from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.native.machine import Machine
-from lagrange_cli.native.stepper import Stop
 
 ENDINGS = {
     Stop.END: Ending.COMPLETE,

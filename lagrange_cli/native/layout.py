@@ -8,8 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from lagrange_cli.mechanics.series import SHORT, Op, SeriesProgram, needs
+from lagrange_cli.native.interface import LANES as LANES
 
-LANES = 8
 ZERO_SLOT = LANES - 2
 """Slot of index 0 (not stored) in a row."""
 

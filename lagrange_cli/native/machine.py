@@ -1,23 +1,36 @@
-"""Machine code from the text of a program, through LLVM."""
+"""Machine code from a program, and its functions as callables."""
 
 from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any, Protocol
 
-import llvmlite.binding as llvm
+from lagrange_cli.native.interface import STEPPING, Interface
+from lagrange_cli.native.linker import Unsupported, load_image
 
-from lagrange_cli.native.program import STEPPING, Program
+if TYPE_CHECKING:
+    from lagrange_cli.native.program import Program
+
+OPTIMIZATION = 1
+"""LLVM's level of code generation, 0 to 3."""
+
+
+class Loaded(Protocol):
+    """Code in memory, for as long as this object lives."""
+
+    def address(self, function: str) -> int:
+        """Where a function is, 0 if there is none of that name."""
+        ...
 
 
 @dataclass(frozen=True)
 class Machine:
-    """A compiled program: its functions as callables over addresses; ``engine`` keeps the code alive."""
+    """A compiled program: its functions as callables over addresses; ``loaded`` keeps the code alive."""
 
-    program: Program
-    engine: Any
+    program: Interface
+    loaded: Loaded
     prepare: Callable[..., None]
     observe: Callable[..., None]
     linearize: Callable[..., None] | None
@@ -25,27 +38,31 @@ class Machine:
     accelerate: Callable[..., int]
 
 
-def compile_program(program: Program, optimize: int = 1) -> Machine:
-    """Compile ``program`` for this processor; ``optimize`` is LLVM's code generation level, 0 to 3."""
-    llvm.initialize_native_target()
-    llvm.initialize_native_asmprinter()
-    target = llvm.Target.from_triple(llvm.get_process_triple())
-    machine = target.create_target_machine(
-        cpu=llvm.get_host_cpu_name(), features=llvm.get_host_cpu_features().flatten(), opt=optimize, jit=True
-    )
-    module = llvm.parse_assembly(program.text)
-    engine = llvm.create_mcjit_compiler(module, machine)
-    engine.finalize_object()
+def compile_program(program: Program, optimize: int = OPTIMIZATION) -> Machine:
+    """Compile ``program`` for this processor and load it."""
+    return load_machine(compile_object(program, optimize), program)
+
+
+def compile_object(program: Program, optimize: int = OPTIMIZATION) -> bytes:
+    """The object code of ``program`` for this processor."""
+    from lagrange_cli.native.compiler import compile_text
+
+    return compile_text(program.text, optimize)
+
+
+def load_machine(code: bytes, program: Interface) -> Machine:
+    """Object code of ``compile_object`` in memory."""
+    loaded = load(code)
     pointer, integer, real = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
 
     def function(name: str, result: Any, *arguments: Any) -> Any:
-        address = engine.get_function_address(name)
+        address = loaded.address(name)
         return ctypes.CFUNCTYPE(result, *arguments)(address) if address else None
 
     stepping = program.order >= STEPPING
     return Machine(
         program=program,
-        engine=engine,
+        loaded=loaded,
         prepare=function("prepare", None, pointer, pointer),
         observe=function("observe", None, pointer, pointer, pointer, pointer, integer, integer),
         linearize=function("linearize", None, pointer, pointer, pointer, pointer, integer, integer),
@@ -55,3 +72,13 @@ def compile_program(program: Program, optimize: int = 1) -> Machine:
         ) if stepping else None,
         accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
     )  # fmt: skip
+
+
+def load(code: bytes) -> Loaded:
+    """Object code in memory: by the short way where there is one, else by LLVM."""
+    try:
+        return load_image(code)
+    except Unsupported:
+        from lagrange_cli.native.compiler import load_with_llvm
+
+        return load_with_llvm(code)

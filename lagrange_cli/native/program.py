@@ -12,6 +12,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
+from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.jet import write_jet
 from lagrange_cli.native.layout import LANES, ZERO_SLOT, arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
@@ -19,39 +20,14 @@ from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
 from lagrange_cli.native.template import fill_in
 
-STEPPING = 6
-"""The lowest order of q's series that can be stepped with."""
-
 
 @dataclass(frozen=True)
-class Program:
-    """LLVM IR of a system, and the sizes of the arrays that it works on.
-
-    ``observed`` names the quantities that ``@observe`` computes, in their order; ``integrals`` the
-    quadratures carried along, whose values follow q and v in the state. Sizes count doubles.
-    """
+class Program(Interface):
+    """LLVM IR of a system. Operations are counted by function."""
 
     text: str
-    order: int
-    degrees: int
-    parameters: tuple[str, ...]
-    integrals: tuple[str, ...]
-    observed: tuple[str, ...]
-    constants: int
-    work: int
-    span: int
     series: SeriesProgram
     operations: Mapping[str, int]
-
-    @property
-    def rows(self) -> int:
-        """Rows of the state: q, v and the integrals."""
-        return 2 * self.degrees + len(self.integrals)
-
-    @property
-    def trial(self) -> int:
-        """Doubles of scratch that ``@advance`` needs to look ahead."""
-        return LANES * -(-2 * self.rows // LANES) + self.work
 
 
 def order_for(tolerance: float) -> int:

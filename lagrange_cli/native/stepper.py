@@ -14,9 +14,8 @@ scales do not matter.
 
 from __future__ import annotations
 
-from enum import IntEnum
-
 from lagrange_cli.native.emitter import literal, operand
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.layout import LANES, ZERO_SLOT, Layout
 from lagrange_cli.native.template import fill_in
 
@@ -27,17 +26,6 @@ CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
 LAST_TERM = 0.01
 """Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
-
-
-class Stop(IntEnum):
-    """Why ``@advance`` returned."""
-
-    END = 0
-    SAMPLES = 1
-    PAUSE = 2
-    SINGULAR = 3
-    NOT_FINITE = 4
-    UNDERFLOW = 5
 
 
 def stepper(layout: Layout, degrees: int, rows: int, tolerance: float) -> str:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+import h5py
+
 from lagrange_cli.store.layout import AXES, BYTES, Layout, Series
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target, unwritable
@@ -91,8 +93,6 @@ def open_file(sink: Sink, layout: Layout, expected: int) -> Any:
 
     (By default HDF5 keeps up to a megabyte for each of them, however many they are.)
     """
-    import h5py
-
     largest = BYTES * layout.chunk_rows(expected) * max([1, *layout.vector_sizes()])
     return h5py.File(sink, "w", rdcc_nbytes=largest)
 
@@ -113,8 +113,6 @@ def create_datasets(file: Any, layout: Layout, rows: int) -> dict[str, Any]:
 
 def attach(dataset: Any, axis: int, scale: Any) -> None:
     """Make ``scale`` the coordinate of one axis, and link it into the dataset's group."""
-    import h5py
-
     dataset.dims[axis].attach_scale(scale)
     name = scale.name.lstrip("/")
     if name not in dataset.parent:
@@ -136,8 +134,6 @@ def create_series(file: Any, series: Series, rows: int) -> Any:
 
 def create_axis(file: Any, letters: str) -> Any:
     """The dimension scale that names a vector's components."""
-    import h5py
-
     axis = file.create_dataset(letters, data=list(letters), dtype=h5py.string_dtype())
     axis.attrs["long_name"] = "component"
     axis.make_scale(letters)

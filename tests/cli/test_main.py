@@ -15,6 +15,24 @@ from lagrange_cli.errors import FileError, LagrangeError, MotionError, Problem, 
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
 
+def test_the_process_ends_at_once_but_not_before_what_was_asked_for_at_its_end(tmp_path):
+    script = (
+        "import atexit, sys; atexit.register(print, 'last words', flush=True)\n"
+        "from lagrange_cli.cli.main import run\n"
+        "sys.argv = ['lagrange', *{arguments}]; run()"
+    )
+    for arguments, status in ((["--version"], 0), (["check", "nosuch.yaml"], 5), (["--nosuch"], 2)):
+        run = subprocess.run(
+            [sys.executable, "-c", script.format(arguments=arguments)],
+            cwd=tmp_path,
+            env=ENVIRONMENT,
+            capture_output=True,
+            text=True,
+        )
+        assert run.returncode == status
+        assert run.stdout.endswith("last words\n") and bool(run.stderr) is bool(status)
+
+
 def test_help_names_every_command_with_its_purpose(capsys):
     assert main(["--help"]) == 0
     out = capsys.readouterr().out

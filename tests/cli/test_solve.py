@@ -20,7 +20,7 @@ from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
 JSON_KEYS = {"name", "output", "status", "message", "method", "tolerance", "steps", "t", "h_drift", "p_drift"}
-STAGES = {"parse", "derive", "compile", "integrate", "write", "total"}
+STAGES = {"import", "cache", "parse", "derive", "compile", "integrate", "write", "total"}
 ROOT_ATTRIBUTES = [
     "generator",
     "name",

@@ -1,0 +1,83 @@
+"""``lagrange cache``: what has been compiled and kept, and how to be rid of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from lagrange_cli.cli.report import count_of, emit, emit_json
+from lagrange_cli.errors import FileError
+from lagrange_cli.native.cache import LARGEST, SWITCH, Cache, cache_folder, switched_off
+
+MEBIBYTE = 2**20
+
+as_json_option = click.option(
+    "--json", "as_json", is_flag=True, help="Print one JSON object on standard output."
+)
+
+
+@click.group("cache")
+def cache() -> None:
+    """The compiled programs that 'solve' keeps on disk, so that no later run compiles them anew.
+
+    LAGRANGE_CACHE_DIR names another folder for them; LAGRANGE_NO_CACHE=1 does without.
+    """
+
+
+@cache.command("info")
+@as_json_option
+def info(as_json: bool) -> None:
+    """Say where they are, how many there are and how large; or why they are not used."""
+    found = describe_cache()
+    if as_json:
+        emit_json(found)
+    else:
+        emit(as_text(found))
+
+
+@cache.command("clear")
+@as_json_option
+def clear(as_json: bool) -> None:
+    """Remove all of them."""
+    folder = cache_folder()
+    removed = 0
+    if folder is not None:
+        try:
+            removed = Cache(folder).clear()
+        except FileNotFoundError:
+            pass
+        except OSError as error:
+            raise FileError(f"{folder} could not be cleared: {error.strerror or error}") from error
+    if as_json:
+        emit_json({"folder": folder, "removed": removed})
+    else:
+        emit(f"removed {count_of(removed, 'compiled program')}")
+
+
+def describe_cache() -> dict[str, Any]:
+    """The state of the cache in terms of JSON; ``reason`` says why it is not used."""
+    folder = cache_folder()
+    found = {"folder": folder, "used": True, "reason": "", "entries": 0, "bytes": 0, "largest": LARGEST}
+    if folder is None:
+        return {**found, "used": False, "reason": "no folder for it is known on this platform"}
+    if switched_off():
+        return {**found, "used": False, "reason": f"{SWITCH} is set"}
+    try:
+        entries = Cache(folder).entries()
+    except FileNotFoundError:
+        return found  # it will be made
+    except OSError as error:
+        return {**found, "used": False, "reason": str(error.strerror or error)}
+    return {**found, "entries": len(entries), "bytes": sum(entry.size for entry in entries)}
+
+
+def as_text(found: dict[str, Any]) -> str:
+    """The same for people."""
+    lines = [f"folder: {found['folder']}"]
+    if not found["used"]:
+        lines.append(f"not used: {found['reason']}")
+    else:
+        sizes = f"{found['bytes'] / MEBIBYTE:.1f} of {found['largest'] / MEBIBYTE:.0f} MiB"
+        lines.append(f"{count_of(found['entries'], 'compiled program')}, {sizes}")
+    return "\n".join(lines)

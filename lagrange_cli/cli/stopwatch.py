@@ -1,0 +1,57 @@
+"""Where the time of a run goes, stage by stage."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+
+STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
+"""In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
+
+NOTES = {
+    "import": "loading Python's modules",
+    "parse": "reading and checking the system file",
+    "derive": "the equations of motion, and the program that follows them",
+    "compile": "machine code",
+    "cache": "compiled programs on disk",
+    "integrate": "following the motion",
+    "write": "the HDF5 file",
+}
+
+
+class Stopwatch:
+    """Seconds by stage. Stages do not overlap: one within another stops the outer one's time."""
+
+    def __init__(self) -> None:
+        self.seconds = dict.fromkeys(STAGES, 0.0)
+        self._started = time.perf_counter()
+        self._inner = 0.0
+
+    @contextmanager
+    def stage(self, name: str) -> Iterator[None]:
+        """Add the time spent inside to the stage of that name."""
+        before, outer, self._inner = time.perf_counter(), self._inner, 0.0
+        try:
+            yield
+        finally:
+            spent = time.perf_counter() - before
+            self.seconds[name] += spent - self._inner
+            self._inner = outer + spent
+
+    def report(self) -> dict[str, float]:
+        """The stages, and the total since the system's turn came."""
+        return {**self.seconds, "total": time.perf_counter() - self._started}
+
+
+def as_table(seconds: Mapping[str, float], start: float, *, cached: bool) -> str:
+    """A line for each stage that took place, in seconds; ``start`` is what passed before the first."""
+    skipped = {"derive", "compile"} if cached else set()
+    notes = NOTES | {"cache": "found the compiled program"} if cached else NOTES
+    rows = [("start", start, "the interpreter and the command line")]
+    rows += [(name, seconds[name], notes[name]) for name in STAGES if name not in skipped]
+    rows += [("total", start + seconds["total"], "")]
+    names = {"cache": "cache hit"} if cached else {}
+    return "\n".join(
+        f"  {names.get(name, name):<10}{spent:8.3f} s  {note}".rstrip() for name, spent, note in rows
+    )

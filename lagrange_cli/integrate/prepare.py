@@ -1,0 +1,117 @@
+"""From a system to a run that is ready to go: compiled now, or on an earlier run and kept since."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from contextlib import AbstractContextManager, nullcontext
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.integrate.motion import IMPLICIT, TAYLOR, Method
+from lagrange_cli.integrate.recording import Recording
+from lagrange_cli.integrate.run import Prepared
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.native.machine import OPTIMIZATION, Machine, compile_object, load_machine
+from lagrange_cli.spec.structure import structure
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.native.cache import Cache
+    from lagrange_cli.spec.spec import Spec
+
+Stage = Callable[[str], AbstractContextManager[None]]
+"""A context in which a stage of the work is done: ``import``, ``derive``, ``compile`` or ``cache``."""
+
+
+def untimed(stage: str) -> AbstractContextManager[None]:
+    """A stage that nobody asks about."""
+    return nullcontext()
+
+
+def prepare(residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]) -> Prepared:
+    """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need."""
+    from lagrange_cli.integrate.writing import write_run
+
+    program, recording = write_run(residual, method=method, tolerance=tolerance, outputs=outputs)
+    machine = load_machine(compile_object(program), program)
+    return Prepared(recording, machine, method, tolerance, follower(machine, method, tolerance))
+
+
+def prepare_system(
+    spec: Spec,
+    derive: Callable[[Spec], Residual],
+    cache: Cache | None,
+    *,
+    method: str,
+    tolerance: float,
+    outputs: frozenset[str],
+    stage: Stage = untimed,
+) -> Prepared:
+    """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled."""
+    kept, key = None, None
+    with stage("cache"):
+        if cache is not None:
+            key = key_of(spec, method=method, tolerance=tolerance, outputs=outputs)
+        if cache is not None and key is not None:
+            kept = unpack(cache.load(key))
+        if kept is not None:
+            machine, recording = load_machine(kept[2], kept[0]), kept[1]
+    if kept is None:
+        with stage("import"):
+            from lagrange_cli.integrate.writing import write_run
+        with stage("derive"):
+            residual = derive(spec)
+            program, recording = write_run(residual, method=method, tolerance=tolerance, outputs=outputs)
+        with stage("compile"):
+            code = compile_object(program)
+            machine = load_machine(code, program)
+        with stage("cache"):
+            if cache is not None and key is not None:
+                cache.store(key, pack(program, recording, code))
+    with stage("import"):
+        following = follower(machine, method, tolerance)
+    return Prepared(recording, machine, method, tolerance, following, cached=kept is not None)
+
+
+def follower(machine: Machine, method: str, tolerance: float) -> Method:
+    """The method of that name on compiled equations."""
+    if method == TAYLOR:
+        from lagrange_cli.integrate.taylor import TaylorMethod
+
+        return TaylorMethod(machine)
+    from lagrange_cli.integrate.scipy_methods import ScipyMethod
+
+    return ScipyMethod(machine, method, tolerance)
+
+
+def key_of(spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str]) -> str | None:
+    """All that a compiled program depends on; None where that cannot be found out.
+
+    It holds no number of a run: neither parameters nor the initial state are part of a program.
+    """
+    from lagrange_cli.native.identity import identity
+
+    try:
+        made_by = identity()
+    except OSError:
+        return None
+    kind = ["taylor", tolerance.hex()] if method == TAYLOR else ["rates", method in IMPLICIT]
+    return json.dumps([structure(spec), kind, sorted(outputs), OPTIMIZATION, made_by])
+
+
+def pack(interface: Interface, recording: Recording, code: bytes) -> bytes:
+    """What a later run needs: a line of JSON, then the object code."""
+    head = json.dumps({"interface": interface.as_data(), "recording": recording.as_data()})
+    return head.encode() + b"\n" + code
+
+
+def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes] | None:
+    """What ``pack`` was given; None where there is nothing, or nothing that can be read."""
+    if payload is None:
+        return None
+    head, _, code = payload.partition(b"\n")
+    try:
+        data: dict[str, Any] = json.loads(head)
+        return Interface.from_data(data["interface"]), Recording.from_data(data["recording"]), code
+    except (ValueError, KeyError, TypeError):
+        return None

@@ -1,0 +1,44 @@
+"""From equations of motion to the program that follows them by a method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lagrange_cli.integrate.motion import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.plan import Plan, make_plan
+from lagrange_cli.integrate.recording import Recording
+from lagrange_cli.mechanics.explicit import Linearization, linearize
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.program import Program, order_for, write_program
+
+RATES = 2
+"""The order of q's series that gives the accelerations alone."""
+
+
+def write_run(
+    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]
+) -> tuple[Program, Recording]:
+    """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it."""
+    plan = make_plan(residual, outputs)
+    if method == TAYLOR:
+        order = order_for(tolerance)
+        program = write_program(residual, order, plan.integrands, plan.observed, tolerance=tolerance)
+    elif method in IMPLICIT:
+        linear = linearize(residual)
+        nodes = jacobian_nodes(residual, linear, plan)
+        program = write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
+    else:
+        program = write_program(residual, RATES, plan.integrands, plan.observed)
+    return program, plan.recording
+
+
+def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:
+    """dR/dq, dR/dv, M, and the integrands' derivatives by q and v, row by row."""
+    graph, model = residual.graph, residual.model
+    nodes = [
+        entry
+        for matrix in (linear.by_q, linear.by_v, residual.mass_matrix)
+        for row in matrix
+        for entry in row
+    ]
+    return nodes + [graph.diff(node, x) for node in plan.integrands.values() for x in (*model.q, *model.v)]

@@ -1,0 +1,247 @@
+"""``Cache``: compiled programs in a folder of the user's own, found again by all that they depend on.
+
+An entry is machine code that will be run. So the folder, and each entry in it, must belong to the user who
+runs the program and be writable by nobody else; what is not is treated as if it were not there. A digest over
+the key and the content finds damage. Entries come into being whole, under a temporary name that is then
+changed, so that any number of processes may share the folder without waiting for each other. Nothing
+here fails: where the folder cannot be used, nothing is found and nothing is kept.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
+
+FOLDER, SWITCH = "LAGRANGE_CACHE_DIR", "LAGRANGE_NO_CACHE"
+"""Environment variables: the folder to use, and whether (``1``) to use none."""
+
+MAGIC = b"lagrange compiled program 1\n"
+DIGEST = 32
+SUFFIX, UNFINISHED = ".code", ".part"
+LARGEST = 256 * 2**20
+"""Bytes that all entries together may take."""
+AFTERWARDS = 3 / 4
+"""The part of them that is left once the oldest have had to go."""
+ABANDONED = 3600.0
+"""Seconds after which an unfinished file is taken to be nobody's."""
+OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
+
+
+class Refused(OSError):
+    """The folder, or a file in it, is not the user's alone; the message says why."""
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A file of the cache: its name, size in bytes, and when it was last used."""
+
+    name: str
+    size: int
+    used: float
+
+
+@dataclass(frozen=True)
+class Cache:
+    """Contents by key, in ``folder``, in at most ``largest`` bytes."""
+
+    folder: str
+    largest: int = LARGEST
+
+    def load(self, key: str) -> bytes | None:
+        """What was kept under ``key``, if it is there and sound."""
+        with suppress(OSError), self._opened() as place, place.open(name_of(key), os.O_RDONLY) as descriptor:
+            check_private(os.fstat(descriptor), stat.S_ISREG)
+            content = read(descriptor, self.largest)
+            if os.utime in os.supports_fd:  # what was used last is evicted last
+                with suppress(OSError):
+                    os.utime(descriptor)
+            return unpack(key, content)
+        return None
+
+    def store(self, key: str, payload: bytes) -> None:
+        """Keep ``payload`` under ``key``, if that is possible; the oldest entries make room for it."""
+        content = pack(key, payload)
+        if len(content) > self.largest:
+            return
+        with suppress(OSError):
+            os.makedirs(self.folder, mode=0o700, exist_ok=True)
+            with self._opened() as place:
+                place.write(name_of(key), content)
+                self._evict(place)
+
+    def entries(self) -> list[Entry]:
+        """What is there, the least recently used first.
+
+        Raises ``OSError`` where the folder cannot be used (``Refused`` with the reason), or is not there.
+        """
+        with self._opened() as place:
+            return place.entries(SUFFIX)
+
+    def clear(self) -> int:
+        """Remove every entry; how many there were. Raises ``OSError`` as ``entries`` does."""
+        with self._opened() as place:
+            found = place.entries(SUFFIX)
+            for entry in (*found, *place.entries(UNFINISHED)):
+                place.remove(entry.name)
+            return len(found)
+
+    def _evict(self, place: _Place) -> None:
+        entries = place.entries(SUFFIX)
+        total = sum(entry.size for entry in entries)
+        if total > self.largest:
+            for entry in entries:
+                if total <= AFTERWARDS * self.largest:
+                    break
+                place.remove(entry.name)
+                total -= entry.size
+        for entry in place.entries(UNFINISHED):
+            if entry.used < time.time() - ABANDONED:
+                place.remove(entry.name)
+
+    @contextmanager
+    def _opened(self) -> Iterator[_Place]:
+        """The folder, found to be the user's alone; what is done in it is done in that very folder."""
+        if os.open not in os.supports_dir_fd:  # Windows, where a user's folders are private by default
+            yield _Place(self.folder, None)
+            return
+        descriptor = os.open(self.folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            check_private(os.fstat(descriptor), stat.S_ISDIR)
+            yield _Place(self.folder, descriptor)
+        finally:
+            os.close(descriptor)
+
+
+@dataclass(frozen=True)
+class _Place:
+    """An open folder: names are looked up from ``descriptor``, or by their path where there is none."""
+
+    folder: str
+    descriptor: int | None
+
+    def path(self, name: str) -> str:
+        return name if self.descriptor is not None else os.path.join(self.folder, name)
+
+    @contextmanager
+    def open(self, name: str, flags: int) -> Iterator[int]:
+        for extra in ("O_NOFOLLOW", "O_NONBLOCK", "O_CLOEXEC", "O_BINARY"):
+            flags |= getattr(os, extra, 0)
+        descriptor = os.open(self.path(name), flags, 0o600, dir_fd=self.descriptor)
+        try:
+            yield descriptor
+        finally:
+            os.close(descriptor)
+
+    def write(self, name: str, content: bytes) -> None:
+        """A whole file, or none at all."""
+        part = f"{os.getpid()}-{os.urandom(8).hex()}{UNFINISHED}"
+        try:
+            with self.open(part, os.O_WRONLY | os.O_CREAT | os.O_EXCL) as descriptor:
+                rest = memoryview(content)
+                while rest:
+                    rest = rest[os.write(descriptor, rest) :]
+            os.replace(
+                self.path(part), self.path(name), src_dir_fd=self.descriptor, dst_dir_fd=self.descriptor
+            )
+        except OSError:
+            self.remove(part)
+            raise
+
+    def remove(self, name: str) -> None:
+        with suppress(OSError):
+            os.unlink(self.path(name), dir_fd=self.descriptor)
+
+    def entries(self, suffix: str) -> list[Entry]:
+        """The plain files of that suffix, the least recently used first."""
+        found = []
+        with os.scandir(self.folder if self.descriptor is None else self.descriptor) as files:
+            for file in files:
+                with suppress(OSError):
+                    if file.name.endswith(suffix) and file.is_file(follow_symlinks=False):
+                        status = file.stat(follow_symlinks=False)
+                        found.append(Entry(file.name, status.st_size, status.st_mtime))
+        return sorted(found, key=lambda entry: (entry.used, entry.name))
+
+
+def find_cache(*, wanted: bool = True) -> Cache | None:
+    """The user's cache, or None where it is switched off or there is no place for it."""
+    folder = cache_folder()
+    if not wanted or switched_off() or folder is None:
+        return None
+    return Cache(folder)
+
+
+def switched_off() -> bool:
+    """Whether the environment says that nothing is to be kept or found."""
+    return os.environ.get(SWITCH, "") not in ("", "0")
+
+
+def cache_folder() -> str | None:
+    """Where this platform keeps what programs may lose: the folder for compiled programs."""
+    if chosen := os.environ.get(FOLDER):
+        return os.path.abspath(chosen)
+    if sys.platform == "win32":
+        home = os.environ.get("LOCALAPPDATA", "")
+    elif sys.platform == "darwin":
+        home = os.path.expanduser("~/Library/Caches")
+    else:
+        home = os.environ.get("XDG_CACHE_HOME", "")
+        if not os.path.isabs(home):  # as the XDG Base Directory Specification has it
+            home = os.path.expanduser("~/.cache")
+    return os.path.join(home, "lagrange-cli") if os.path.isabs(home) else None
+
+
+def check_private(status: os.stat_result, kind: Any) -> None:
+    """Raise ``Refused`` unless this is of that kind, the user's own, and writable by nobody else."""
+    if not kind(status.st_mode):
+        raise Refused("it is of another kind than it should be")
+    if hasattr(os, "geteuid"):
+        if status.st_uid != os.geteuid():
+            raise Refused("it belongs to another user")
+        if status.st_mode & OTHERS_MAY_WRITE:
+            raise Refused("other users may write to it")
+
+
+def read(descriptor: int, largest: int) -> bytes:
+    """All of an open file, if it is not too large to be an entry."""
+    size = os.fstat(descriptor).st_size
+    content = os.read(descriptor, size) if size <= largest else b""
+    while len(content) < size and (more := os.read(descriptor, size - len(content))):
+        content += more
+    return content
+
+
+def name_of(key: str) -> str:
+    """The name of the entry of a key."""
+    return digest(key.encode()).hex() + SUFFIX
+
+
+def pack(key: str, payload: bytes) -> bytes:
+    """The content of an entry: what it is, a digest of the rest, the key and its length, the payload."""
+    name = key.encode()
+    rest = len(name).to_bytes(8, "little") + name + payload
+    return MAGIC + digest(rest) + rest
+
+
+def unpack(key: str, content: bytes) -> bytes | None:
+    """The payload, if this is the content of that key's entry, to the last bit."""
+    start = len(MAGIC) + DIGEST
+    known = content[:start] == MAGIC + digest(content[start:])
+    head = len(key.encode()).to_bytes(8, "little") + key.encode()
+    return content[start + len(head) :] if known and content[start:].startswith(head) else None
+
+
+def digest(content: bytes) -> bytes:
+    """SHA-256, by the interpreter's own code: what ``hashlib`` loads takes longer than all the rest here."""
+    for module in ("_sha2", "_sha256", "hashlib"):
+        with suppress(ImportError):
+            value: bytes = import_module(module).sha256(content).digest()
+            return value
+    raise AssertionError("hashlib is part of Python")

@@ -1,0 +1,63 @@
+"""``Interface``: all that running a compiled program takes to know of it, and what both sides agree on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any
+
+LANES = 8
+"""Doubles of a vector: coefficients or samples that are worked on at once."""
+STEPPING = 6
+"""The lowest order of q's series that can be stepped with."""
+
+
+class Stop(IntEnum):
+    """Why ``@advance`` returned."""
+
+    END = 0
+    SAMPLES = 1
+    PAUSE = 2
+    SINGULAR = 3
+    NOT_FINITE = 4
+    UNDERFLOW = 5
+
+
+@dataclass(frozen=True)
+class Interface:
+    """What a program holds, and the sizes of the arrays that it works on, in doubles.
+
+    ``order`` is that of q's series, ``degrees`` the number of coordinates. ``observed`` names the
+    quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
+    whose values follow q and v in the state.
+    """
+
+    order: int
+    degrees: int
+    parameters: tuple[str, ...]
+    integrals: tuple[str, ...]
+    observed: tuple[str, ...]
+    constants: int
+    work: int
+    span: int
+
+    @property
+    def rows(self) -> int:
+        """Rows of the state: q, v and the integrals."""
+        return 2 * self.degrees + len(self.integrals)
+
+    @property
+    def trial(self) -> int:
+        """Doubles of scratch that ``@advance`` needs to look ahead."""
+        return LANES * -(-2 * self.rows // LANES) + self.work
+
+    def as_data(self) -> dict[str, Any]:
+        """The fields in terms of JSON."""
+        return {name: getattr(self, name) for name in Interface.__dataclass_fields__}
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Interface:
+        """What ``as_data`` gave, after JSON."""
+        fields: dict[str, Any] = {n: tuple(x) if isinstance(x, list) else x for n, x in data.items()}
+        return cls(**fields)

@@ -1,0 +1,38 @@
+"""What of a system shapes its equations of motion: all of it but the numbers of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from lagrange_cli.spec.spec import Expression, Spec
+
+NUMBERS = frozenset({"parameters", "coordinates"})
+"""Of these only the names count: parameters and the initial state are given to compiled code as it runs."""
+OUTSIDE = frozenset({"filename", "text", "name", "description", "solve"})
+"""These have no part in the equations."""
+
+
+def structure(spec: Spec) -> dict[str, Any]:
+    """The system in terms of JSON, the same for every run that differs in numbers only.
+
+    Whatever field a ``Spec`` has is part of it unless it is known to have no part in the equations.
+    """
+    return {
+        name: [one.name for one in value] if name in NUMBERS else plain(value)
+        for name, value in vars(spec).items()
+        if name not in OUTSIDE
+    }
+
+
+def plain(value: object) -> Any:
+    """A field of a ``Spec`` in terms of JSON; an expression is its text, from which all else follows."""
+    if isinstance(value, Expression):
+        return value.text
+    if isinstance(value, Mapping):
+        return [[key, plain(inner)] for key, inner in value.items()]
+    if isinstance(value, tuple):
+        return [plain(inner) for inner in value]
+    if value is None or isinstance(value, (str, int, float)):
+        return value
+    raise TypeError(f"a {type(value).__name__} has no place in a structure")

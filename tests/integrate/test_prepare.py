@@ -1,0 +1,221 @@
+"""Compiled programs from the cache: for which runs one serves, and that it is the same program."""
+
+import json
+import subprocess
+import sys
+from dataclasses import fields, replace
+
+import pytest
+
+from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
+from lagrange_cli.integrate import prepare as module
+from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
+from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.integrate.writing import write_run
+from lagrange_cli.native import identity as identity_module
+from lagrange_cli.native.cache import Cache
+from lagrange_cli.spec.spec import Spec
+from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure
+from tests.cli.command import ENVIRONMENT, SYSTEMS
+
+PENDULUM = (SYSTEMS / "pendulum.yaml").read_text()
+RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h"})}
+MANY = frozenset({"q", "v", "p", "h", "ledger", "action"})
+
+
+def residual_of(spec):
+    return derive(build_model(spec, GraphAlgebra()))
+
+
+def never(spec):
+    raise AssertionError("nothing is derived where a compiled program is at hand")
+
+
+def samples(spec, prepared):
+    chunks = []
+    times = Times(0.0, 2.0, 21, 0.1)
+
+    def emit(chunk):
+        chunks.append({path: series.tobytes() for path, series in chunk.items()})
+
+    return integrate(prepared, resolve_values(spec), times, emit, lambda: False), chunks
+
+
+@pytest.fixture
+def cache(tmp_path):
+    return Cache(str(tmp_path / "cache"))
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
+@pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):
+    spec = read_spec(path.read_bytes(), path.name)
+    run = RUN | {"method": method, "outputs": MANY if spec.lagrangian else MANY | {"positions", "energy"}}
+    run["tolerance"] = RUN["tolerance"] if method == "taylor" else 1e-8
+    plain = prepare(residual_of(spec), **run)
+    first = prepare_system(spec, residual_of, cache, **run)
+    second = prepare_system(spec, never, cache, **run)
+    assert (plain.cached, first.cached, second.cached) == (False, False, True)
+    assert plain.datasets == first.datasets == second.datasets
+    assert samples(spec, plain) == samples(spec, first) == samples(spec, second)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("m: {value: 1.0", "m: {value: 2.5"),
+        ("g: {value: 9.81", "g: {value: 1.62"),
+        ("unit: kg", "unit: g"),
+        ("initial: ", "initial: 1 + "),
+        ("name: ", "name: another "),
+        ("stop: 20", "stop: 7"),
+    ],
+)
+def test_numbers_and_words_make_no_new_program(old, new, cache):
+    assert old in PENDULUM
+    prepare_system(read_spec(PENDULUM, "a.yaml"), residual_of, cache, **RUN)
+    other = read_spec(PENDULUM.replace(old, new), "b.yaml")
+    assert prepare_system(other, never, cache, **RUN).cached
+    program, _ = write_run(residual_of(other), **RUN)
+    assert program.text == write_run(residual_of(read_spec(PENDULUM, "a.yaml")), **RUN)[0].text
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tolerance": 1e-9},
+        {"outputs": RUN["outputs"] | {"action"}},
+        {"outputs": RUN["outputs"] - {"p"}},
+        {"method": "DOP853"},
+        {"method": "Radau"},
+    ],
+    ids=str,
+)
+def test_another_kind_of_run_is_another_program(change, cache):
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    prepare_system(spec, residual_of, cache, **RUN)
+    assert not prepare_system(spec, residual_of, cache, **RUN | change).cached
+    assert len(cache.entries()) == 2
+
+
+def test_methods_of_a_kind_share_a_program_whatever_the_tolerance(cache):
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    prepare_system(spec, residual_of, cache, **RUN | {"method": "Radau", "tolerance": 1e-6})
+    prepared = prepare_system(spec, never, cache, **RUN | {"method": "BDF", "tolerance": 1e-8})
+    assert (prepared.method, prepared.tolerance, prepared.follower.name) == ("BDF", 1e-8, "BDF")
+
+
+EXPRESSIONS = {
+    "masses": ("bob: m", "bob: 2*m"),
+    "embedding": ("l*sin(theta)", "l*sin(2*theta)"),
+    "potential": ("m*g*bob.y", "m*g*bob.y + theta"),
+    "coordinates": ("theta", "phi"),
+    "parameters": ("parameters:\n", "parameters:\n  another: 1\n"),
+}
+
+
+@pytest.mark.parametrize(("old", "new"), EXPRESSIONS.values(), ids=EXPRESSIONS)
+def test_another_system_is_another_program(old, new):
+    assert old in PENDULUM
+    spec, other = read_spec(PENDULUM, "a.yaml"), read_spec(PENDULUM.replace(old, new), "a.yaml")
+    assert key_of(spec, **RUN) != key_of(other, **RUN)
+
+
+def test_whatever_a_spec_holds_is_part_of_its_structure_or_known_to_be_none():
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    assert set(structure(spec)) == {field.name for field in fields(Spec)} - OUTSIDE
+    assert set(structure(spec)) > NUMBERS
+    json.dumps(structure(spec))
+    with pytest.raises(TypeError, match="has no place"):
+        structure(replace(spec, forces=object()))
+
+
+def test_the_key_holds_code_llvm_and_processor(monkeypatch):
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    known = identity_module.identity()
+    assert {"version", "code", "llvm", "processor", "python"} == set(known)
+    assert all(known.values())
+    key = key_of(spec, **RUN)
+    for name in known:
+        with monkeypatch.context() as patched:
+            patched.setattr(identity_module, "identity", lambda name=name: {**known, name: "another"})
+            assert key_of(spec, **RUN) != key
+
+
+def test_the_processor_is_described_without_its_speed_of_the_moment(monkeypatch):
+    assert not [line for line in identity_module.described() if "MHz" in line or "processor\t" in line]
+    monkeypatch.setattr(identity_module, "described", list)
+    assert len(identity_module.processor()) == 2  # LLVM's name for it, and what it can do
+
+
+def test_where_the_code_cannot_be_examined_nothing_is_cached(monkeypatch, cache):
+    def fails():
+        raise OSError("in an archive")
+
+    monkeypatch.setattr(identity_module, "identity", fails)
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    for _ in range(2):
+        assert not prepare_system(spec, residual_of, cache, **RUN).cached
+
+
+@pytest.mark.parametrize(
+    "payload", [b"", b"{}\n", b"[1]\n\x7fELF", b'{"interface": {"a": 1}}\ncode', b"\xff\n"]
+)
+def test_an_entry_that_makes_no_sense_is_rebuilt_in_silence(payload, cache):
+    assert unpack(payload) is None
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    cache.store(key_of(spec, **RUN), payload)
+    assert not prepare_system(spec, residual_of, cache, **RUN).cached
+    assert prepare_system(spec, never, cache, **RUN).cached
+
+
+def test_what_is_packed_is_unpacked(cache):
+    program, recording = write_run(residual_of(read_spec(PENDULUM, "a")), **RUN | {"outputs": MANY})
+    interface, again, code = unpack(pack(program, recording, b"\n\0code"))
+    assert again == recording and code == b"\n\0code"
+    assert interface.as_data() == program.as_data()
+    assert (interface.rows, interface.trial) == (program.rows, program.trial)
+
+
+def test_stages_are_told_apart(cache):
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    for expected in (["cache", "import", "derive", "compile", "cache", "import"], ["cache", "import"]):
+        seen = []
+
+        def stage(name, seen=seen):
+            seen.append(name)
+            return module.untimed(name)
+
+        prepare_system(spec, residual_of, cache, **RUN, stage=stage)
+        assert seen == expected
+
+
+PROBE = """
+import sys
+from lagrange_cli.cli.main import main
+assert main(sys.argv[1:]) == 0
+print(*sys.modules)
+"""
+
+
+def test_a_run_from_the_cache_loads_neither_llvm_nor_what_derives(tmp_path):
+    arguments = ["solve", str(SYSTEMS / "pendulum.yaml"), "--force", "--quiet"]
+    loaded = [
+        set(
+            subprocess.run(
+                [sys.executable, "-c", PROBE, *arguments],
+                cwd=tmp_path,
+                env={**ENVIRONMENT, "LAGRANGE_CACHE_DIR": str(tmp_path / "cache")},
+                capture_output=True,
+                text=True,
+                check=True,
+            ).stdout.split()
+        )
+        for _ in range(2)
+    ]
+    compiling = {"llvmlite.binding", "lagrange_cli.native.program", "lagrange_cli.mechanics.derive"}
+    assert compiling <= loaded[0]
+    assert not [
+        name for name in loaded[1] if name.startswith(("lagrange_cli.mechanics", "lagrange_cli.model"))
+    ]
+    assert not compiling & loaded[1]
