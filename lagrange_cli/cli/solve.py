@@ -35,7 +35,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.cli.settings import Settings
-    from lagrange_cli.integrate.run import Outcome, Prepared
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.layout import Layout
@@ -203,7 +204,15 @@ def prepare_run(spec: Spec, settings: Settings, watch: Stopwatch, *, cached: boo
         tolerance=settings.tolerance,
         outputs=settings.outputs,
         stage=watch.stage,
+        meanwhile=import_the_rest,
     )
+
+
+def import_the_rest() -> None:
+    """Load what the run needs from here on; numpy and h5py are the most of it."""
+    import lagrange_cli.integrate.run
+    import lagrange_cli.integrate.taylor
+    import lagrange_cli.store.writer  # noqa: F401
 
 
 def integrate_and_write(
@@ -217,9 +226,8 @@ def integrate_and_write(
     quiet: bool,
 ) -> Outcome:
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
-    with watch.stage("import"):
-        from lagrange_cli.integrate.run import Times, integrate
-        from lagrange_cli.store.writer import Writer
+    from lagrange_cli.integrate.run import Times, integrate
+    from lagrange_cli.store.writer import Writer
 
     times = Times(start=settings.start, stop=settings.stop, count=settings.count, step=settings.step)
     progress = Progress(spec.name, settings.start, settings.stop, quiet=quiet)

@@ -13,7 +13,7 @@ NOTES = {
     "import": "loading Python's modules",
     "parse": "reading and checking the system file",
     "derive": "the equations of motion, and the program that follows them",
-    "compile": "machine code",
+    "compile": "waiting for machine code, made while modules are loaded",
     "cache": "compiled programs on disk",
     "integrate": "following the motion",
     "write": "the HDF5 file",

@@ -14,10 +14,6 @@ from lagrange_cli.integrate.times import Times
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-TAYLOR = "taylor"
-IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
-"""Those of scipy's methods that want the Jacobian."""
-
 Array: TypeAlias = "NDArray[np.float64]"
 Watch = Callable[[float], bool]
 """Told the time reached, several times a second; True to stop there."""

@@ -7,14 +7,16 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.integrate.motion import IMPLICIT, TAYLOR, Method
+from lagrange_cli.integrate.alongside import alongside
+from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.recording import Recording
-from lagrange_cli.integrate.run import Prepared
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.machine import OPTIMIZATION, Machine, compile_object, load_machine
 from lagrange_cli.spec.structure import structure
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.motion import Method
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.native.cache import Cache
     from lagrange_cli.spec.spec import Spec
@@ -26,6 +28,10 @@ Stage = Callable[[str], AbstractContextManager[None]]
 def untimed(stage: str) -> AbstractContextManager[None]:
     """A stage that nobody asks about."""
     return nullcontext()
+
+
+def nothing() -> None:
+    """Nothing to do in the meantime."""
 
 
 def prepare(residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]) -> Prepared:
@@ -46,8 +52,17 @@ def prepare_system(
     tolerance: float,
     outputs: frozenset[str],
     stage: Stage = untimed,
+    meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
-    """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled."""
+    """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled.
+
+    ``meanwhile`` is called once, while LLVM compiles if it has to: it is for what the run needs next.
+    """
+
+    def prepare_rest() -> None:
+        with stage("import"):
+            meanwhile()
+
     kept, key = None, None
     with stage("cache"):
         if cache is not None:
@@ -63,11 +78,13 @@ def prepare_system(
             residual = derive(spec)
             program, recording = write_run(residual, method=method, tolerance=tolerance, outputs=outputs)
         with stage("compile"):
-            code = compile_object(program)
+            code = alongside(lambda: compile_object(program), prepare_rest)
             machine = load_machine(code, program)
         with stage("cache"):
             if cache is not None and key is not None:
                 cache.store(key, pack(program, recording, code))
+    else:
+        prepare_rest()
     with stage("import"):
         following = follower(machine, method, tolerance)
     return Prepared(recording, machine, method, tolerance, following, cached=kept is not None)

@@ -3,41 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending, Outcome
-from lagrange_cli.integrate.motion import Array, End, Method, aligned
-from lagrange_cli.integrate.recording import Dataset, Recording
+from lagrange_cli.integrate.motion import Array, End, aligned
+from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.machine import Machine
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
 
 __all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
-
-
-@dataclass(frozen=True)
-class Prepared:
-    """A system compiled for one method, tolerance and set of outputs; parameters' values come later.
-
-    ``cached`` tells that the code was compiled on an earlier run.
-    """
-
-    recording: Recording
-    machine: Machine
-    method: str
-    tolerance: float
-    follower: Method
-    cached: bool = False
-
-    @property
-    def datasets(self) -> tuple[Dataset, ...]:
-        """Every dataset of the output but ``t``, in order."""
-        return self.recording.datasets
 
 
 def integrate(

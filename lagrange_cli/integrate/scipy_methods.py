@@ -13,7 +13,8 @@ import numpy as np
 import scipy.integrate
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.motion import IMPLICIT, Accept, Array, End, Watch, aligned, chunk_size
+from lagrange_cli.integrate.methods import IMPLICIT
+from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.machine import Machine
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lagrange_cli.integrate.motion import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
 from lagrange_cli.integrate.plan import Plan, make_plan
 from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.mechanics.explicit import Linearization, linearize

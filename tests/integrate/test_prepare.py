@@ -3,12 +3,14 @@
 import json
 import subprocess
 import sys
+import threading
 from dataclasses import fields, replace
 
 import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
+from lagrange_cli.integrate.alongside import alongside
 from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
 from lagrange_cli.integrate.run import Times, integrate
 from lagrange_cli.integrate.writing import write_run
@@ -177,17 +179,46 @@ def test_what_is_packed_is_unpacked(cache):
     assert (interface.rows, interface.trial) == (program.rows, program.trial)
 
 
-def test_stages_are_told_apart(cache):
+@pytest.mark.parametrize("cached", [False, True])
+def test_stages_are_told_apart_and_the_meantime_is_used_once(cached, cache):
     spec = read_spec(PENDULUM, "pendulum.yaml")
-    for expected in (["cache", "import", "derive", "compile", "cache", "import"], ["cache", "import"]):
-        seen = []
+    if cached:
+        prepare_system(spec, residual_of, cache, **RUN)
+    seen = []
 
-        def stage(name, seen=seen):
-            seen.append(name)
-            return module.untimed(name)
+    def stage(name):
+        seen.append(name)
+        return module.untimed(name)
 
-        prepare_system(spec, residual_of, cache, **RUN, stage=stage)
-        assert seen == expected
+    prepare_system(spec, residual_of, cache, **RUN, stage=stage, meanwhile=lambda: seen.append("meanwhile"))
+    compiling = ["import", "derive", "compile", "import", "meanwhile", "cache"]
+    assert seen == ["cache", *(["import", "meanwhile"] if cached else compiling), "import"]
+
+
+def test_work_alongside_gives_its_value_after_both_are_done():
+    begun, done = threading.Event(), threading.Event()
+
+    def work():
+        begun.set()
+        assert done.wait(10)
+        return 42
+
+    def other():
+        assert begun.wait(10)
+        done.set()
+
+    assert alongside(work, other) == 42
+
+
+@pytest.mark.parametrize("error", [RuntimeError("LLVM is out of sorts"), MemoryError(), KeyboardInterrupt()])
+def test_work_alongside_fails_as_it_would_by_itself(error):
+    def fail():
+        raise error
+
+    with pytest.raises(type(error)):
+        alongside(fail, lambda: None)
+    with pytest.raises(type(error)):
+        alongside(lambda: None, fail)
 
 
 PROBE = """

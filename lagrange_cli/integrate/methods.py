@@ -1,0 +1,7 @@
+"""The methods' names, where what they have in common is decided."""
+
+TAYLOR = "taylor"
+"""The project's own; all others are scipy's."""
+
+IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
+"""Those of scipy's methods that want the Jacobian."""

@@ -1,0 +1,32 @@
+"""``Prepared``: a system ready to be followed, for any values of its parameters."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from lagrange_cli.integrate.recording import Dataset, Recording
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.motion import Method
+    from lagrange_cli.native.machine import Machine
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A system compiled for one method, tolerance and set of outputs; parameters' values come later.
+
+    ``cached`` tells that the code was compiled on an earlier run.
+    """
+
+    recording: Recording
+    machine: Machine
+    method: str
+    tolerance: float
+    follower: Method
+    cached: bool = False
+
+    @property
+    def datasets(self) -> tuple[Dataset, ...]:
+        """Every dataset of the output but ``t``, in order."""
+        return self.recording.datasets
