@@ -75,10 +75,10 @@ class Samples:
         observed = self._observe(times, states)
         if not self._first:
             self._first = {name: float(row[0]) for name, row in observed.items()}
-        for name in self._drift:
-            self._drift[name] = max(
-                self._drift[name], float(np.max(np.abs(observed[name] - self._first[name])))
-            )
+        with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
+            for name, drift in self._drift.items():
+                change = float(np.max(np.abs(observed[name] - self._first[name])))
+                self._drift[name] = max(drift, change)
         chunk = {"t": times}
         for kind, offset in (("q", 0), ("v", program.degrees)):
             if kind in recording.states:

@@ -23,6 +23,10 @@ class Singular(ArithmeticError):
     """The mass matrix cannot be inverted here."""
 
 
+class NotFinite(ArithmeticError):
+    """The equations have no finite value here. (Some of scipy's solvers would go on for ever.)"""
+
+
 @dataclass(frozen=True)
 class Equations:
     """y' = f(t, y) for y = (q, v, integrals) of shape (rows,), on compiled code."""
@@ -39,7 +43,7 @@ class Equations:
         return cls(machine, constants, aligned(machine.program.work))
 
     def rates(self, t: float, y: Array) -> Array:
-        """y'; raises ``Singular``."""
+        """y'; raises ``Singular`` or ``NotFinite``."""
         program, accelerate = self.machine.program, self.machine.accelerate
         state = np.concatenate([y, np.zeros_like(y)])
         result = np.empty(program.rows)
@@ -54,6 +58,8 @@ class Equations:
         )
         if not regular:
             raise Singular
+        if not np.all(np.isfinite(result)):
+            raise NotFinite
         return result
 
     def jacobian(self, t: float, y: Array) -> Array:

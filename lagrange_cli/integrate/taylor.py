@@ -42,7 +42,9 @@ class TaylorMethod:
             first += len(wanted)
             stop, done = stepper.fill(wanted, first == times.count, watch)
             accept(wanted[:done], stepper.samples[:, :done])
-            if stop in ENDINGS:
+            if stop is Stop.NOT_FINITE and stepper.finite():
+                ending = Ending.STEP_UNDERFLOW  # the equations are, but a singularity is so near that the series is not
+            elif stop in ENDINGS:
                 ending = ENDINGS[stop]
             elif stop is Stop.PAUSE:
                 ending = Ending.INTERRUPTED
@@ -59,7 +61,8 @@ class Stepper:
     def __init__(self, machine: Machine, parameters: Array, state: Array, times: Times, size: int) -> None:
         program = machine.program
         assert machine.advance is not None
-        self._advance, self._rows, self._stop = machine.advance, program.rows, times.stop
+        self._advance, self._accelerate = machine.advance, machine.accelerate
+        self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
         self._memory, self._work = aligned(2 * self._rows + 3), aligned(program.work)
@@ -79,6 +82,14 @@ class Stepper:
     def state(self) -> Array:
         """q, v and the integrals at that time."""
         return np.array(self._memory[: self._rows])
+
+    def finite(self) -> bool:
+        """Whether the accelerations are finite at the state reached."""
+        rates = np.empty(self._rows)
+        self._accelerate(
+            self._constants.ctypes.data, self.t, self._memory.ctypes.data, self._work.ctypes.data, rates.ctypes.data
+        )
+        return bool(np.all(np.isfinite(rates[: self._degrees])))
 
     def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
         """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how

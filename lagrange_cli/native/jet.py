@@ -11,8 +11,10 @@ from lagrange_cli.native.layout import LANES
 from lagrange_cli.native.looped import SECOND, Loop, Looped, Window
 from lagrange_cli.native.written_out import WrittenOut
 
-FEW_STAGES, MANY_STAGES = 3, 10
-"""Stages (besides the two that start the series) that are written out, in large and in small systems."""
+FEW_STAGES, MANY_STAGES = 4, 10
+"""Stages (besides the two that start the series) that are written out, in large and in small systems.
+
+At least 4: in a loop every convolution is at index 3 or above, where the pairs with index 1 are two."""
 SMALL = 12
 """Convolutions of a small system."""
 

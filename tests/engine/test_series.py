@@ -1,0 +1,201 @@
+"""The power series of every operation, against series from elsewhere."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.integrate.compiled import compiled_values
+from lagrange_cli.native import jet
+from tests.engine.motion import compiled, residual_of, solve
+
+FUNCTIONS = {
+    "sin(u)": mpmath.sin,
+    "cos(u)": mpmath.cos,
+    "tan(u)": mpmath.tan,
+    "asin(u/3)": lambda u: mpmath.asin(u / 3),
+    "acos(u/3)": lambda u: mpmath.acos(u / 3),
+    "atan(u)": mpmath.atan,
+    "atan2(u, 2 + u**2)": lambda u: mpmath.atan2(u, 2 + u**2),
+    "sinh(u)": mpmath.sinh,
+    "cosh(u)": mpmath.cosh,
+    "tanh(u)": mpmath.tanh,
+    "exp(-u)": lambda u: mpmath.exp(-u),
+    "log(3 + u)": lambda u: mpmath.log(3 + u),
+    "sqrt(3 + u)": lambda u: mpmath.sqrt(3 + u),
+    "1/(3 + u)": lambda u: 1 / (3 + u),
+    "u**2": lambda u: u**2,
+    "u**7": lambda u: u**7,
+    "(3 + u)**-2": lambda u: (3 + u) ** -2,
+    "(3 + u)**-1.5": lambda u: (3 + u) ** mpmath.mpf(-1.5),
+    "(3 + u)**0.7": lambda u: (3 + u) ** mpmath.mpf(0.7),
+    "(3 + u)**c": lambda u: (3 + u) ** mpmath.mpf(1.3),
+    "2**u": lambda u: mpmath.mpf(2) ** u,
+    "(3 + u)**u": lambda u: (3 + u) ** u,
+    "sin(u)*exp(-u**2)/(2 + cos(u))": lambda u: mpmath.sin(u) * mpmath.exp(-(u**2)) / (2 + mpmath.cos(u)),
+    "norm((u, 1, 2))": lambda u: mpmath.sqrt(u**2 + 5),
+}
+
+FORCED = """
+parameters: {{c: 1.3}}
+coordinates:
+  x: {{initial: 0}}
+  y: {{initial: 0.1, velocity: 0.5}}
+masses: {{p: 1}}
+embedding: {{p: [x, y]}}
+definitions: {{u: {u}}}
+generalized_forces: {{x: "{force}"}}
+"""
+
+
+@pytest.mark.parametrize("u", ["0.1 + 0.5*t", "y", "y_dot*t + 0.1", "asin(sin(0.1 + 0.5*t))"])
+@pytest.mark.parametrize("force", FUNCTIONS)
+def test_a_force_that_is_a_known_function_of_time(force, u):
+    """x'' = f(u) with u = 0.1 + t/2, however u is written: x' is an integral."""
+    motion = solve(FORCED.format(u=u, force=force), 2.0, 3)
+    function = FUNCTIONS[force]
+    for t, rate in zip(motion["t"][1:], motion["v/x"][1:]):
+        expected = mpmath.quad(lambda s: function(mpmath.mpf("0.1") + s / 2), [0, float(t)])
+        assert abs(rate - float(expected)) <= 2e-13 * max(1.0, abs(float(expected)))
+
+
+ELLIPSOID = """
+parameters: {a: 1.5, b: 0.7, m: 2, k: 3}
+coordinates:
+  u: {initial: 0.4, velocity: 0.3}
+  w: {initial: 0.9, velocity: -0.2}
+masses: {p: m, q: 1}
+embedding:
+  p: [a*cos(u)*cosh(w)/2, b*sin(u)*sin(w + t), exp(-w)/(2 + u**2)]
+  q: [tanh(u*w), sqrt(1 + w**2), atan2(u, 2 + w)]
+potential: k*(p.x**2 + p.y**2)/2 + log(2 + sin(u)) - 1/norm(p - q + (0, 0, 3)) + 0.1*u_dot*w
+dissipation: 0.01*(u_dot**2 + w_dot**2)
+"""
+
+
+@pytest.mark.parametrize("stages", [(4, 4), (10, 10), (13, 13), (60, 60)])
+def test_loops_and_written_out_stages_agree(stages, monkeypatch):
+    """Everything at once: each way to write the stages gives the same motion, and the ledgers close."""
+    reference = solve(ELLIPSOID, 3.0, outputs="q,v,p,h,ledger")
+    monkeypatch.setattr(jet, "FEW_STAGES", stages[0])
+    monkeypatch.setattr(jet, "MANY_STAGES", stages[1])
+    compiled.cache_clear()
+    motion = solve(ELLIPSOID, 3.0, outputs="q,v,p,h,ledger")
+    compiled.cache_clear()
+    for path, series in motion.series.items():
+        assert np.max(np.abs(series - reference[path])) <= 1e-12, path
+        if "ledger" in path:
+            assert np.max(np.abs(series)) <= 1e-12, path
+
+
+@pytest.mark.parametrize("system", ["double_pendulum", "spherical_pendulum", "free_particles", "rotating_hoop"])
+@pytest.mark.parametrize("stages", [4, 10, 60])
+def test_every_shape_of_code_closes_the_ledgers(system, stages, monkeypatch):
+    monkeypatch.setattr(jet, "FEW_STAGES", stages)
+    monkeypatch.setattr(jet, "MANY_STAGES", stages)
+    compiled.cache_clear()
+    motion = solve(system, 10.0, outputs="q,v,p,h,ledger,action")
+    compiled.cache_clear()
+    for path, series in motion.series.items():
+        if "ledger" in path:
+            assert np.max(np.abs(series)) <= 1e-12 * max(1.0, np.max(np.abs(motion["diagnostics/h"]))), path
+
+
+def test_formulations_agree(monkeypatch):
+    """d'Alembert's form and the multiplied-out kinetic energy are the same equations."""
+    from lagrange_cli.mechanics import derive as module
+
+    reference = solve("spherical_pendulum", 10.0)
+    assert residual_of("spherical_pendulum").formulation == "kinetic energy"
+    monkeypatch.setattr(module, "reduced_kinetic_energy", lambda model: None)
+    residual_of.cache_clear()
+    compiled.cache_clear()
+    motion = solve("spherical_pendulum", 10.0)
+    assert residual_of("spherical_pendulum").formulation == "embedding"
+    residual_of.cache_clear()
+    compiled.cache_clear()
+    assert np.max(np.abs(motion["q/theta"] - reference["q/theta"])) <= 1e-11
+
+
+def lagrangian_of(matrix):
+    """L = v.M.v/2 - sum_k (k+1) sin(x_k) as a system."""
+    size = len(matrix)
+    terms = [f"({matrix[i][j] / 2!r})*x{i}_dot*x{j}_dot" for i in range(size) for j in range(size)]
+    slopes = [f"- {k + 1}*sin(x{k})" for k in range(size)]
+    names = ", ".join(f"x{k}" for k in range(size))
+    return f"coordinates: [{names}]\nlagrangian: {' + '.join(terms)} {' '.join(slopes)}\n"
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(2, 8), st.integers(0, 10**6), st.booleans())
+def test_coupled_mass_matrices_of_any_sign_are_solved(size, seed, hollow):
+    """Indefinite M, also with zeros on its diagonal, in small blocks and in the large ones' loops."""
+    source = np.random.default_rng(seed)
+    matrix = source.normal(size=(size, size))
+    matrix = matrix + matrix.T
+    if hollow:
+        np.fill_diagonal(matrix, 0.0)
+    if np.linalg.cond(matrix) > 1e4:
+        return
+    q = source.normal(size=size)
+    values = compiled_values(residual_of(lagrangian_of([[float(x) for x in row] for row in matrix])))
+    accelerations, momenta, _ = values([], 0.0, list(q), [1.0] * size)
+    expected = np.linalg.solve(matrix, -np.cos(q) * np.arange(1, size + 1))
+    assert np.max(np.abs(accelerations - expected)) <= 1e-11 * np.linalg.cond(matrix) * np.max(np.abs(expected))
+    assert np.max(np.abs(momenta - matrix.sum(axis=1))) <= 1e-13 * size * np.max(np.abs(matrix))
+
+
+def chain(size):
+    """A chain of pendulums, l = m = 1, written out by hand."""
+    names = [f"th{k}" for k in range(size)]
+    starts = "\n".join(f"  {name}: {{initial: {1 + 0.1 * k}}}" for k, name in enumerate(names))
+    places = "\n".join(
+        f"  b{k}: [{' + '.join(f'sin({n})' for n in names[: k + 1])},"
+        f" {' '.join(f'- cos({n})' for n in names[: k + 1])}]"
+        for k in range(size)
+    )
+    masses = "\n".join(f"  b{k}: 1" for k in range(size))
+    heights = " + ".join(f"b{k}.y" for k in range(size))
+    return f"coordinates:\n{starts}\nmasses:\n{masses}\nembedding:\n{places}\npotential: 9.81*({heights})\n"
+
+
+@pytest.mark.parametrize("size", [3, 7, 22])
+def test_chains_of_any_length_keep_their_energy(size):
+    """22 coordinates factor their mass matrix in loops, fewer in code written out."""
+    motion = solve(chain(size), 1.0, 11, outputs="q,h,ledger")
+    assert motion.outcome.h_drift <= 1e-13 * abs(motion["diagnostics/h"][0])
+    for k in range(size):
+        assert np.max(np.abs(motion[f"diagnostics/ledger/p/th{k}"])) <= 1e-12 * size**2
+
+
+@pytest.mark.parametrize("power", [3, 7, 11, 21])
+def test_series_of_which_many_coefficients_vanish(power):
+    """x'' = -x^n from x = 0: only every (n+1)-th coefficient is there; the step must not leap over them."""
+    text = f"coordinates: {{x: {{initial: 0, velocity: 1}}}}\nmasses: {{p: 1}}\nembedding: {{p: x}}\npotential: x**{power + 1}/{power + 1}\n"
+    motion = solve(text, 20.0, 201)
+    assert motion.outcome.h_drift <= 1e-13
+    turning = ((power + 1) / 2) ** (1 / (power + 1))
+    assert np.max(motion["q/x"]) <= turning * (1 + 1e-12)
+    assert np.max(motion["q/x"]) >= 0.97 * turning
+
+
+def test_rest_and_free_motion_take_one_step():
+    text = "coordinates: {x: {initial: 1}, y: {initial: 2, velocity: 3}}\nmasses: {p: 1}\nembedding: {p: [x, y]}\npotential: (x - 1)**4\n"
+    motion = solve(text, 1e6, 3)
+    assert motion.outcome.steps == 1
+    assert motion["q/x"].tolist() == [1.0, 1.0, 1.0]
+    assert motion["q/y"].tolist() == [2.0, 1500002.0, 3000002.0]
+
+
+def test_scale_does_not_matter():
+    """Micrometres and light years: the same steps, the same relative error."""
+    steps = set()
+    for size in (1e-12, 1.0, 1e15):
+        text = f"coordinates: {{x: {{initial: {size}}}}}\nmasses: {{p: 1}}\nembedding: {{p: x}}\npotential: x**2/2\n"
+        motion = solve(text, 20 * math.pi, 3)
+        steps.add(motion.outcome.steps)
+        assert abs(motion["q/x"][-1] / size - 1) <= 1e-13
+    assert len(steps) == 1
