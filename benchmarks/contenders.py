@@ -48,6 +48,9 @@ def lagrange(pendulums: Pendulums, repeats: int) -> Measurement:
     Preparing reads the system file, derives and compiles; a run is all of ``integrate``, its samples
     and diagnostics included.
     """
+    import lagrange_cli.integrate.taylor
+    import lagrange_cli.integrate.writing
+    import lagrange_cli.native.compiler  # noqa: F401 - what prepare would import
     from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, FULL_PRECISION
     from lagrange_cli.expression.graph import GraphAlgebra
     from lagrange_cli.integrate.prepare import prepare
