@@ -43,7 +43,9 @@ class TaylorMethod:
             stop, done = stepper.fill(wanted, first == times.count, watch)
             accept(wanted[:done], stepper.samples[:, :done])
             if stop is Stop.NOT_FINITE and stepper.finite():
-                ending = Ending.STEP_UNDERFLOW  # the equations are, but a singularity is so near that the series is not
+                ending = (
+                    Ending.STEP_UNDERFLOW
+                )  # the equations are, but a singularity is so near that the series is not
             elif stop in ENDINGS:
                 ending = ENDINGS[stop]
             elif stop is Stop.PAUSE:
@@ -87,7 +89,11 @@ class Stepper:
         """Whether the accelerations are finite at the state reached."""
         rates = np.empty(self._rows)
         self._accelerate(
-            self._constants.ctypes.data, self.t, self._memory.ctypes.data, self._work.ctypes.data, rates.ctypes.data
+            self._constants.ctypes.data,
+            self.t,
+            self._memory.ctypes.data,
+            self._work.ctypes.data,
+            rates.ctypes.data,
         )
         return bool(np.all(np.isfinite(rates[: self._degrees])))
 

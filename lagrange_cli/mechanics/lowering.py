@@ -207,8 +207,15 @@ class _Builder:
         return index
 
     def moving_partials(self, node: Node) -> list[Node]:
-        """Partial derivatives by the arguments that move."""
-        pairs = zip(node.arguments, self.graph.partials(node))
+        """Partial derivatives by the arguments that move, in terms of the node itself where it is a power.
+
+        (In terms of another power, each would call for the next.)
+        """
+        partials = self.graph.partials(node)
+        if node.kind is Kind.POWER:
+            base, exponent = node.arguments
+            partials = (node * exponent / base, partials[1])
+        pairs = zip(node.arguments, partials)
         return [partial for argument, partial in pairs if argument.symbols & self.variables]
 
     def highest(self, indices: Iterable[int]) -> int:

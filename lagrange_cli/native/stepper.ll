@@ -249,17 +249,17 @@ careful:
   %guess = phi double [ %g3, %first ], [ %hp, %usual ]
   %left0 = fsub double %stop, %tn
   %hc0 = call double @cautious(ptr %state, ptr %work, double %guess)
-  %hc1 = call double @llvm.minnum.f64(double %hc0, double %left0)
   br label %vet
 vet:
-  %hc = phi double [ %hc1, %careful ], [ %shorter, %reject ]
+  %hc = phi double [ %hc0, %careful ], [ %shorter, %reject ]
   %tries = phi i64 [ 0, %careful ], [ %tries1, %reject ]
-  %sound = call i1 @holds(ptr %constants, ptr %state, ptr %work, double %hc, ptr %trial)
+  %needed = call double @llvm.minnum.f64(double %hc, double %left0)
+  %sound = call i1 @holds(ptr %constants, ptr %state, ptr %work, double %needed, ptr %trial)
   %tired = icmp ugt i64 %tries, 30
   %accept = or i1 %sound, %tired
   br i1 %accept, label %chosen, label %reject
 reject:
-  %shorter = fmul double %hc, 0.25
+  %shorter = fmul double %needed, 0.25
   %tries1 = add i64 %tries, 1
   br label %vet
 chosen:

@@ -38,7 +38,9 @@ def test_pendulum_from_170_degrees_against_jacobis_elliptic_functions():
 def test_rod_against_cosh():
     motion = solve("rotating_rod", 10.0, omega=1)
     r, rate = motion.q[0], motion.v[0]
-    reference = [r * mpmath.cosh(mpmath.mpf(float(t))) + rate * mpmath.sinh(mpmath.mpf(float(t))) for t in motion["t"]]
+    reference = [
+        r * mpmath.cosh(mpmath.mpf(float(t))) + rate * mpmath.sinh(mpmath.mpf(float(t))) for t in motion["t"]
+    ]
     errors = np.abs(motion["q/r"] / np.array([float(x) for x in reference]) - 1)
     assert np.max(errors) <= 1e-12
     assert motion.outcome.steps <= 20
@@ -47,7 +49,9 @@ def test_rod_against_cosh():
 @pytest.mark.parametrize("system", ["harmonic_oscillator", "gauge_oscillator"])
 def test_oscillator_over_1000_periods(system):
     motion = solve(system, 1000 * 2 * math.pi / 2.0, 2001, k=4, m=1, x=1, x_dot=0.5)
-    reference = [mpmath.cos(2 * mpmath.mpf(float(t))) + mpmath.sin(2 * mpmath.mpf(float(t))) / 4 for t in motion["t"]]
+    reference = [
+        mpmath.cos(2 * mpmath.mpf(float(t))) + mpmath.sin(2 * mpmath.mpf(float(t))) / 4 for t in motion["t"]
+    ]
     assert relative(motion["q/x"], reference) <= 1e-11
     assert motion.outcome.steps <= 7000
 
@@ -56,11 +60,17 @@ def test_atwood_and_incline_are_one_exact_step():
     motion = solve("atwood", 3.0)
     m1, m2, g = (motion.parameters[name] for name in ("m1", "m2", "g"))
     rate = (m1 - m2) * g / (m1 + m2)
-    assert relative(motion["q/x"], motion.q[0] + motion.v[0] * motion["t"] + rate * motion["t"] ** 2 / 2) <= 1e-14
+    assert (
+        relative(motion["q/x"], motion.q[0] + motion.v[0] * motion["t"] + rate * motion["t"] ** 2 / 2)
+        <= 1e-14
+    )
     assert motion.outcome.steps == 1
     motion = solve("incline", 3.0)
     rate = motion.parameters["g"] * math.sin(motion.parameters["alpha"])
-    assert relative(motion["q/s"], motion.q[0] + motion.v[0] * motion["t"] + rate * motion["t"] ** 2 / 2) <= 1e-14
+    assert (
+        relative(motion["q/s"], motion.q[0] + motion.v[0] * motion["t"] + rate * motion["t"] ** 2 / 2)
+        <= 1e-14
+    )
 
 
 def test_cyclotron_motion():
@@ -116,7 +126,12 @@ def test_the_hoop_conserves_h_and_not_t_plus_u():
 
 @pytest.mark.parametrize(
     ("system", "stop"),
-    [("driven_damped_pendulum", 100.0), ("rotating_rod", 10.0), ("double_pendulum", 50.0), ("rotating_hoop", 50.0)],
+    [
+        ("driven_damped_pendulum", 100.0),
+        ("rotating_rod", 10.0),
+        ("double_pendulum", 50.0),
+        ("rotating_hoop", 50.0),
+    ],
 )
 def test_ledgers_close(system, stop):
     motion = solve(system, stop, outputs="q,v,p,h,ledger")
