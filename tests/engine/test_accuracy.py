@@ -4,6 +4,7 @@ Steps are counted as well, so that accuracy is not bought with work.
 """
 
 import math
+from itertools import pairwise
 
 import mpmath
 import numpy as np
@@ -153,7 +154,10 @@ def test_a_driven_pendulum_does_not_keep_h():
 
 
 def test_action_of_free_fall():
-    text = "parameters: {m: 2, g: 3}\ncoordinates: {z: {initial: 1, velocity: 4}}\nmasses: {p: m}\nembedding: {p: z}\npotential: m*g*z\n"
+    text = (
+        "parameters: {m: 2, g: 3}\ncoordinates: {z: {initial: 1, velocity: 4}}\n"
+        "masses: {p: m}\nembedding: {p: z}\npotential: m*g*z\n"
+    )
     motion = solve(text, 2.0, outputs="q,action")
     t = motion["t"]
     lagrangian = np.polynomial.Polynomial([4, -3]) ** 2 - 2 * 3 * np.polynomial.Polynomial([1, 4, -1.5])
@@ -175,7 +179,7 @@ def test_the_taylor_method_reaches_its_tolerance():
         errors.append(abs(motion["q/x"][-1] - motion.q[0]) + abs(motion["q/y"][-1]))
         assert motion.outcome.steps <= 70  # the order grows with the digits, not the steps
         assert errors[-1] <= 300 * tolerance
-    assert all(fine < coarse / 5 for coarse, fine in zip(errors, errors[1:]))
+    assert all(fine < coarse / 5 for coarse, fine in pairwise(errors))
 
 
 @pytest.mark.parametrize("method", ["DOP853", "Radau", "BDF", "LSODA"])

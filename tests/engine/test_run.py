@@ -1,5 +1,7 @@
 """How a run samples, pauses, ends and skips."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 
@@ -54,7 +56,10 @@ def test_times_end_exactly_at_the_stop():
     assert motion["t"][-1] == motion.outcome.t == 0.7
 
 
-LINE = "coordinates: {{x: {{initial: {x}, velocity: {v}}}}}\nmasses: {{p: 1}}\nembedding: {{p: x}}\npotential: {potential}\n"
+LINE = (
+    "coordinates: {{x: {{initial: {x}, velocity: {v}}}}}\n"
+    "masses: {{p: 1}}\nembedding: {{p: x}}\npotential: {potential}\n"
+)
 ENDINGS = {
     "collision": (LINE.format(x=1, v=0, potential="-1/x"), Ending.STEP_UNDERFLOW),
     "hard collision": (LINE.format(x=1, v=0, potential="-1/x**4"), Ending.STEP_UNDERFLOW),
@@ -113,13 +118,16 @@ def program(system):
 
 def test_convolutions_per_order():
     """The measure of a formulation: ceilings that a change should not raise."""
-    counts = {name: program(name).series.convolutions for name in (
-        "pendulum", "double_pendulum", "rotating_hoop", "central_force", "rotating_rod", "harmonic_oscillator", "spherical_pendulum"
-    )}  # fmt: skip
-    assert counts == {
-        "pendulum": 2, "double_pendulum": 8, "rotating_hoop": 3, "central_force": 5, "rotating_rod": 0,
-        "harmonic_oscillator": 0, "spherical_pendulum": 7,
-    }  # fmt: skip
+    expected = {
+        "pendulum": 2,
+        "double_pendulum": 8,
+        "rotating_hoop": 3,
+        "central_force": 5,
+        "rotating_rod": 0,
+        "harmonic_oscillator": 0,
+        "spherical_pendulum": 7,
+    }
+    assert {name: program(name).series.convolutions for name in expected} == expected
 
 
 def test_time_is_absent_where_the_equations_do_not_contain_it():
@@ -151,7 +159,7 @@ def test_large_systems_grow_with_their_terms_not_their_squares():
 
     def springs(size):
         names = [f"x{k}" for k in range(size)]
-        energies = [f"({a} - {b})**2 + ({a} - {b})**4" for a, b in zip(names, names[1:])]
+        energies = [f"({a} - {b})**2 + ({a} - {b})**4" for a, b in pairwise(names)]
         return (
             f"coordinates: {{{', '.join(f'{n}: {{initial: 0.1}}' for n in names)}}}\n"
             f"masses: {{{', '.join(f'p{n}: 1' for n in names)}}}\n"

@@ -175,10 +175,16 @@ def test_chains_of_any_length_keep_their_energy(size):
         assert np.max(np.abs(motion[f"diagnostics/ledger/p/th{k}"])) <= 1e-12 * size**2
 
 
+LINE = (
+    "coordinates: {{x: {{initial: {initial}, velocity: {velocity}}}}}\n"
+    "masses: {{p: 1}}\nembedding: {{p: x}}\npotential: {potential}\n"
+)
+
+
 @pytest.mark.parametrize("power", [3, 7, 11, 21])
 def test_series_of_which_many_coefficients_vanish(power):
     """x'' = -x^n from x = 0: only every (n+1)-th coefficient is there; the step must not leap over them."""
-    text = f"coordinates: {{x: {{initial: 0, velocity: 1}}}}\nmasses: {{p: 1}}\nembedding: {{p: x}}\npotential: x**{power + 1}/{power + 1}\n"
+    text = LINE.format(initial=0, velocity=1, potential=f"x**{power + 1}/{power + 1}")
     motion = solve(text, 20.0, 201)
     assert motion.outcome.h_drift <= 1e-12
     turning = ((power + 1) / 2) ** (1 / (power + 1))
@@ -187,7 +193,10 @@ def test_series_of_which_many_coefficients_vanish(power):
 
 
 def test_rest_and_free_motion_take_one_step():
-    text = "coordinates: {x: {initial: 1}, y: {initial: 2, velocity: 3}}\nmasses: {p: 1}\nembedding: {p: [x, y]}\npotential: (x - 1)**4\n"
+    text = (
+        "coordinates: {x: {initial: 1}, y: {initial: 2, velocity: 3}}\n"
+        "masses: {p: 1}\nembedding: {p: [x, y]}\npotential: (x - 1)**4\n"
+    )
     motion = solve(text, 1e6, 3)
     assert motion.outcome.steps == 1
     assert motion["q/x"].tolist() == [1.0, 1.0, 1.0]
@@ -198,7 +207,7 @@ def test_scale_does_not_matter():
     """Micrometres and light years: the same steps, the same relative error."""
     steps = set()
     for size in (1e-12, 1.0, 1e15):
-        text = f"coordinates: {{x: {{initial: {size}}}}}\nmasses: {{p: 1}}\nembedding: {{p: x}}\npotential: x**2/2\n"
+        text = LINE.format(initial=size, velocity=0, potential="x**2/2")
         motion = solve(text, 20 * math.pi, 3)
         steps.add(motion.outcome.steps)
         assert abs(motion["q/x"][-1] / size - 1) <= 1e-13
