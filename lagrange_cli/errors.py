@@ -13,7 +13,7 @@ Foreign exceptions (yaml, h5py, OSError) are translated once, where they occur, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from lagrange_cli.records import dataclass
 
 
 class LagrangeError(Exception):

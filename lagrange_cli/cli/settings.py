@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import SolveDefaults, Spec

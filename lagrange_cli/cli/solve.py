@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import time
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -29,6 +28,7 @@ from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS,
 from lagrange_cli.cli.source import derive_system, read_bytes
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import MotionError, UsageError
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
 
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.records import dataclass, replace
 
 MAX_EXPONENT = 64
 """Bound on the absolute value of a constant exponent: (1 + x)**64 written out still fits a page."""

@@ -10,11 +10,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 from lagrange_cli.expression.reals import real_function, real_power, tidy
+from lagrange_cli.records import dataclass
 
 
 class Kind(Enum):

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import keyword
 import re
-from dataclasses import dataclass
 
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import CALLABLE
+from lagrange_cli.records import dataclass
 
 MAX_LENGTH = 10_000
 """Characters of one expression."""

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import TypeAlias
+
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

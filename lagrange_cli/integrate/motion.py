@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -7,12 +7,12 @@ evaluates at the samples, ``integrands`` are carried along as quadratures.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from lagrange_cli.expression.graph import Node
 from lagrange_cli.integrate.recording import Dataset, Making, Recording
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.records import dataclass
 
 AXES = "xyz"
 

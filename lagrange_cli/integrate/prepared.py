@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.recording import Dataset, Recording
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.motion import Method

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 import scipy.integrate
@@ -17,6 +16,7 @@ from lagrange_cli.integrate.methods import IMPLICIT
 from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.machine import Machine
+from lagrange_cli.records import dataclass
 
 
 class Singular(ArithmeticError):

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, ch
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.native.machine import Machine
+from lagrange_cli.records import dataclass
 
 ENDINGS = {
     Stop.END: Ending.COMPLETE,

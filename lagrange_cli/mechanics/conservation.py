@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import math
 import random
-from dataclasses import dataclass
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 POINTS = 5
 """Random arguments at which an expression must vanish."""

@@ -10,8 +10,6 @@ and Euler-Lagrange for a given L: R_k = d/dt dL/dq_dot_k - dL/dq_k + dD/dq_dot_k
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.graph import Graph, Kind, Node
 from lagrange_cli.mechanics.conservation import conservation, is_zero
@@ -21,6 +19,7 @@ from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import contract, graph_of, variables
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -6,11 +6,10 @@ h = T2 - T0 + U (Goldstein, 3rd ed., eq. 2.56): written so, nothing cancels that
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.variables import contract, graph_of, variables
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,10 @@ a(q, q_dot, t): from R(q, q_dot, a, t) = 0, M da/dx = -dR/dx at fixed a.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
 
 from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
 from lagrange_cli.mechanics.offsets import set_levels, sort
 from lagrange_cli.mechanics.series import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
+from lagrange_cli.records import dataclass, field
 
 
 def lower(

@@ -8,12 +8,12 @@ neither M^-1 nor M is ever a series. ``derive`` makes it.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

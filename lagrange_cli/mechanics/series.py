@@ -7,10 +7,10 @@ each is evaluated.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum, auto
 
 from lagrange_cli.expression.graph import Node
+from lagrange_cli.records import dataclass
 
 FREE = -9
 """``order`` of a series that does not depend on q at all."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Generic
 
 from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

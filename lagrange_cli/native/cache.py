@@ -15,9 +15,10 @@ import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
+
+from lagrange_cli.records import dataclass
 
 FOLDER, SWITCH = "LAGRANGE_CACHE_DIR", "LAGRANGE_NO_CACHE"
 """Environment variables: the folder to use, and whether (``1``) to use none."""

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 import llvmlite.binding as llvm
+
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -3,8 +3,6 @@ of both."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, Series, SeriesProgram
@@ -12,6 +10,7 @@ from lagrange_cli.native.emitter import ONE, Emitter, Value
 from lagrange_cli.native.layout import Layout
 from lagrange_cli.native.linear import Factored, factor_block
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
+from lagrange_cli.records import dataclass, field
 
 
 @dataclass

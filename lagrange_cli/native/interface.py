@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
+
+from lagrange_cli.records import dataclass, fields_of
 
 LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
@@ -54,7 +55,7 @@ class Interface:
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""
-        return {name: getattr(self, name) for name in Interface.__dataclass_fields__}
+        return {name: getattr(self, name) for name in fields_of(Interface)}
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Interface:

@@ -5,10 +5,9 @@ Index 2 of every row starts a vector: a convolution takes its indices 0 and 1 by
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 from lagrange_cli.mechanics.series import SHORT, Op, SeriesProgram, needs
 from lagrange_cli.native.interface import LANES as LANES
+from lagrange_cli.records import dataclass
 
 ZERO_SLOT = LANES - 2
 """Slot of index 0 (not stored) in a row."""

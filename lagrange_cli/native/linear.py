@@ -8,11 +8,11 @@ loops of ``linear.ll``.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TypeAlias
 
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
 from lagrange_cli.native.layout import LANES
+from lagrange_cli.records import dataclass
 
 WRITTEN_OUT = {"definite": 20, "general": 5}
 """Rows of a block up to which its elimination is written out: it runs faster, but compiles more slowly."""

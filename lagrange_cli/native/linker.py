@@ -11,8 +11,9 @@ import ctypes
 import mmap
 import struct
 import sys
-from dataclasses import dataclass
 from typing import NamedTuple
+
+from lagrange_cli.records import dataclass
 
 RELOCATABLE, X86_64 = 1, 62
 PROGRAM, SYMBOLS, RELOCATIONS = 1, 2, 4

@@ -13,13 +13,12 @@ and the pairs with index 0 and 1, the latest to be known, are scalars.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-
 from lagrange_cli.mechanics.series import SHORT
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.layout import LANES
 from lagrange_cli.native.stage import Stage
+from lagrange_cli.records import dataclass, field
 
 VECTOR = f"<{LANES} x double>"
 FIRST = 2

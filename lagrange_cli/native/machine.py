@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Protocol
 
 from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.linker import Unsupported, load_image
+from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.native.program import Program

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 
 from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.lowering import lower
@@ -19,6 +18,7 @@ from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, e
 from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
 from lagrange_cli.native.template import fill_in
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

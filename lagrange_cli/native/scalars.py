@@ -6,10 +6,10 @@ Functions come from the C library through LLVM's intrinsics; small integer power
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal
+from lagrange_cli.records import dataclass, field
 
 INTRINSICS = {"sin": 1, "cos": 1, "exp": 1, "log": 1, "pow": 2, "sqrt": 1, "fabs": 1, "floor": 1}
 LIBRARY = {

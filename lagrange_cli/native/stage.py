@@ -7,12 +7,12 @@ function z = f(u, ..) is the primitive of z' = sum_i (df/du_i) u_i', whose produ
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 
 from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.series import Op, Series
 from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
+from lagrange_cli.records import dataclass, field
 
 
 @dataclass

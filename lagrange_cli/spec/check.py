@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import names
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, velocity_name
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec.names import Kind, Names, scalar
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -18,6 +17,7 @@ from lagrange_cli.expression.vocabulary import (
     RESERVED,
     VELOCITY_COMPONENTS,
 )
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression

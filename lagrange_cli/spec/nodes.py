@@ -9,13 +9,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Any, TypeAlias
 
 import yaml
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.near import shown
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE, Passage, Place, Source
 

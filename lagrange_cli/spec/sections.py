@@ -7,10 +7,10 @@ mean, and whether they exist, is ``spec.check``'s business.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
 from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint, shown
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.fields import (
     Reader,

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 
 from lagrange_cli.errors import Problem, SpecError
 from lagrange_cli.expression.syntax import Span
+from lagrange_cli.records import dataclass
 
 _LINE_BREAK = re.compile("\r\n|[\n\r\x85\u2028\u2029]")  # what YAML takes for the end of a line
 

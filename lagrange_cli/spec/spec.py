@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 
 from lagrange_cli.expression.syntax import Span, Tree
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
 

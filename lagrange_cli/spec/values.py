@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from lagrange_cli.errors import Problem, SpecError, UsageError
 from lagrange_cli.expression.algebra import Value
@@ -13,6 +12,7 @@ from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, velocity_name
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression, Spec

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+
+from lagrange_cli.records import dataclass
 
 BYTES = 8
 """Bytes of a number: every series is of IEEE doubles."""

@@ -4,7 +4,6 @@ import json
 import subprocess
 import sys
 import threading
-from dataclasses import fields, replace
 
 import pytest
 
@@ -16,6 +15,7 @@ from lagrange_cli.integrate.run import Times, integrate
 from lagrange_cli.integrate.writing import write_run
 from lagrange_cli.native import identity as identity_module
 from lagrange_cli.native.cache import Cache
+from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure
 from tests.cli.command import ENVIRONMENT, SYSTEMS
@@ -125,7 +125,7 @@ def test_another_system_is_another_program(old, new):
 
 def test_whatever_a_spec_holds_is_part_of_its_structure_or_known_to_be_none():
     spec = read_spec(PENDULUM, "pendulum.yaml")
-    assert set(structure(spec)) == {field.name for field in fields(Spec)} - OUTSIDE
+    assert set(structure(spec)) == set(fields_of(Spec)) - OUTSIDE
     assert set(structure(spec)) > NUMBERS
     json.dumps(structure(spec))
     with pytest.raises(TypeError, match="has no place"):
