@@ -46,8 +46,12 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
         elif one.op is Op.POWER:
             listed += [index, *one.arguments]
         listed += [i for i, ahead in needs(one) if series[i].level > one.level + ahead]
+    stored = {index for index, one in enumerate(series) if one.degree > SHORT}
+    for one in series:  # short ones whose product is not: a loop may begin where both still count
+        if one.op is Op.MULTIPLY and one.degree > SHORT and stored.isdisjoint(one.arguments):
+            stored |= {*one.arguments}
     rows: dict[int, int] = {}
     for index in listed:
-        if index not in rows and (series[index].degree > SHORT or len(rows) < len(program.coordinates) * 2):
+        if index not in rows and (index in stored or len(rows) < len(program.coordinates) * 2):
             rows[index] = len(rows)
     return Layout(order, rows)
