@@ -6,17 +6,21 @@ code of the double pendulum takes five times as long to compile and runs no fast
 
 from __future__ import annotations
 
+from lagrange_cli.mechanics.series import Op
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.layout import LANES
 from lagrange_cli.native.looped import SECOND, Loop, Looped, Window
 from lagrange_cli.native.written_out import WrittenOut
 
-FEW_STAGES, MANY_STAGES = 4, 10
+FEW_STAGES, MANY_STAGES = 3, 10
 """Stages (besides the two that start the series) that are written out, in large and in small systems.
 
-At least 4: in a loop every convolution is at index 3 or above, where the pairs with index 1 are two."""
+More are, where a convolution starts late.
+"""
 SMALL = 12
 """Convolutions of a small system."""
+LOWEST = 3
+"""In a loop every convolution is at this index or above, where the pairs with index 1 are two."""
 
 
 def write_jet(expansion: Expansion) -> str:
@@ -24,6 +28,9 @@ def write_jet(expansion: Expansion) -> str:
     emitter = expansion.emitter
     last = expansion.layout.order - 2
     written_out = FEW_STAGES if expansion.program.convolutions > SMALL else MANY_STAGES
+    for one in expansion.program.series:
+        if one.op in (Op.MULTIPLY, Op.POWER):
+            written_out = max(written_out, LOWEST - one.level)
     for k in range(-2, min(last + 1, written_out)):
         WrittenOut(expansion, k).write()
     if last >= written_out:
