@@ -1,0 +1,164 @@
+"""From the text of a system file to its motion, as ``solve`` goes, and numbers of many digits beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from textwrap import dedent
+
+import mpmath
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.expression.build import build
+from lagrange_cli.expression.graph import GraphAlgebra, Node
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.series import SeriesProgram
+from lagrange_cli.model.build import build_model
+from lagrange_cli.model.model import Model
+from lagrange_cli.native.program import Program
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.spec import Spec
+from lagrange_cli.spec.values import Values, resolve_values
+
+SYSTEMS = Path(__file__).resolve().parents[1] / "systems"
+NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
+FULL = 2.0**-52
+"""The tolerance of a run that asks for none."""
+DEFAULT = ("q", "v", "p", "h")
+DIGITS = 40
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Every sample of a run by path, the values it started from, and how it ended."""
+
+    data: Mapping[str, NDArray[np.float64]]
+    values: Values
+    outcome: Outcome
+
+    def __getitem__(self, path: str) -> NDArray[np.float64]:
+        return self.data[path]
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        return self.data["t"]
+
+
+@cache
+def spec_of(system: str) -> Spec:
+    """A shipped system by name, or the text of a system file."""
+    if "\n" not in system:
+        return read_spec((SYSTEMS / f"{system}.yaml").read_bytes(), f"{system}.yaml")
+    return read_spec(dedent(system), "system.yaml")
+
+
+def model_of(system: str) -> Model[Node]:
+    """Its model over the graph."""
+    return build_model(spec_of(system), GraphAlgebra())
+
+
+@cache
+def residual_of(system: str) -> Residual:
+    """Its equations."""
+    return derive(model_of(system))
+
+
+@cache
+def prepared(
+    system: str, method: str = "taylor", tolerance: float = FULL, outputs: tuple[str, ...] = DEFAULT
+) -> Prepared:
+    """Its compiled equations."""
+    return prepare(residual_of(system), method=method, tolerance=tolerance, outputs=frozenset(outputs))
+
+
+def program_of(system: str, outputs: tuple[str, ...] = DEFAULT) -> Program:
+    """Its compiled program."""
+    return prepared(system, outputs=outputs).machine.program
+
+
+def series_of(system: str) -> SeriesProgram:
+    """The operations on series that one order takes."""
+    return program_of(system).series
+
+
+def values_of(system: str, sets: Mapping[str, float] | None = None) -> Values:
+    """Its parameters and initial state, with ``sets`` in place of the file's."""
+    return resolve_values(spec_of(system), {name: repr(float(x)) for name, x in (sets or {}).items()})
+
+
+def follow(
+    system: str,
+    stop: float,
+    samples: int = 101,
+    *,
+    start: float = 0.0,
+    sets: Mapping[str, float] | None = None,
+    outputs: tuple[str, ...] = DEFAULT,
+    method: str = "taylor",
+    tolerance: float = FULL,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Motion:
+    """The motion from ``start`` to ``stop``, with ``samples`` samples evenly between."""
+    ready = prepared(system, method, tolerance, outputs)
+    values = values_of(system, sets)
+    chunks: dict[str, list[NDArray[np.float64]]] = {"t": []}
+
+    def emit(chunk: Mapping[str, NDArray[np.float64]]) -> None:
+        for path, samples in chunk.items():
+            chunks.setdefault(path, []).append(np.array(samples))
+
+    times = Times(start, stop, samples, (stop - start) / max(1, samples - 1))
+    outcome = integrate(ready, values, times, emit, interrupted)
+    data = {path: np.concatenate(parts) if parts else np.empty(0) for path, parts in chunks.items()}
+    return Motion(data, values, outcome)
+
+
+def samples_of(function: Callable[[mpmath.mpf], mpmath.mpf], times: Iterable[float]) -> list[mpmath.mpf]:
+    """``function`` at each time, to ``DIGITS`` digits."""
+    with mpmath.workdps(DIGITS):
+        return [+function(mpmath.mpf(float(t))) for t in times]
+
+
+def error(found: Iterable[float], known: Iterable[mpmath.mpf]) -> float:
+    """The largest difference, relative to the largest known value: to the size of the motion."""
+    with mpmath.workdps(DIGITS):
+        pairs = [(mpmath.mpf(float(x)), y) for x, y in zip(found, known, strict=True)]
+        return float(max(abs(x - y) for x, y in pairs) / max(abs(y) for _, y in pairs))
+
+
+class ManyDigits:
+    """``Algebra[mpc]``: the expression language in mpmath's arithmetic, at its precision of the moment.
+
+    Analytic where mpmath's own functions are not: ``atan2`` takes complex arguments.
+    """
+
+    def number(self, text: str) -> mpmath.mpf:
+        return mpmath.mpf(float(text))
+
+    def pi(self) -> mpmath.mpf:
+        return mpmath.mpf(np.pi)
+
+    def symbol(self, name: str) -> mpmath.mpf:
+        raise KeyError(name)
+
+    def function(self, name: str, arguments: Sequence[mpmath.mpf]) -> mpmath.mpf:
+        if name == "atan2":
+            y, x = arguments
+            return -1j * mpmath.log((x + 1j * y) / mpmath.sqrt(x * x + y * y))
+        return getattr(mpmath, name)(*arguments)
+
+    def diff(self, expression: mpmath.mpf, symbol: mpmath.mpf) -> mpmath.mpf:
+        raise NotImplementedError
+
+
+def evaluate(text: str, values: Mapping[str, mpmath.mpf]) -> mpmath.mpf:
+    """The value of an expression of the language, to mpmath's precision."""
+    return build(parse(text), values.__getitem__, ManyDigits())
