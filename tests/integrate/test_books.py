@@ -1,0 +1,116 @@
+"""The books are kept: conserved quantities stay, ledgers close, the action adds up."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from tests.motion import DIGITS, NAMES, Motion, error, follow, residual_of, samples_of
+
+LEDGER = ("q", "v", "p", "h", "ledger", "action")
+
+
+def largest(motion: Motion, path: str) -> float:
+    return float(abs(motion[path]).max())
+
+
+def size(motion: Motion, quantity: str) -> float:
+    """The size of the terms of ``h`` or of momenta: h may be the small difference of large energies."""
+    names = [path[2:] for path in motion.data if path.startswith("q/")]
+    if quantity != "h":
+        return max(largest(motion, f"diagnostics/p/{name}") for name in names)
+    twice_kinetic = sum(abs(motion[f"v/{name}"] * motion[f"diagnostics/p/{name}"]) for name in names)
+    return max(largest(motion, "diagnostics/h"), float(twice_kinetic.max()))
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "bound", "steps"),
+    [
+        ("pendulum", {}, 1e-13, 14000),
+        ("rotating_hoop", {}, 1e-13, 40000),
+        ("double_pendulum", {"theta1": 2.0, "theta2": 2.5}, 5e-12, 60000),
+    ],
+)
+def test_h_stays_over_1000_seconds(system: str, start: dict[str, float], bound: float, steps: int) -> None:
+    motion = follow(system, 1000.0, 2001, sets=start)
+    h = motion["diagnostics/h"]
+    assert motion.outcome.h_drift == abs(h - h[0]).max()
+    assert motion.outcome.h_drift / abs(h[0]) < bound
+    assert motion.outcome.steps < steps
+    assert len(h) == 2001
+
+
+@pytest.mark.parametrize("system", NAMES)
+def test_what_should_stay_stays(system: str) -> None:
+    """Every quantity that is said to be conserved, in every shipped system."""
+    motion = follow(system, 5.0, 501)
+    for each in residual_of(system).conserved:
+        path = f"diagnostics/p/{each.quantity[2:]}" if each.quantity.startswith("p_") else "diagnostics/h"
+        series = motion[path]
+        assert abs(series - series[0]).max() < 1e-13 * size(motion, each.quantity)
+        drifts = {"h": motion.outcome.h_drift} | {f"p_{k}": x for k, x in motion.outcome.p_drift.items()}
+        assert drifts[each.quantity] == abs(series - series[0]).max()
+    reported_momenta = {f"p_{name}" for name in motion.outcome.p_drift}
+    assert reported_momenta == {c.quantity for c in residual_of(system).conserved} - {"h"}
+
+
+@pytest.mark.parametrize("system", NAMES)
+def test_ledgers_close_for_every_system(system: str) -> None:
+    """Driven, damped or rheonomic: h(t) - h(0) + int dL/dt - int Q q_dot = 0, and p_k likewise."""
+    stop = {"rotating_rod": 10.0}.get(system, 30.0)
+    motion = follow(system, stop, 301, outputs=LEDGER)
+    for name in ("h", *(f"p/{coordinate}" for coordinate in residual_of(system).coordinates)):
+        assert largest(motion, f"diagnostics/ledger/{name}") < 1e-11 * size(motion, name)
+
+
+def test_a_ledger_that_is_cooked_does_not_close() -> None:
+    """The driven damped pendulum changes h by far more than its ledger says is unaccounted for."""
+    motion = follow("driven_damped_pendulum", 30.0, 301, outputs=LEDGER)
+    h = motion["diagnostics/h"]
+    assert abs(h - h[0]).max() > 1e12 * largest(motion, "diagnostics/ledger/h")
+    assert motion.outcome.h_drift is None
+
+
+def test_h_of_the_rotating_rod_stays_although_its_energy_grows() -> None:
+    motion = follow("rotating_rod", 10.0, 101, outputs=(*LEDGER, "T", "U", "energy"))
+    assert motion["diagnostics/energy"][-1] > 1e6 * motion["diagnostics/energy"][0]
+    assert motion.outcome.h_drift is not None
+    assert motion.outcome.h_drift < 1e-12 * largest(motion, "diagnostics/energy")
+    assert np.array_equal(motion["diagnostics/energy"], motion["diagnostics/T"] + motion["diagnostics/U"])
+
+
+def test_action_of_the_oscillator_is_the_integral_of_L() -> None:
+    """x = cos(w t): S = -m w sin(2 w t)/4, from L = -m w^2 cos(2 w t)/2."""
+    motion = follow("harmonic_oscillator", 40.0, 301, sets={"x": 1, "x_dot": 0}, outputs=("action",))
+    m, k = (mpmath.mpf(motion.values.parameters[name]) for name in "mk")
+    with mpmath.workdps(DIGITS):
+        w = mpmath.sqrt(k / m)
+    exact = samples_of(lambda t: -m * w * mpmath.sin(2 * w * t) / 4, motion.t)
+    assert error(motion["diagnostics/action"], exact) < 1e-11
+
+
+def test_action_of_a_free_fall() -> None:
+    """s = a t^2/2 with a = g sin(alpha): L = m a^2 t^2, S = m a^2 t^3/3."""
+    motion = follow("incline", 5.0, outputs=("action",))
+    p = {name: mpmath.mpf(value) for name, value in motion.values.parameters.items()}
+    with mpmath.workdps(DIGITS):
+        a = p["g"] * mpmath.sin(p["alpha"])
+    exact = samples_of(lambda t: p["m"] * a**2 * t**3 / 3, motion.t)
+    assert error(motion["diagnostics/action"], exact) < 1e-14
+
+
+def test_work_of_a_particle_force_is_in_the_ledger() -> None:
+    """A constant force on a particle that moves on a circle: dh/dt = F.v, and T gains what F gives."""
+    pulled = """
+    coordinates: {a: {initial: 0.3, velocity: 0.1}}
+    masses: {p: 2.0}
+    embedding: {p: [cos(a), sin(a)]}
+    forces: {p: [0.0, 1.5]}
+    """
+    motion = follow(pulled, 20.0, 201, outputs=LEDGER)
+    h, a = motion["diagnostics/h"], motion["q/a"]
+    assert abs(h - h[0] - 1.5 * (np.sin(a) - np.sin(a[0]))).max() < 1e-13
+    assert largest(motion, "diagnostics/ledger/h") < 1e-13
+    assert largest(motion, "diagnostics/ledger/p/a") < 1e-13
+    assert motion.outcome.h_drift is None
