@@ -137,3 +137,15 @@ def test_gauge_transformation_leaves_the_motion_and_changes_the_momentum() -> No
     assert abs(plain["diagnostics/p/x"] - gauge["diagnostics/p/x"]).max() > 0.1
     assert plain.outcome.h_drift is not None
     assert gauge.outcome.h_drift is None  # L contains t
+
+
+def test_conical_pendulum_keeps_its_angle_and_its_rate() -> None:
+    """phi' = sqrt(g/(l cos(theta))): theta's own rate is nothing but rounding, and must not set the step."""
+    known = parameters("spherical_pendulum")
+    with mpmath.workdps(DIGITS):
+        rate = float(mpmath.sqrt(known["g"] / (known["l"] * mpmath.cos(1))))
+    start = {"theta": 1.0, "theta_dot": 0.0, "phi": 0.0, "phi_dot": rate}
+    motion = follow("spherical_pendulum", 100.0, 201, sets=start)
+    assert abs(motion["q/theta"] - 1.0).max() < 1e-12
+    assert abs(motion["q/phi"] / rate - motion.t).max() < 1e-12 * 100
+    assert motion.outcome.steps < 1000

@@ -1,0 +1,47 @@
+"""Coordinates that hardly move: their rates are rounding, which must neither set the step nor stop the motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.motion import follow
+
+LAGRANGE_POINT = """
+parameters: {mu: 0.01}
+coordinates: {x: {initial: 0.5 - mu}, y: {initial: sqrt(3)/2}}
+lagrangian: >
+  (x_dot**2 + y_dot**2)/2 + x*y_dot - y*x_dot + (x**2 + y**2)/2
+  + (1 - mu)/sqrt((x + mu)**2 + y**2) + mu/sqrt((x - 1 + mu)**2 + y**2)
+"""
+
+
+@pytest.mark.parametrize(
+    ("system", "start", "steps"),
+    [
+        ("central_force", {"r": 1.0, "r_dot": 0.0, "theta_dot": 1.0}, 10),  # a circle, exactly
+        ("central_force", {"r": 1.1, "r_dot": 0.0, "theta_dot": 1.1**-1.5}, 1000),  # a circle, up to rounding
+        ("rotating_hoop", {"theta": float(np.arccos(0.25)), "theta_dot": 0.0}, 2000),
+        ("rotating_hoop", {"theta": 1e-300, "theta_dot": 0.0}, 2000),
+        ("pendulum", {"theta": np.pi, "theta_dot": 0.0}, 2000),  # pi is not quite the top
+        ("pendulum", {"theta": 0.0, "theta_dot": 0.0}, 1),
+        (LAGRANGE_POINT, {}, 500),
+    ],
+)
+def test_equilibria_take_no_more_steps_than_motions_about_them(
+    system: str, start: dict[str, float], steps: int
+) -> None:
+    motion = follow(system, 100.0, 11, sets=start)
+    assert motion.t[-1] == 100.0
+    assert motion.outcome.steps <= steps
+    h = motion["diagnostics/h"]
+    assert abs(h - h[0]).max() <= 1e-13 * max(1.0, abs(h[0]))
+
+
+def test_stable_equilibria_stay_where_they_are() -> None:
+    motion = follow(LAGRANGE_POINT, 100.0, 11)
+    for name in "xy":
+        assert np.ptp(motion[f"q/{name}"]) < 1e-12
+    circle = follow("central_force", 100.0, 11, sets={"r": 1.1, "r_dot": 0.0, "theta_dot": 1.1**-1.5})
+    assert np.ptp(circle["q/r"]) < 1e-13
+    assert abs(circle["q/theta"] - 1.1**-1.5 * circle.t).max() < 1e-11
