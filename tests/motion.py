@@ -137,8 +137,11 @@ def error(found: Iterable[float], known: Iterable[mpmath.mpf]) -> float:
 class ManyDigits:
     """``Algebra[mpc]``: the expression language in mpmath's arithmetic, at its precision of the moment.
 
-    Analytic where mpmath's own functions are not: ``atan2`` takes complex arguments.
+    Analytic where mpmath's own functions are not: ``atan2`` takes complex arguments. ``real`` refuses them.
     """
+
+    def __init__(self, real: bool = False) -> None:
+        self.real = real
 
     def number(self, text: str) -> mpmath.mpf:
         return mpmath.mpf(float(text))
@@ -150,7 +153,9 @@ class ManyDigits:
         raise KeyError(name)
 
     def function(self, name: str, arguments: Sequence[mpmath.mpf]) -> mpmath.mpf:
-        if name == "atan2":
+        if self.real and any(isinstance(argument, mpmath.mpc) for argument in arguments):
+            raise ValueError(f"{name} of a complex number")
+        if name == "atan2" and not self.real:
             y, x = arguments
             return -1j * mpmath.log((x + 1j * y) / mpmath.sqrt(x * x + y * y))
         return getattr(mpmath, name)(*arguments)
@@ -159,6 +164,6 @@ class ManyDigits:
         raise NotImplementedError
 
 
-def evaluate(text: str, values: Mapping[str, mpmath.mpf]) -> mpmath.mpf:
+def evaluate(text: str, values: Mapping[str, mpmath.mpf], real: bool = False) -> mpmath.mpf:
     """The value of an expression of the language, to mpmath's precision."""
-    return build(parse(text), values.__getitem__, ManyDigits())
+    return build(parse(text), values.__getitem__, ManyDigits(real))

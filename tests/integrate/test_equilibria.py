@@ -1,4 +1,4 @@
-"""Coordinates that hardly move: their rates are rounding, which must neither set the step nor stop the motion."""
+"""Coordinates that hardly move: rates that are rounding must neither set the step nor stop the motion."""
 
 from __future__ import annotations
 
