@@ -29,6 +29,12 @@ class Algebra(Protocol[E]):
     def function(self, name: str, arguments: Sequence[E]) -> E:
         """One of the elementary functions of ``expression.vocabulary`` applied to elements."""
 
+    def total(self, terms: Sequence[E]) -> E:
+        """The sum of one or more elements, in one go."""
+
+    def symbols(self, expression: E) -> Sequence[E]:
+        """The symbols that ``expression`` contains, in an order that does not change from run to run."""
+
     def diff(self, expression: E, symbol: E) -> E:
         """The partial derivative of ``expression`` with respect to ``symbol``."""
 

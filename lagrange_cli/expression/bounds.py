@@ -8,6 +8,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
+from functools import reduce
+from operator import add
 
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.records import dataclass, replace
@@ -81,6 +83,12 @@ class BoundsAlgebra:
 
     def function(self, name: str, arguments: Sequence[Bounds]) -> Bounds:
         return _combined("function", lambda *values: _NUMBERS.function(name, values), *arguments)
+
+    def total(self, terms: Sequence[Bounds]) -> Bounds:
+        return reduce(add, terms)
+
+    def symbols(self, expression: Bounds) -> tuple[Bounds, ...]:
+        return ()
 
     def diff(self, expression: Bounds, symbol: Bounds) -> Bounds:
         return expression

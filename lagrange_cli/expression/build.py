@@ -1,183 +1,175 @@
-"""``Tree`` to a value over any algebra: the one place where operators and functions get their meaning."""
+"""``Tree`` to a value over any algebra; sums over the indices of families share what they have in common."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import reduce
-from operator import add, mul, sub, truediv
 from typing import Any
 
 from lagrange_cli.expression.algebra import Algebra, Value
-from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Name, Negative, Number, Tree, Vector
-from lagrange_cli.expression.vocabulary import FUNCTIONS
+from lagrange_cli.expression.indices import Indices, counted, holds, integer, known_indices
+from lagrange_cli.expression.operations import OPERATIONS, arithmetic, call, component
+from lagrange_cli.expression.syntax import (
+    WHOLE,
+    Binary,
+    Comparison,
+    ExpressionError,
+    Logic,
+    Name,
+    Negative,
+    Number,
+    Sum,
+    Tree,
+    Vector,
+    plain_names,
+)
+from lagrange_cli.expression.vocabulary import member_name
 
 Scope = Callable[[str], Value]
 
+MAX_TERMS = 200_000
+"""Terms of all the sums that one builder writes out."""
 
-def build(tree: Tree, scope: Scope, algebra: Algebra[Any]) -> Value:
-    """The value of ``tree``: an element of ``algebra``, or a tuple of 1 to 3 elements for a vector.
 
-    ``scope`` gives the value of each (possibly dotted) name; ``pi`` is asked of the algebra.
+class NoMember(LookupError):
+    """Raised by a scope: the family has no such member; its text is a way out."""
 
-    Raises:
-        ExpressionError: where a vector meets a scalar, lengths differ, or the algebra raises
-            ``ArithmeticError`` (a division by zero among constants, say).
+
+def build(tree: Tree, scope: Scope, algebra: Algebra[Any], indices: Indices | None = None) -> Value:
+    """The value of ``tree`` alone; see ``Builder``."""
+    return Builder(scope, algebra).build(tree, indices or {})
+
+
+class Builder:
+    """Builds the trees of one file over ``algebra``.
+
+    ``scope`` gives the value of each (possibly dotted) name, or member of a family by a name such as
+    ``bob[2].x``; ``pi`` is asked of the algebra, ``sizes`` are whole numbers. Terms and partial sums that
+    come again are built once, so the scope must not change its mind about a name.
     """
-    # Sums and products lean to the left, so the long way down is a loop and the recursion stays short.
-    spine: list[Binary] = []
-    while isinstance(tree, Binary):
-        spine.append(tree)
-        tree = tree.left
-    value = _operand(tree, scope, algebra)
-    for binary in reversed(spine):
-        right = build(binary.right, scope, algebra)
+
+    def __init__(self, scope: Scope, algebra: Algebra[Any], sizes: Indices | None = None) -> None:
+        self.scope = scope
+        self.algebra = algebra
+        self.sizes = sizes or {}
+        self._terms = 0
+        self._names: dict[int, tuple[Tree, frozenset[str]]] = {}
+        self._bodies: dict[tuple[int, ...], Value] = {}
+        self._sums: dict[tuple[int, ...], tuple[int, Value]] = {}
+
+    def build(self, tree: Tree, indices: Indices | None = None) -> Value:
+        """The value of ``tree``: an element of the algebra, or a tuple of 1 to 3 elements for a vector.
+
+        ``indices`` are the values of the indices that the tree is within.
+
+        Raises:
+            ExpressionError: where a vector meets a scalar, lengths differ, a member does not exist, or the
+                algebra raises ``ArithmeticError`` (a division by zero among constants, say).
+        """
+        return self._value(tree, {**self.sizes, **indices} if indices else self.sizes)
+
+    def _value(self, tree: Tree, indices: Indices) -> Value:
+        # Sums and products lean to the left, so the long way down is a loop and the recursion stays short.
+        spine: list[Binary] = []
+        while isinstance(tree, Binary) and tree.operator not in WHOLE:
+            spine.append(tree)
+            tree = tree.left
+        value = self._operand(tree, indices)
+        for binary in reversed(spine):
+            right = self._value(binary.right, indices)
+            try:
+                value = OPERATIONS[binary.operator](value, right, binary)
+            except ArithmeticError as error:
+                raise arithmetic(binary, error, indices) from error
+        return value
+
+    def _operand(self, tree: Tree, indices: Indices) -> Value:
+        if isinstance(tree, Number):
+            return self.algebra.number(tree.text)
+        if isinstance(tree, Name):
+            return self._name(tree, indices)
+        if isinstance(tree, Negative):
+            operand = self._value(tree.operand, indices)
+            return tuple(-item for item in operand) if isinstance(operand, tuple) else -operand
+        if isinstance(tree, Vector):
+            return tuple(component(item, self._value(item, indices)) for item in tree.items)
+        if isinstance(tree, Sum):
+            return self._sum(tree, indices)
+        if isinstance(tree, Binary | Comparison | Logic):  # // and %
+            return self._whole(tree, indices)
+        arguments = [self._value(argument, indices) for argument in tree.arguments]
         try:
-            value = _OPERATIONS[binary.operator](value, right, binary)
+            return call(tree, arguments, self.algebra)
         except ArithmeticError as error:
-            raise _arithmetic(binary, error) from error
-    return value
+            raise arithmetic(tree, error, indices) from error
 
+    def _name(self, tree: Name, indices: Indices) -> Value:
+        if not tree.indices:
+            if tree.identifier in indices:
+                return self.algebra.number(str(indices[tree.identifier]))
+            return self.algebra.pi() if tree.identifier == "pi" else self.scope(tree.identifier)
+        identifier = member_name(tree.identifier, [integer(index, indices) for index in tree.indices])
+        try:
+            return self.scope(identifier)
+        except NoMember as error:
+            message = f"there is no '{identifier}'{known_indices(tree, indices)}"
+            raise ExpressionError(tree.span, message, str(error)) from error
 
-def norm(vector: tuple[Any, ...], algebra: Algebra[Any]) -> Any:
-    """The length of a vector, sqrt(v . v)."""
-    return algebra.function("sqrt", (dot(vector, vector),))
+    def _whole(self, tree: Tree, indices: Indices) -> Value:
+        try:
+            return self.algebra.number(str(integer(tree, indices)))
+        except ExpressionError as error:
+            hint = "// and % are for whole numbers: indices and sizes"
+            raise ExpressionError(error.span, error.message, hint) from error
 
+    def _sum(self, tree: Sum, indices: Indices) -> Value:
+        """A sum; one that begins as an earlier one did goes on from there."""
+        loop = counted(tree, indices)
+        key = (loop.start, loop.step, *self._key(tree, indices))
+        done, total = self._sums.get(key, (0, None))
+        if done > len(loop):
+            done, total = 0, None
+        terms = [] if total is None else [total]
+        for index in loop[done:]:
+            self._terms += 1
+            if self._terms > MAX_TERMS:
+                raise ExpressionError(
+                    tree.span, f"the sums have more than {MAX_TERMS} terms in all", "make the sizes smaller"
+                )
+            inner = {**indices, tree.index: index}
+            if all(holds(condition, inner) for condition in tree.conditions):
+                terms.append(self._term(tree.body, inner))
+        if len(terms) > 1:
+            total = self._total(tree, terms, indices)
+        elif terms:
+            total = terms[0]
+        self._sums[key] = len(loop), total
+        return self.algebra.number("0") if total is None else total
 
-def dot(left: tuple[Any, ...], right: tuple[Any, ...]) -> Any:
-    """The scalar product of two vectors of the same length."""
-    return reduce(add, map(mul, left, right))
+    def _term(self, body: Tree, indices: Indices) -> Value:
+        key = self._key(body, indices)
+        if isinstance(body, Sum) or len(key) == 1 + len(indices) - len(self.sizes):  # will not come again
+            return self._value(body, indices)
+        if key not in self._bodies:
+            self._bodies[key] = self._value(body, indices)
+        return self._bodies[key]
 
+    def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
+        """What the value of ``tree`` depends on; of a sum, leaving out the bounds of its range."""
+        known = self._names.get(id(tree))
+        if known is None:
+            parts = (tree.body, *tree.conditions) if isinstance(tree, Sum) else (tree,)
+            names = frozenset[str]().union(*map(plain_names, parts)) - self.sizes.keys()
+            known = self._names[id(tree)] = tree, names  # the tree too, so that its id stays its own
+        return (id(tree), *(value for name, value in indices.items() if name in known[1]))
 
-def cross(left: tuple[Any, ...], right: tuple[Any, ...]) -> tuple[Any, ...]:
-    """The vector product of two vectors of three components."""
-    a, b, c = left
-    x, y, z = right
-    return (b * z - c * y, c * x - a * z, a * y - b * x)
-
-
-def _operand(tree: Tree, scope: Scope, algebra: Algebra[Any]) -> Value:
-    if isinstance(tree, Number):
-        return algebra.number(tree.text)
-    if isinstance(tree, Name):
-        return algebra.pi() if tree.identifier == "pi" else scope(tree.identifier)
-    if isinstance(tree, Negative):
-        operand = build(tree.operand, scope, algebra)
-        return tuple(-item for item in operand) if isinstance(operand, tuple) else -operand
-    if isinstance(tree, Vector):
-        return tuple(_component(item, build(item, scope, algebra)) for item in tree.items)
-    assert isinstance(tree, Call)
-    arguments = [build(argument, scope, algebra) for argument in tree.arguments]
-    try:
-        return _call(tree, arguments, algebra)
-    except ArithmeticError as error:
-        raise _arithmetic(tree, error) from error
-
-
-def _component(tree: Tree, value: Value) -> Any:
-    if isinstance(value, tuple):
-        raise ExpressionError(tree.span, "a component of a vector cannot be a vector", "write a scalar here")
-    return value
-
-
-def _call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
-    for argument, value in zip(tree.arguments, arguments, strict=True):
-        if tree.function in FUNCTIONS and isinstance(value, tuple):
-            raise ExpressionError(
-                argument.span,
-                f"'{tree.function}' needs a scalar, and this is a vector",
-                "take a component or norm()",
-            )
-        if tree.function not in FUNCTIONS and not isinstance(value, tuple):
-            raise ExpressionError(
-                argument.span,
-                f"'{tree.function}' needs a vector, and this is a scalar",
-                "write a vector as (x, y, z)",
-            )
-    if tree.function in FUNCTIONS:
-        return algebra.function(tree.function, arguments)
-    if tree.function == "norm":
-        return norm(arguments[0], algebra)
-    left, right = arguments
-    _same_length(tree, left, right)
-    if tree.function == "dot":
-        return dot(left, right)
-    if len(left) != 3:
+    def _total(self, tree: Sum, terms: list[Value], indices: Indices) -> Value:
+        try:
+            if not any(isinstance(term, tuple) for term in terms):
+                return self.algebra.total(terms)
+            if len({len(term) if isinstance(term, tuple) else 0 for term in terms}) == 1:
+                return tuple(self.algebra.total(components) for components in zip(*terms))
+        except ArithmeticError as error:
+            raise arithmetic(tree, error, indices) from error
         raise ExpressionError(
-            tree.span,
-            f"'cross' needs vectors of three components, not {len(left)}",
-            "give both a z component, such as 0",
+            tree.body.span, "the terms of this sum are not all of one kind", "give all as many components"
         )
-    return cross(left, right)
-
-
-def _same_length(tree: Tree, left: tuple[Any, ...], right: tuple[Any, ...]) -> None:
-    if len(left) != len(right):
-        raise ExpressionError(
-            tree.span,
-            f"vectors of {len(left)} and {len(right)} components do not go together",
-            "give both the same number of components",
-        )
-
-
-def _sum(operation: Callable[[Any, Any], Any]) -> Callable[[Value, Value, Binary], Value]:
-    def combine(left: Value, right: Value, tree: Binary) -> Value:
-        if isinstance(left, tuple) and isinstance(right, tuple):
-            _same_length(tree, left, right)
-            return tuple(map(operation, left, right))
-        if isinstance(left, tuple) or isinstance(right, tuple):
-            raise ExpressionError(
-                tree.span,
-                f"a vector and a scalar cannot be combined by '{tree.operator}'",
-                "take a component of the vector, as in bead.x, or its norm()",
-            )
-        return operation(left, right)
-
-    return combine
-
-
-def _product(left: Value, right: Value, tree: Binary) -> Value:
-    if isinstance(left, tuple) and isinstance(right, tuple):
-        raise ExpressionError(
-            tree.span, "'*' does not multiply two vectors", "write dot(a, b) or cross(a, b)"
-        )
-    if isinstance(left, tuple):
-        return tuple(item * right for item in left)
-    if isinstance(right, tuple):
-        return tuple(left * item for item in right)
-    return left * right
-
-
-def _quotient(left: Value, right: Value, tree: Binary) -> Value:
-    if isinstance(right, tuple):
-        raise ExpressionError(tree.right.span, "nothing can be divided by a vector", "divide by its norm()")
-    if isinstance(left, tuple):
-        return tuple(truediv(item, right) for item in left)
-    return left / right
-
-
-def _power(left: Value, right: Value, tree: Binary) -> Value:
-    if isinstance(left, tuple) or isinstance(right, tuple):
-        raise ExpressionError(
-            tree.span, "'**' needs scalars, and this is a vector", "write dot(a, a) for a square"
-        )
-    power = left**right
-    if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
-        raise ArithmeticError("this power is not a real number")
-    return power
-
-
-_OPERATIONS: dict[str, Callable[[Value, Value, Binary], Value]] = {
-    "+": _sum(add),
-    "-": _sum(sub),
-    "*": _product,
-    "/": _quotient,
-    "**": _power,
-}
-
-
-def _arithmetic(tree: Tree, error: ArithmeticError) -> ExpressionError:
-    if isinstance(error, ZeroDivisionError):
-        return ExpressionError(tree.span, "division by zero", "what is divided by must not be 0")
-    if isinstance(error, OverflowError):
-        return ExpressionError(tree.span, "this number is too large", "the largest is about 1.8e308")
-    return ExpressionError(tree.span, str(error), "write it another way")

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import add
 from typing import Any
 
 from lagrange_cli.expression.build import Scope, build
@@ -36,6 +38,12 @@ class NumberAlgebra:
             shown = ", ".join(f"{argument:.6g}" for argument in arguments)
             raise ArithmeticError(f"{name}({shown}) is not a real number") from error
 
+    def total(self, terms: Sequence[float]) -> float:
+        return reduce(add, terms)
+
+    def symbols(self, expression: float) -> tuple[float, ...]:
+        raise NotImplementedError("a number remembers no symbol")
+
     def diff(self, expression: float, symbol: float) -> float:
         raise NotImplementedError("a number remembers no symbol")
 
@@ -47,7 +55,11 @@ def evaluate(tree: Tree, scope: Scope | None = None) -> float:
         ExpressionError: for a vector, a division by zero, a value outside a function's domain, or a
             result that is infinite or not a number.
     """
-    value: Any = build(tree, scope or NumberAlgebra().symbol, NumberAlgebra())
+    return finite(tree, build(tree, scope or NumberAlgebra().symbol, NumberAlgebra()))
+
+
+def finite(tree: Tree, value: Any) -> float:
+    """``value``, which ``tree`` was built to, if it is a finite number; raises ``ExpressionError`` else."""
     if isinstance(value, tuple):
         raise ExpressionError(
             tree.span, "this is a vector, and a number is due", "take a component or norm()"

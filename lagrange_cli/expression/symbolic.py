@@ -43,6 +43,14 @@ class SympyAlgebra:
         """One of the functions of ``expression.vocabulary``."""
         return FUNCTIONS[name](*arguments)
 
+    def total(self, terms: Sequence[sympy.Expr]) -> sympy.Expr:
+        """The sum of the terms."""
+        return sympy.Add(*terms)
+
+    def symbols(self, expression: sympy.Expr) -> list[sympy.Expr]:
+        """The symbols in ``expression``, by name."""
+        return sorted(expression.free_symbols, key=str)
+
     def diff(self, expression: sympy.Expr, symbol: sympy.Expr) -> sympy.Expr:
         """The partial derivative of ``expression`` by ``symbol``."""
         return expression.diff(symbol)

@@ -36,10 +36,19 @@ class Number:
 
 @dataclass(frozen=True)
 class Name:
-    """A name, possibly dotted: ``theta``, ``theta_dot``, ``bead`` (a vector), ``bead.x``, ``bead.vx``."""
+    """A name, possibly dotted: ``theta``, ``theta_dot``, ``bead`` (a vector), ``bead.x``, ``bead.vx``.
+
+    ``indices`` choose a member of a family: ``bob[i + 1].x`` is the name ``bob.x`` with the index ``i + 1``.
+    """
 
     identifier: str
     span: Span
+    indices: tuple[Tree, ...] = ()
+
+    @property
+    def base(self) -> str:
+        """The name without its component."""
+        return self.identifier.partition(".")[0]
 
 
 @dataclass(frozen=True)
@@ -52,7 +61,7 @@ class Negative:
 
 @dataclass(frozen=True)
 class Binary:
-    """``left operator right`` with operator one of ``+ - * / **``."""
+    """``left operator right`` with operator one of ``+ - * / **``, and ``// %`` of whole numbers."""
 
     operator: str
     left: Tree
@@ -77,21 +86,130 @@ class Vector:
     span: Span
 
 
-Tree: TypeAlias = Number | Name | Negative | Binary | Call | Vector
+@dataclass(frozen=True)
+class Comparison:
+    """``a < b <= c``: one operator fewer than operands, all of them whole numbers."""
+
+    operators: tuple[str, ...]
+    operands: tuple[Tree, ...]
+    span: Span
+
+
+@dataclass(frozen=True)
+class Logic:
+    """``and`` or ``or`` between conditions, or ``not`` before one."""
+
+    operator: str
+    operands: tuple[Tree, ...]
+    span: Span
+
+
+@dataclass(frozen=True)
+class Sum:
+    """``sum(body for index in range(...) if condition)``.
+
+    ``bounds`` are the one to three arguments of ``range``. A sum with several loops is a sum of sums, the
+    first loop outermost.
+    """
+
+    body: Tree
+    index: str
+    bounds: tuple[Tree, ...]
+    conditions: tuple[Tree, ...]
+    span: Span
+    index_span: Span
+
+
+Tree: TypeAlias = Number | Name | Negative | Binary | Call | Vector | Comparison | Logic | Sum
+"""``Comparison`` and ``Logic`` stand in the conditions of a ``Sum`` only."""
+
+
+@dataclass(frozen=True)
+class Axis:
+    """One index of a key: all of ``index in range(bounds)``, or with an empty ``index`` the one that
+    ``bounds[0]`` is."""
+
+    index: str
+    bounds: tuple[Tree, ...]
+    span: Span
+
+
+@dataclass(frozen=True)
+class Key:
+    """What a section declares: a name, or with ``axes`` members of a family, ``u[i in range(N), 0]``."""
+
+    name: str
+    text: str
+    axes: tuple[Axis, ...] = ()
+
+    @property
+    def label(self) -> str:
+        """The key as messages call it: ``u[i,0]``."""
+        if not self.axes:
+            return self.name
+        shown = (axis.index or self.text[axis.span.start : axis.span.stop] for axis in self.axes)
+        return f"{self.name}[{','.join(shown)}]"
+
+
+def children(tree: Tree) -> tuple[Tree, ...]:
+    """What ``tree`` is made of, from left to right."""
+    if isinstance(tree, Name):
+        return tree.indices
+    if isinstance(tree, Negative):
+        return (tree.operand,)
+    if isinstance(tree, Binary):
+        return (tree.left, tree.right)
+    if isinstance(tree, Call):
+        return tree.arguments
+    if isinstance(tree, Vector):
+        return tree.items
+    if isinstance(tree, Comparison | Logic):
+        return tree.operands
+    if isinstance(tree, Sum):
+        return (tree.body, *tree.bounds, *tree.conditions)
+    return ()
 
 
 def names(tree: Tree) -> Iterator[Name]:
-    """Every name in ``tree``, from left to right."""
+    """Every name in ``tree`` that stands for a quantity, from left to right.
+
+    Names within indices, ranges and conditions, and the indices of the sums around a name, are whole
+    numbers and left out.
+    """
+    pending: list[tuple[Tree, frozenset[str]]] = [(tree, frozenset())]
+    while pending:
+        node, bound = pending.pop()
+        if isinstance(node, Name):
+            if node.indices or node.identifier not in bound:
+                yield node
+        elif isinstance(node, Sum):
+            pending.append((node.body, bound | {node.index}))
+        elif not (isinstance(node, Binary) and node.operator in WHOLE):
+            pending += ((child, bound) for child in reversed(children(node)))
+
+
+def sums(tree: Tree) -> Iterator[tuple[Sum, frozenset[str]]]:
+    """Every sum in ``tree`` with the indices of the sums around it, outer ones first."""
+    pending: list[tuple[Tree, frozenset[str]]] = [(tree, frozenset())]
+    while pending:
+        node, bound = pending.pop()
+        if isinstance(node, Sum):
+            yield node, bound
+            bound |= {node.index}
+        pending += ((child, bound) for child in reversed(children(node)))
+
+
+def plain_names(tree: Tree) -> frozenset[str]:
+    """All undotted names in ``tree``, wherever they stand."""
+    found: set[str] = set()
     pending = [tree]
     while pending:
         node = pending.pop()
-        if isinstance(node, Name):
-            yield node
-        elif isinstance(node, Negative):
-            pending.append(node.operand)
-        elif isinstance(node, Binary):
-            pending += (node.right, node.left)
-        elif isinstance(node, Call):
-            pending += reversed(node.arguments)
-        elif isinstance(node, Vector):
-            pending += reversed(node.items)
+        if isinstance(node, Name) and not node.indices:
+            found.add(node.identifier)
+        pending += children(node)
+    return frozenset(found)
+
+
+WHOLE = frozenset({"//", "%"})
+"""Operators of whole numbers."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 FUNCTIONS: dict[str, int] = {
     "sin": 1, "cos": 1, "tan": 1, "asin": 1, "acos": 1, "atan": 1, "atan2": 2,
     "sinh": 1, "cosh": 1, "tanh": 1, "exp": 1, "log": 1, "sqrt": 1,
@@ -18,7 +20,7 @@ NON_SMOOTH = frozenset({"abs", "sign", "min", "max", "where"})
 """Functions of the language that are not supported yet: their kinks must be located first."""
 
 FAMILY_WORDS = frozenset({"sum", "range"})
-"""Words of indexed families, which are not supported yet."""
+"""Words of indexed families."""
 
 CONSTANTS = frozenset({"pi"})
 TIME = "t"
@@ -32,10 +34,27 @@ ACCELERATION_SUFFIX = "_ddot"
 
 
 def velocity_name(coordinate: str) -> str:
-    """The name of a coordinate's velocity: ``theta_dot`` for ``theta``."""
-    return coordinate + VELOCITY_SUFFIX
+    """The name of a coordinate's velocity: ``theta_dot`` for ``theta``, ``theta_dot[1]`` for ``theta[1]``."""
+    return suffixed(coordinate, VELOCITY_SUFFIX)
 
 
 def acceleration_name(coordinate: str) -> str:
     """The name of a coordinate's acceleration: ``theta_ddot`` for ``theta``."""
-    return coordinate + ACCELERATION_SUFFIX
+    return suffixed(coordinate, ACCELERATION_SUFFIX)
+
+
+def suffixed(name: str, suffix: str) -> str:
+    """The name with a suffix before the index that it may have."""
+    base, bracket, index = name.partition("[")
+    return base + suffix + bracket + index
+
+
+def member_name(identifier: str, indices: Iterable[object]) -> str:
+    """The name of a member of a family: ``bob[2].x`` for ``bob.x`` and 2, ``u[1,2]`` for ``u`` and 1, 2."""
+    base, dot, component = identifier.partition(".")
+    return f"{base}[{','.join(map(str, indices))}]{dot}{component}"
+
+
+def family_name(name: str) -> str:
+    """The name without component and index: ``bob`` for ``bob[2].x``."""
+    return name.partition("[")[0].partition(".")[0]

@@ -13,6 +13,8 @@ from __future__ import annotations
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 from typing import Any
 
 import mpmath
@@ -129,6 +131,12 @@ class MeasuredAlgebra:
         (x,) = arguments
         value = getattr(mpmath, name)(x.value)
         return Measured(value, abs(value) + abs(SLOPES[name](x.value)) * x.scale)
+
+    def total(self, terms: Sequence[Measured]) -> Measured:
+        return reduce(add, terms)
+
+    def symbols(self, expression: Measured) -> tuple[Measured, ...]:
+        raise NotImplementedError("a number remembers no symbol")
 
     def diff(self, expression: Measured, symbol: Measured) -> Measured:
         raise NotImplementedError("a number remembers no symbol")

@@ -9,16 +9,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
-from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.parse import parse, parse_key
 from lagrange_cli.expression.scan import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS
 from lagrange_cli.expression.syntax import (
     Binary,
     Call,
+    Comparison,
     ExpressionError,
+    Logic,
     Name,
     Negative,
     Number,
     Span,
+    Sum,
     Tree,
     Vector,
     names,
@@ -79,13 +82,40 @@ REFUSED = [
     ("sin x", 0, 5, "'sin' needs parentheses", "write sin(x)"),
     ("θ'", 0, 2, "prime", "θ_dot"),
     ("a = b", 2, 3, "'='", "only the expression"),
-    ("a == b", 2, 3, "'='", ""),
-    ("x[1]", 1, 2, "indexed families", ""),
-    ("[x for x in y]", 3, 6, "indexed families", ""),
-    ("sum(x for x in y)", 6, 9, "indexed families", ""),
-    ("sum(x)", 0, 3, "indexed families", ""),
-    ("a < b", 2, 3, "comparisons", ""),
-    ("a if b else c", 2, 4, "conditions", ""),
+    ("a == b", 2, 4, "a comparison can stand only in a condition of a sum", "if j != i"),
+    ("a < b", 2, 3, "a comparison", ""),
+    ("a if b else c", 2, 4, "a condition can stand only in a sum", ""),
+    ("not a", 0, 3, "a condition", ""),
+    ("a and b", 2, 5, "a condition", ""),
+    ("[x for x in y]", 3, 6, "'for' can stand only in a sum", "sum("),
+    ("x in y", 2, 4, "'in' can stand only in a sum", ""),
+    ("sum x", 0, 5, "the function 'sum' needs parentheses", ""),
+    ("sum(x)", 0, 6, "a sum needs a loop", "for j in range(N)"),
+    ("sum(x for x in y)", 15, 16, "an index runs through a range", "range(N)"),
+    ("sum(x for i in range())", 15, 22, "'range' takes 1 to 3 arguments, not 0", ""),
+    ("sum(x for i range(3))", 12, 17, "'in' is missing before 'range'", ""),
+    ("sum(x for in range(3))", 10, 12, "a value is missing before 'in'", ""),
+    ("sum(for i in range(3))", 4, 7, "a value is missing before 'for'", ""),
+    ("sum(x for 2 in range(3))", 10, 11, "an index must be a name", ""),
+    ("sum(x for i.j in range(3))", 10, 13, "an index must be a name", ""),
+    ("sum(x for pi in range(3))", 10, 12, "the name 'pi' is reserved", "pi_"),
+    ("sum(x for i in range(3), 2)", 23, 24, "a sum has no ','", ""),
+    ("sum(x for i in range(3) if i = 2)", 29, 30, "'=' does not compare", "=="),
+    ("sum(x for i in range(3) if)", 26, 27, "a value is missing after 'if'", ""),
+    ("sum(x for i in range(3) if i else 2)", 29, 33, "'else' is not accepted", "two sums"),
+    ("sum(x if i else 2 for i in range(3))", 6, 8, "a condition can stand only in a sum", ""),
+    ("sum(x for i in range(3) if i in range(2))", 29, 31, "'in'", ""),
+    ("sin(x for i in range(3))", 6, 9, "'for' can stand only in a sum", ""),
+    ("sum(" * 9 + "x" + " for i in range(2))" * 9, 35, 36, "nested more than 8 deep", "definitions"),
+    ("sum(x" + " for i in range(2)" * 9 + ")", 150, 153, "nested more than 8 deep", "definitions"),
+    ("range(3)", 0, 5, "'range' can stand only after 'in'", ""),
+    ("x[]", 2, 3, "an index is missing", "theta[0]"),
+    ("x[1][2]", 4, 5, "an index must follow the name of a family", "u[i, j]"),
+    ("(x)[1]", 3, 4, "an index must follow", ""),
+    ("bob.x[1]", 0, 8, "an index comes before the component", "bob[i].x"),
+    ("x[1:2]", 3, 4, "':'", ""),
+    ("x[i in range(3)]", 4, 6, "'in' can stand only in a sum", ""),
+    ("x[1", 1, 2, "this '[' is never closed", "]"),
     ("abs(x)", 0, 3, "not smooth", ""),
     ("where(x, 1, 2)", 0, 5, "not smooth", ""),
     ("min(x, y)", 0, 3, "not smooth", ""),
@@ -101,8 +131,6 @@ REFUSED = [
     ("sin()", 0, 5, "takes 1 argument, not 0", "sin(x)"),
     ("atan2(x)", 0, 8, "takes 2 arguments, not 1", "atan2(x, y)"),
     ("x^2", 1, 2, "'^'", "write ** for powers"),
-    ("a // b", 3, 4, "'//'", "write /"),
-    ("a % b", 2, 3, "'%'", ""),
     ("a +", 2, 3, "missing after '+'", ""),
     ("(a + )", 5, 6, "missing after '+'", ""),
     ("*a", 0, 1, "missing before '*'", ""),
@@ -185,7 +213,19 @@ def written(tree: Tree) -> str:
     if isinstance(tree, Number):
         return tree.text
     if isinstance(tree, Name):
-        return tree.identifier
+        indices = f"[{', '.join(map(written, tree.indices))}]" if tree.indices else ""
+        return tree.base + indices + tree.identifier.removeprefix(tree.base)
+    if isinstance(tree, Sum):
+        conditions = "".join(f" if {written(one)}" for one in tree.conditions)
+        loop = f" for {tree.index} in range({', '.join(map(written, tree.bounds))}){conditions}"
+        return f"sum({written(tree.body)}{loop})"
+    if isinstance(tree, Comparison):
+        pairs = zip(tree.operators, tree.operands[1:])
+        return "(" + written(tree.operands[0]) + "".join(f" {sign} {written(x)}" for sign, x in pairs) + ")"
+    if isinstance(tree, Logic):
+        if tree.operator == "not":
+            return f"(not {written(tree.operands[0])})"
+        return "(" + f" {tree.operator} ".join(map(written, tree.operands)) + ")"
     if isinstance(tree, Negative):
         return f"(-{written(tree.operand)})"
     if isinstance(tree, Binary):
@@ -200,7 +240,17 @@ def unplaced(tree: Tree) -> object:
     if isinstance(tree, Number):
         return tree.text
     if isinstance(tree, Name):
-        return (tree.identifier,)
+        return tree.identifier, *map(unplaced, tree.indices)
+    if isinstance(tree, Sum):
+        return (
+            "sum",
+            tree.index,
+            *(tuple(map(unplaced, x)) for x in ((tree.body,), tree.bounds, tree.conditions)),
+        )
+    if isinstance(tree, Comparison):
+        return tree.operators, *map(unplaced, tree.operands)
+    if isinstance(tree, Logic):
+        return tree.operator, *map(unplaced, tree.operands)
     if isinstance(tree, Negative):
         return "-", unplaced(tree.operand)
     if isinstance(tree, Binary):
@@ -211,6 +261,41 @@ def unplaced(tree: Tree) -> object:
 
 
 NOWHERE = Span(0, 0)
+
+
+WHOLE: st.SearchStrategy[Tree] = st.one_of(
+    st.builds(Number, st.sampled_from(["0", "12"]), st.just(NOWHERE)),
+    st.builds(Name, st.sampled_from(["i", "N"]), st.just(NOWHERE)),
+)
+SIGNS = st.sampled_from(["==", "!=", "<", "<=", ">", ">="])
+COMPARISONS: st.SearchStrategy[Tree] = st.lists(WHOLE, min_size=2, max_size=3).flatmap(
+    lambda operands: st.builds(
+        Comparison,
+        st.lists(SIGNS, min_size=len(operands) - 1, max_size=len(operands) - 1).map(tuple),
+        st.just(tuple(operands)),
+        st.just(NOWHERE),
+    )
+)
+CONDITIONS: st.SearchStrategy[Tree] = st.recursive(
+    COMPARISONS,
+    lambda inner: st.one_of(
+        st.builds(Logic, st.just("not"), st.tuples(inner), st.just(NOWHERE)),
+        st.builds(Logic, st.sampled_from(["and", "or"]), st.tuples(inner, inner), st.just(NOWHERE)),
+    ),
+    max_leaves=3,
+)
+
+
+def sums_of(body: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
+    return st.builds(
+        Sum,
+        body,
+        st.sampled_from("ij"),
+        st.lists(WHOLE, min_size=1, max_size=3).map(tuple),
+        st.lists(CONDITIONS, max_size=2).map(tuple),
+        st.just(NOWHERE),
+        st.just(NOWHERE),
+    )
 
 
 def larger(inner: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
@@ -224,6 +309,11 @@ def larger(inner: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
             Binary, st.just("**"), inner, st.builds(Name, st.just("n"), st.just(NOWHERE)), st.just(NOWHERE)
         ),
         calls,
+        st.builds(Binary, st.sampled_from(["//", "%"]), WHOLE, WHOLE, st.just(NOWHERE)),
+        st.builds(
+            Name, st.sampled_from(["u", "bob.x"]), st.just(NOWHERE), st.lists(WHOLE, min_size=1).map(tuple)
+        ),
+        sums_of(inner),
         st.builds(Vector, st.lists(inner, min_size=1, max_size=3).map(tuple), st.just(NOWHERE)),
     )
 
@@ -245,7 +335,60 @@ def test_what_is_written_is_read_back(tree: Tree) -> None:
     found = parse(text)
     assert unplaced(found) == unplaced(tree)
     for name in names(found):
-        assert text[name.span.start : name.span.stop] == name.identifier
+        assert text[name.span.start : name.span.stop] == written(name)
+
+
+def test_loops_of_one_sum_are_sums_within_one_another() -> None:
+    (outer,) = [parse("sum(x for i in range(2) if i for j in range(i))")]
+    assert isinstance(outer, Sum) and isinstance(outer.body, Sum)
+    assert (outer.index, outer.body.index) == ("i", "j")
+    assert len(outer.conditions) == 1 and outer.body.conditions == ()
+
+
+def test_names_are_those_of_quantities_and_not_of_whole_numbers() -> None:
+    tree = parse("sum(a*i*u[i + k].x*(N % 2) for i in range(M) if i != L) + i + v[0]")
+    assert [name.identifier for name in names(tree)] == ["a", "u.x", "i", "v"]
+
+
+KEYS = [
+    ("theta", "theta", "theta"),
+    ("θ", "θ", "θ"),
+    ("theta[0]", "theta", "theta[0]"),
+    ("theta[i in range(N)]", "theta", "theta[i]"),
+    ("u[ i in range(N) , j in range(1, M, 2)]", "u", "u[i,j]"),
+    ("u[N - 1, j in range(M)]", "u", "u[N - 1,j]"),
+]
+
+
+@pytest.mark.parametrize(("text", "name", "label"), KEYS, ids=[text for text, *_ in KEYS])
+def test_a_key_is_a_name_or_members_of_a_family(text: str, name: str, label: str) -> None:
+    key = parse_key(text)
+    assert (key.name, key.label) == (name, label)
+
+
+@pytest.mark.parametrize(
+    ("text", "start", "stop", "message"),
+    [
+        ("u[i in N]", 7, 8, "an index runs through a range"),
+        ("u[i in range(2), i in range(3)]", 17, 30, "the index 'i' comes twice"),
+        ("u[t in range(2)]", 2, 3, "the name 't' is reserved"),
+        ("u[2 in range(2)]", 2, 3, "an index must be a name"),
+        ("u[i in range(2) if i]", 16, 18, "a condition can stand only in a sum"),
+        ("u[i < 2]", 4, 5, "a comparison"),
+        ("u[x[i in range(2)]]", 4, 17, "'in' cannot stand here"),
+        ("u[0].x", 0, 6, "this is no name"),
+        ("u.x", 0, 3, "this is no name"),
+        ("u + v", 0, 5, "this is no name"),
+        ("u[]", 2, 3, "an index is missing"),
+        ("", 0, 1, "the expression is empty"),
+    ],
+)
+def test_other_keys_are_refused(text: str, start: int, stop: int, message: str) -> None:
+    with pytest.raises(ExpressionError) as caught:
+        parse_key(text)
+    assert caught.value.span == Span(start, stop)
+    assert message in caught.value.message
+    assert caught.value.hint
 
 
 def test_functions_of_numbers() -> None:

@@ -1,0 +1,125 @@
+"""Whole numbers: what indices, ranges and conditions of indexed families come to."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from operator import add, eq, floordiv, ge, gt, le, lt, mod, mul, ne, sub
+
+from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.syntax import (
+    Axis,
+    Binary,
+    Comparison,
+    ExpressionError,
+    Logic,
+    Name,
+    Negative,
+    Number,
+    Sum,
+    Tree,
+    plain_names,
+)
+
+Indices = Mapping[str, int]
+"""The values of the indices and sizes at hand."""
+
+LARGEST = 2**53
+"""Whole numbers up to here are exact as floats too."""
+
+OPERATIONS: dict[str, Callable[[int, int], int]] = {
+    "+": add, "-": sub, "*": mul, "//": floordiv, "%": mod,
+}  # fmt: skip
+COMPARISONS: dict[str, Callable[[int, int], bool]] = {
+    "==": eq, "!=": ne, "<": lt, "<=": le, ">": gt, ">=": ge,
+}  # fmt: skip
+_MADE_OF = "write whole numbers, sizes and indices, combined by + - * // %"
+
+
+def integer(tree: Tree, indices: Indices) -> int:
+    """The whole number that ``tree`` is.
+
+    Raises:
+        ExpressionError: where it is none.
+    """
+    spine: list[Binary] = []
+    while isinstance(tree, Binary):
+        spine.append(tree)
+        tree = tree.left
+    value = _operand(tree, indices)
+    for binary in reversed(spine):
+        value = _bounded(binary, _combined(binary, value, integer(binary.right, indices), indices))
+    return value
+
+
+def holds(condition: Tree, indices: Indices) -> bool:
+    """Whether a condition holds; a whole number does unless it is 0."""
+    if isinstance(condition, Logic):
+        if condition.operator == "not":
+            return not holds(condition.operands[0], indices)
+        test = all if condition.operator == "and" else any
+        return test(holds(operand, indices) for operand in condition.operands)
+    if isinstance(condition, Comparison):
+        values = [integer(operand, indices) for operand in condition.operands]
+        return all(
+            COMPARISONS[operator](left, right)
+            for operator, left, right in zip(condition.operators, values, values[1:])
+        )
+    return integer(condition, indices) != 0
+
+
+def counted(loop: Sum | Axis, indices: Indices) -> range:
+    """The values that the index of a sum or of a key runs through."""
+    bounds = [integer(bound, indices) for bound in loop.bounds]
+    if len(bounds) == 3 and bounds[2] == 0:
+        raise ExpressionError(loop.bounds[2].span, "the step of a range must not be 0", "leave it out, or 1")
+    return range(*bounds)
+
+
+def known_indices(tree: Tree, indices: Indices) -> str:
+    """``, for i = 2``: what the whole numbers in ``tree`` are at the moment, for a message; or nothing."""
+    shown = [f"{name} = {value}" for name, value in indices.items() if name in plain_names(tree)]
+    return f", for {', '.join(shown)}" if shown else ""
+
+
+def _operand(tree: Tree, indices: Indices) -> int:
+    if isinstance(tree, Number):
+        if not tree.text.replace("_", "").isdecimal():
+            raise ExpressionError(tree.span, f"{tree.text} is not a whole number", _MADE_OF)
+        if len(tree.text) > 16:
+            raise ExpressionError(tree.span, "this whole number is too large", f"the largest is {LARGEST}")
+        return _bounded(tree, int(tree.text))
+    if isinstance(tree, Name):
+        if not tree.indices and tree.identifier in indices:
+            return indices[tree.identifier]
+        known = sorted(indices)
+        raise ExpressionError(
+            tree.span,
+            f"'{tree.identifier}' is neither an index nor a size here",
+            near_hint(tree.identifier, known) or known_hint(known) or _MADE_OF,
+        )
+    if isinstance(tree, Negative):
+        return -integer(tree.operand, indices)
+    if isinstance(tree, Comparison | Logic):
+        raise ExpressionError(tree.span, "a condition is no number", "write it after 'if'")
+    raise ExpressionError(tree.span, "this is no whole number", _MADE_OF)
+
+
+def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:
+    operation = OPERATIONS.get(tree.operator)
+    if operation is None:
+        hint = "write // for the quotient without its remainder" if tree.operator == "/" else _MADE_OF
+        raise ExpressionError(tree.span, f"'{tree.operator}' does not make a whole number", hint)
+    try:
+        return operation(left, right)
+    except ZeroDivisionError as error:
+        raise ExpressionError(
+            tree.span,
+            f"division by zero{known_indices(tree, indices)}",
+            "what is divided by must not be 0",
+        ) from error
+
+
+def _bounded(tree: Tree, value: int) -> int:
+    if abs(value) > LARGEST:
+        raise ExpressionError(tree.span, "this whole number is too large", f"the largest is {LARGEST}")
+    return value

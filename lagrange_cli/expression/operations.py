@@ -1,0 +1,144 @@
+"""What operators and functions do to scalars and vectors over any algebra."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import reduce
+from operator import add, mul, sub, truediv
+from typing import Any
+
+from lagrange_cli.expression.algebra import Algebra, Value
+from lagrange_cli.expression.indices import Indices, known_indices
+from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
+from lagrange_cli.expression.vocabulary import FUNCTIONS
+
+
+def norm(vector: tuple[Any, ...], algebra: Algebra[Any]) -> Any:
+    """The length of a vector, sqrt(v . v)."""
+    return algebra.function("sqrt", (dot(vector, vector),))
+
+
+def dot(left: tuple[Any, ...], right: tuple[Any, ...]) -> Any:
+    """The scalar product of two vectors of the same length."""
+    return reduce(add, map(mul, left, right))
+
+
+def cross(left: tuple[Any, ...], right: tuple[Any, ...]) -> tuple[Any, ...]:
+    """The vector product of two vectors of three components."""
+    a, b, c = left
+    x, y, z = right
+    return (b * z - c * y, c * x - a * z, a * y - b * x)
+
+
+def component(tree: Tree, value: Value) -> Any:
+    """The value of ``tree`` as a component of a vector."""
+    if isinstance(value, tuple):
+        raise ExpressionError(tree.span, "a component of a vector cannot be a vector", "write a scalar here")
+    return value
+
+
+def call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
+    """The value of a function of the language."""
+    for argument, value in zip(tree.arguments, arguments, strict=True):
+        if tree.function in FUNCTIONS and isinstance(value, tuple):
+            raise ExpressionError(
+                argument.span,
+                f"'{tree.function}' needs a scalar, and this is a vector",
+                "take a component or norm()",
+            )
+        if tree.function not in FUNCTIONS and not isinstance(value, tuple):
+            raise ExpressionError(
+                argument.span,
+                f"'{tree.function}' needs a vector, and this is a scalar",
+                "write a vector as (x, y, z)",
+            )
+    if tree.function in FUNCTIONS:
+        return algebra.function(tree.function, arguments)
+    if tree.function == "norm":
+        return norm(arguments[0], algebra)
+    left, right = arguments
+    _same_length(tree, left, right)
+    if tree.function == "dot":
+        return dot(left, right)
+    if len(left) != 3:
+        raise ExpressionError(
+            tree.span,
+            f"'cross' needs vectors of three components, not {len(left)}",
+            "give both a z component, such as 0",
+        )
+    return cross(left, right)
+
+
+def _same_length(tree: Tree, left: tuple[Any, ...], right: tuple[Any, ...]) -> None:
+    if len(left) != len(right):
+        raise ExpressionError(
+            tree.span,
+            f"vectors of {len(left)} and {len(right)} components do not go together",
+            "give both the same number of components",
+        )
+
+
+def _sum(operation: Callable[[Any, Any], Any]) -> Callable[[Value, Value, Binary], Value]:
+    def combine(left: Value, right: Value, tree: Binary) -> Value:
+        if isinstance(left, tuple) and isinstance(right, tuple):
+            _same_length(tree, left, right)
+            return tuple(map(operation, left, right))
+        if isinstance(left, tuple) or isinstance(right, tuple):
+            raise ExpressionError(
+                tree.span,
+                f"a vector and a scalar cannot be combined by '{tree.operator}'",
+                "take a component of the vector, as in bead.x, or its norm()",
+            )
+        return operation(left, right)
+
+    return combine
+
+
+def _product(left: Value, right: Value, tree: Binary) -> Value:
+    if isinstance(left, tuple) and isinstance(right, tuple):
+        raise ExpressionError(
+            tree.span, "'*' does not multiply two vectors", "write dot(a, b) or cross(a, b)"
+        )
+    if isinstance(left, tuple):
+        return tuple(item * right for item in left)
+    if isinstance(right, tuple):
+        return tuple(left * item for item in right)
+    return left * right
+
+
+def _quotient(left: Value, right: Value, tree: Binary) -> Value:
+    if isinstance(right, tuple):
+        raise ExpressionError(tree.right.span, "nothing can be divided by a vector", "divide by its norm()")
+    if isinstance(left, tuple):
+        return tuple(truediv(item, right) for item in left)
+    return left / right
+
+
+def _power(left: Value, right: Value, tree: Binary) -> Value:
+    if isinstance(left, tuple) or isinstance(right, tuple):
+        raise ExpressionError(
+            tree.span, "'**' needs scalars, and this is a vector", "write dot(a, a) for a square"
+        )
+    power = left**right
+    if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
+        raise ArithmeticError("this power is not a real number")
+    return power
+
+
+OPERATIONS: dict[str, Callable[[Value, Value, Binary], Value]] = {
+    "+": _sum(add),
+    "-": _sum(sub),
+    "*": _product,
+    "/": _quotient,
+    "**": _power,
+}
+
+
+def arithmetic(tree: Tree, error: ArithmeticError, indices: Indices) -> ExpressionError:
+    """What an algebra could not do, at its place, with the values of the indices there."""
+    where = known_indices(tree, indices)
+    if isinstance(error, ZeroDivisionError):
+        return ExpressionError(tree.span, f"division by zero{where}", "what is divided by must not be 0")
+    if isinstance(error, OverflowError):
+        return ExpressionError(tree.span, f"this number is too large{where}", "the largest is about 1.8e308")
+    return ExpressionError(tree.span, f"{error}{where}", "write it another way")
