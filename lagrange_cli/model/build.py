@@ -2,14 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import reduce
-from operator import add
 from typing import Generic
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Algebra, E, Value
-from lagrange_cli.expression.build import build
+from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
 from lagrange_cli.model.model import Model, Particle
@@ -35,7 +32,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         v=scope.v,
         parameters=scope.parameters,
         particles=particles,
-        potential=_total((scope.scalar(term) for term in spec.potential.values()), zero),
+        potential=scope.total([scope.scalar(term) for term in spec.potential.values()]),
         lagrangian=None if spec.lagrangian is None else scope.scalar(spec.lagrangian),
         generalized_forces=tuple(
             scope.scalar(spec.generalized_forces[coordinate.name])
@@ -45,6 +42,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         ),
         dissipation=zero if spec.dissipation is None else scope.scalar(spec.dissipation),
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
+        families=spec.families,
     )
 
 
@@ -61,7 +59,9 @@ class _Scope(Generic[E]):
         self.values: dict[str, Value] = {TIME: self.time, **self.parameters}
         for coordinate, q, v in zip(spec.coordinates, self.q, self.v, strict=True):
             self.values |= {coordinate.name: q, velocity_name(coordinate.name): v}
+        self.rates = dict(zip(self.q, self.v, strict=True))
         self.velocities: dict[str, tuple[E, ...]] = {}
+        self.builder = Builder(self, algebra, spec.sizes)
         for name, definition in spec.definitions.items():  # each uses only earlier ones
             self.values[name] = self.build(definition)
         positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
@@ -81,16 +81,17 @@ class _Scope(Generic[E]):
         return self.velocities[particle]
 
     def _rate(self, component: E) -> E:
-        zero = self.algebra.number("0")
         terms: list[E] = []
-        for q, v in zip(self.q, self.v, strict=True):
-            slope = self.algebra.diff(component, q)
-            if slope != zero:
-                terms.append(slope * v)  # type: ignore[operator]
-        explicit = self.algebra.diff(component, self.time)
-        if explicit != zero:
-            terms.append(explicit)
-        return _total(terms, zero)
+        for symbol in self.algebra.symbols(component):
+            if symbol in self.rates:
+                terms.append(self.algebra.diff(component, symbol) * self.rates[symbol])  # type: ignore[operator]
+            elif symbol == self.time:
+                terms.append(self.algebra.diff(component, symbol))
+        return self.total(terms)
+
+    def total(self, terms: list[E]) -> E:
+        """The sum of any number of elements."""
+        return self.algebra.total(terms) if terms else self.algebra.number("0")
 
     def particle(self, name: str, zero: E) -> Particle[E]:
         position = self.values[name]
@@ -107,14 +108,8 @@ class _Scope(Generic[E]):
 
     def build(self, expression: Expression) -> Value:
         try:
-            return build(expression.tree, self, self.algebra)
+            return self.builder.build(expression.tree, expression.indices)
         except ExpressionError as error:
             source = Source(self.spec.filename, self.spec.text)
             place = expression.at(error.span)
             raise SpecError(source.filename, [source.problem(place, error.message, error.hint)]) from error
-
-
-def _total(terms: Iterable[E], zero: E) -> E:
-    """The sum, without a zero in front of it."""
-    found = list(terms)
-    return reduce(add, found) if found else zero

@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import Generic
 
 from lagrange_cli.expression.algebra import Algebra, E
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
+from lagrange_cli.spec.spec import Family
 
 
 @dataclass(frozen=True)
@@ -30,6 +31,7 @@ class Model(Generic[E]):
     ``parameters`` the parameters' symbols by name, ``time`` the symbol ``t``. With a given ``lagrangian``
     there are no particles and ``potential`` is zero; otherwise ``lagrangian`` is None and
     L = sum m v^2/2 - ``potential``. ``generalized_forces[k]`` and ``dissipation`` are zero where not given.
+    ``families`` says which names belong together, by section of the file and name.
     """
 
     name: str
@@ -45,3 +47,4 @@ class Model(Generic[E]):
     generalized_forces: tuple[E, ...]
     dissipation: E
     observables: Mapping[str, E]
+    families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)

@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
 
+from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.expression.syntax import names
-from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, velocity_name
-from lagrange_cli.records import dataclass
-from lagrange_cli.spec.names import Kind, Names, scalar
-from lagrange_cli.spec.order import chain, dependency_order
+from lagrange_cli.expression.syntax import ExpressionError, Span
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name, velocity_name
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.defaults import solve_defaults
+from lagrange_cli.spec.names import Kind, Names, range_hint, scalar
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.sections import Declared, Draft, Entry
+from lagrange_cli.spec.sections import Declared, Draft, Entry, Written
+from lagrange_cli.spec.settling import Settling, check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE, Place
-from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, SolveDefaults, Spec
+from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec
 
 
-def check(draft: Draft, problems: Problems) -> Spec:
-    """The draft as a ``Spec``.
+def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
+    """The draft, its families written out, as a ``Spec``.
 
     Raises:
         SpecError: with everything that is wrong in the file.
     """
-    checker = _Checker(draft, problems)
+    checker = _Checker(draft, sizes, problems)
     checker.declare()
     parameters = checker.parameters()
     definitions = checker.definitions()
@@ -49,7 +50,9 @@ def check(draft: Draft, problems: Problems) -> Spec:
         generalized_forces=checker.generalized_forces(),
         dissipation=checker.one("dissipation"),
         observables=checker.scalars("observables", "observable"),
-        solve=_solve(draft, problems),
+        solve=solve_defaults(draft, problems),
+        sizes=sizes,
+        families=draft.families,
     )
     problems.stop_if_any()
     return spec
@@ -60,44 +63,69 @@ class _Checker:
     """The draft, the table of names, and where problems go."""
 
     draft: Draft
+    sizes: Mapping[str, int]
     problems: Problems
 
     def __post_init__(self) -> None:
-        self.names = Names(self.problems)
+        self.names = Names(self.problems, self.sizes)
+        self._settling = Settling(self.names, self.draft.families)
 
     def declare(self) -> None:
         """Enter all names, so that a later one can be told from one that does not exist."""
         draft = self.draft
         self.names.declare(TIME, Kind.TIME, None, scalar())
-        for coordinate in draft.coordinates:
-            self.names.declare(coordinate.name, Kind.COORDINATE, coordinate.place, scalar())
-        for coordinate in draft.coordinates:
-            self.names.declare(velocity_name(coordinate.name), Kind.VELOCITY, coordinate.place, scalar())
-        for parameter in draft.parameters:
-            self._declare_free(parameter.name, Kind.PARAMETER, parameter.place, scalar())
-        for definition in draft.definitions:
-            self._declare_free(definition.name, Kind.DEFINITION, definition.place, None)
-        for particle in _once((*draft.masses, *draft.embedding)):
-            self._declare_free(particle.name, Kind.PARTICLE, particle.place, None)
+        for size in draft.sizes:
+            value = Bounds(float(self.sizes.get(size.name, 1)))
+            if self.names.declare(size.name, Kind.SIZE, size.place, value):
+                self.names.settle(size.name, frozenset(), value)  # a plain number, wherever it stands
+        coordinates = list(self._named("coordinates", draft.coordinates))
+        for name, place, family in coordinates:
+            self.names.declare(name, Kind.COORDINATE, place, scalar(), family)
+        for name, place, family in coordinates:
+            if family is not None:
+                members = tuple(map(velocity_name, family.members))
+                family = replace(family, name=velocity_name(family.name), members=members)
+            self.names.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
+        for name, place, family in self._named("parameters", draft.parameters):
+            self._declare_free(name, Kind.PARAMETER, place, family)
+        for name, place, family in self._named("definitions", draft.definitions):
+            self._declare_free(name, Kind.DEFINITION, place, family)
+        for name, place, family in self._named("embedding", (*draft.masses, *draft.embedding)):
+            self._declare_free(name, Kind.PARTICLE, place, family)
+        for index, place in draft.indices:
+            try:
+                self.names.check_index(index, Span(0, 1))
+            except ExpressionError as error:
+                self.problems.add(place, error.message, error.hint)
 
-    def _declare_free(self, name: str, what: Kind, place: Place, value: Any) -> None:
+    def _named(self, section: str, entries: Iterable[Written]) -> Iterator[tuple[str, Place, Family | None]]:
+        """Each name of a section once, with its place, and its family where it is that of one."""
+        seen: set[str] = set()
+        for entry in entries:
+            name = family_name(entry.name)
+            if name not in seen:
+                seen.add(name)
+                yield name, entry.place, self._family(section, name)
+
+    def _family(self, section: str, name: str) -> Family | None:
+        families = self.draft.families
+        found = families[section].get(name)
+        return families["masses"].get(name) if found is None and section == "embedding" else found
+
+    def _declare_free(self, name: str, what: Kind, place: Place, family: Family | None) -> None:
         base = name.removesuffix(ACCELERATION_SUFFIX)
         if base != name and base in self.names.table and self.names.table[base].what is Kind.COORDINATE:
             self.problems.add(
                 place, f"the {what.value} '{name}' has the name of an acceleration", "rename it"
             )
             return
-        self.names.declare(name, what, place, value)
+        self.names.declare(name, what, place, None, family)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        values = {parameter.name: parameter.fields.get("value") for parameter in self.draft.parameters}
-        declared = {parameter.name: parameter for parameter in self.draft.parameters}
-        for name, value in values.items():
-            if value is not None:
-                self._scalar(value, "parameters", f"parameter '{name}'")
-        order = self._order(values, {name: one.place for name, one in declared.items()}, "parameter")
+        declared = {one.name: one for one in self.draft.parameters}
+        values = {name: one.fields.get("value") for name, one in declared.items()}
         found = []
-        for name in order:
+        for name in self._settling.settle_all(self.draft.parameters, values, Kind.PARAMETER, "parameters"):
             value, fields = values[name], declared[name].fields
             if value is not None:
                 unit, description = fields.get("unit", ""), fields.get("description", "")
@@ -116,7 +144,9 @@ class _Checker:
         initial, velocity = declared.fields.get("initial"), declared.fields.get("velocity")
         for field, value in (("initial", initial), ("velocity", velocity)):
             if value is not None:
-                self._scalar(value, "coordinates", f"{field} of coordinate '{declared.name}'")
+                check_scalar(
+                    self.names, value, "coordinates", f"{field} of coordinate '{declared.key.label}'"
+                )
         return Coordinate(
             declared.name,
             declared.place,
@@ -127,39 +157,9 @@ class _Checker:
         )
 
     def definitions(self) -> dict[str, Expression]:
-        entries = {entry.name: entry for entry in self.draft.definitions}
-        values = {name: entry.value for name, entry in entries.items()}
-        order = self._order(values, {name: entry.place for name, entry in entries.items()}, "definition")
-        for name in values.keys() - set(order):
-            self._settle(name, Kind.DEFINITION, frozenset(), None)
-        found = {}
-        for name in order:
-            value = values[name]
-            if value is None:
-                self._settle(name, Kind.DEFINITION, frozenset(), None)
-                continue
-            kinds, bounds = self.names.check(value, "definitions", f"definition '{name}'")
-            self._settle(name, Kind.DEFINITION, kinds, bounds)
-            found[name] = value
-        return found
-
-    def _settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
-        if name in self.names.table and self.names.table[name].what is what:
-            self.names.settle(name, kinds, value)
-
-    def _order(self, values: dict[str, Expression | None], places: dict[str, Place], what: str) -> list[str]:
-        uses = {
-            name: {one.identifier.partition(".")[0] for one in names(value.tree)} if value else set()
-            for name, value in values.items()
-        }
-        order, cycles = dependency_order(uses)
-        for cycle in cycles:
-            self.problems.add(
-                places[cycle[0]],
-                f"{what} '{cycle[0]}' depends on itself: {chain(cycle)}",
-                "give one of them a value that does not use the others",
-            )
-        return order
+        values = {entry.name: entry.value for entry in self.draft.definitions}
+        order = self._settling.settle_all(self.draft.definitions, values, Kind.DEFINITION, "definitions")
+        return {name: value for name in order if (value := values[name]) is not None}
 
     def formulation(self) -> None:
         """Either a lagrangian, or masses that are embedded."""
@@ -190,10 +190,14 @@ class _Checker:
     def _partners(
         self, entries: dict[str, Entry], partners: dict[str, Entry], what: str, example: str
     ) -> None:
+        families = {family_name(one) for one in partners}
+        alone = [one for one in partners if one not in entries]
         for name, entry in entries.items():
             if name not in partners:
-                near = near_hint(name, [one for one in partners if one not in entries])
-                self.problems.add(
+                near = near_hint(name, alone)
+                if family_name(name) in families:
+                    near = "declare the same members in both"
+                self.problems.add_once(
                     entry.place, f"the particle '{name}' has {what}", near or f"add {example % name}"
                 )
 
@@ -202,36 +206,44 @@ class _Checker:
         for entry in self.draft.embedding:
             bounds = None
             if entry.value is not None:
-                _, bounds = self.names.check(entry.value, "embedding", f"embedding '{entry.name}'")
+                _, bounds = self.names.check(entry.value, "embedding", f"embedding '{entry.key.label}'")
                 found[entry.name] = entry.value
             vector = (bounds,) if bounds is not None and not isinstance(bounds, tuple) else bounds
-            self._settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
+            meaning = self.names.table.get(family_name(entry.name))
+            first = meaning.value if meaning is not None and meaning.what is Kind.PARTICLE else None
+            if vector is not None and first is not None and len(vector) != len(first):
+                self.problems.add_once(
+                    entry.place,
+                    f"'{entry.name}' has {_components(len(vector))}, other members {len(first)}",
+                    "give all members of a family as many components",
+                )
+            self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
         return found
 
     def forces(self) -> dict[str, Expression]:
-        particles = [entry.name for entry in self.draft.embedding]
+        particles = {entry.name for entry in self.draft.embedding}
         found = {}
         for entry in self.draft.forces:
-            meaning = self.names.table.get(entry.name)
-            if meaning is None or meaning.what is not Kind.PARTICLE:
-                hint = near_hint(entry.name, particles) or known_hint(particles)
-                self.problems.add(
+            if entry.name not in particles:
+                hint = self._other_hint(entry.name, [one.name for one in self.draft.embedding])
+                self.problems.add_once(
                     entry.place,
                     f"unknown particle '{entry.name}' in forces",
                     hint or "a system given by its lagrangian has 'generalized_forces' only",
                 )
             if entry.value is None:
                 continue
-            where = f"force '{entry.name}'"
+            where = f"force '{entry.key.label}'"
             _, bounds = self.names.check(entry.value, "forces", where)
             found[entry.name] = entry.value
-            if bounds is None or meaning is None or not isinstance(meaning.value, tuple):
+            position = self.names.values.get(entry.name)
+            if bounds is None or entry.name not in particles or not isinstance(position, tuple):
                 continue
-            given, due = len(bounds) if isinstance(bounds, tuple) else 1, len(meaning.value)
+            given, due = len(bounds) if isinstance(bounds, tuple) else 1, len(position)
             if given != due:
-                self.problems.add(
+                self.problems.add_once(
                     entry.value.place,
-                    f"{where} has {_components(given)}, and '{entry.name}' moves in {due}",
+                    f"{where} has {_components(given)}, and '{entry.key.label}' moves in {due}",
                     f"write {_components(due)}",
                 )
         return found
@@ -241,61 +253,39 @@ class _Checker:
         return self.scalars("potential", "potential", named=not alone)
 
     def generalized_forces(self) -> dict[str, Expression]:
-        known = [coordinate.name for coordinate in self.draft.coordinates]
+        known = {coordinate.name: None for coordinate in self.draft.coordinates}
         for entry in self.draft.generalized_forces:
             if entry.name not in known:
-                self.problems.add(
+                self.problems.add_once(
                     entry.place,
                     f"unknown coordinate '{entry.name}' in generalized_forces",
-                    near_hint(entry.name, known) or known_hint(known),
+                    self._other_hint(entry.name, list(known)),
                 )
         return self.scalars("generalized_forces", "generalized force")
+
+    def _other_hint(self, name: str, known: list[str]) -> str:
+        meaning = self.names.table.get(family_name(name))
+        if meaning is not None and meaning.family is not None and name not in self.names.values:
+            if "[" not in name:
+                return f"write {meaning.family.label} for its members"
+            return range_hint(name, meaning.family)
+        return near_hint(name, known) or known_hint(known)
 
     def scalars(self, section: str, what: str, named: bool = True) -> dict[str, Expression]:
         found = {}
         for entry in getattr(self.draft, section):
             if entry.value is not None:
-                self._scalar(entry.value, section, f"{what} '{entry.name}'" if named else what)
+                check_scalar(
+                    self.names, entry.value, section, f"{what} '{entry.key.label}'" if named else what
+                )
                 found[entry.name] = entry.value
         return found
 
     def one(self, section: str) -> Expression | None:
         value: Expression | None = getattr(self.draft, section)
         if value is not None:
-            self._scalar(value, section, section)
+            check_scalar(self.names, value, section, section)
         return value
-
-    def _scalar(self, expression: Expression, section: str, where: str) -> None:
-        _, bounds = self.names.check(expression, section, where)
-        if isinstance(bounds, tuple):
-            self.problems.add(
-                expression.place,
-                f"a scalar is due in {where}, and this is a vector",
-                "take a component, as in bead.x, or norm() or dot()",
-            )
-
-
-def _solve(draft: Draft, problems: Problems) -> SolveDefaults:
-    given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
-    places = draft.solve_places
-    solve = SolveDefaults(**given, places=places)
-    if solve.stop is not None and solve.stop <= solve.start:
-        problems.add(
-            places["stop"], f"stop = {solve.stop:g} is not after start = {solve.start:g}", "give a later time"
-        )
-    for key in ("step", "tolerance"):
-        value = getattr(solve, key)
-        if value is not None and value <= 0:
-            problems.add(places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: 0.01")
-    if solve.samples is not None and solve.samples < 2:
-        problems.add(
-            places["samples"],
-            f"samples must be at least 2, not {solve.samples}",
-            "both ends of the motion count",
-        )
-    if solve.samples is not None and solve.step is not None:
-        problems.add(places["step"], "'samples' and 'step' cannot both be given", "leave one of them out")
-    return solve
 
 
 def _components(count: int) -> str:
@@ -304,10 +294,6 @@ def _components(count: int) -> str:
 
 def _stem(filename: str) -> str:
     return Path(filename).stem.strip("<>-") or "system"
-
-
-def _once(entries: Iterable[Entry]) -> list[Entry]:
-    return list(_by_name(entries).values())
 
 
 def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:

@@ -8,8 +8,8 @@ from typing import Any
 
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
-from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, Vector, names
+from lagrange_cli.expression.parse import parse, parse_key
+from lagrange_cli.expression.syntax import ExpressionError, Key, Span, Tree, Vector, names
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
@@ -36,14 +36,21 @@ def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None
         problems.add(node.place, f"{where} must be an expression, not a mapping", "write it on one line")
         return None
     if isinstance(node, nodes.Sequence):
-        if where.startswith("parameter"):
-            problems.add(
-                node.place, f"{where} is a list: list parameters are not supported yet", "name each number"
-            )
-        else:
-            problems.add(node.place, f"{where} must be a scalar, not a vector", "write one expression")
+        problems.add(node.place, f"{where} must be a scalar, not a vector", "write one expression")
         return None
     return _parsed((node,), where, problems)
+
+
+def read_list(node: Node, where: str, problems: Problems) -> Expression | tuple[Expression, ...] | None:
+    """An expression, or a list of expressions."""
+    if not isinstance(node, nodes.Sequence):
+        return read_scalar(node, where, problems)
+    if not node.items:
+        problems.add(node.place, f"the list of {where} is empty", "write [1.0, 2.0]")
+        return None
+    items = [read_scalar(item, f"{where}, item {number}", problems) for number, item in enumerate(node.items)]
+    found = tuple(item for item in items if item is not None)
+    return found if len(found) == len(items) else None
 
 
 def read_vector(node: Node, where: str, problems: Problems) -> Expression | None:
@@ -134,23 +141,23 @@ def read_words(node: Node, where: str, problems: Problems) -> tuple[str, ...] | 
     return tuple(word.strip() for word in text.split(",") if word.strip())
 
 
-def read_name(key: Scalar, problems: Problems, what: str) -> str | None:
-    """The key as a name of the expression language; None where it cannot be one."""
+def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) -> Key | None:
+    """The key as a name of the expression language, or members of a family; None where it is neither."""
     name = unicodedata.normalize("NFKC", key.text)  # as Python's parser does with names in expressions
-    if "[" in name:
-        problems.broken.add(name.partition("[")[0].strip())
-        problems.add(
-            key.place,
-            f"{shown(key.text)}: indexed families are not supported yet",
-            "give each member a name of its own, such as theta1",
-        )
-        return None
+    indexed = "[" in name
     try:
-        tree_names = list(names(parse(key.text)))
-        if len(tree_names) == 1 and tree_names[0].identifier == name and "." not in name:
-            return name
-    except ExpressionError:
-        pass
+        found = parse_key(key.text)
+        if families or not indexed:
+            return found
+    except ExpressionError as error:
+        if indexed and families:
+            problems.broken.add(name.partition("[")[0].strip())
+            problems.add(
+                key.passage.place(error.span),
+                f"{error.message} in the name of a {what}",
+                error.hint or "write theta[i in range(N)]",
+            )
+            return None
     problems.add(
         key.place,
         f"the {what} cannot be called {shown(key.text)}",

@@ -2,30 +2,36 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
 from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
-from lagrange_cli.expression.build import build
+from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.near import known_hint, near_hint, shown
-from lagrange_cli.expression.syntax import ExpressionError, Name, names
+from lagrange_cli.expression.syntax import ExpressionError, Name, Span, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
     ACCELERATION_SUFFIX,
     CALLABLE,
     COMPONENTS,
     CONSTANTS,
+    FAMILY_WORDS,
     RESERVED,
     VELOCITY_COMPONENTS,
+    family_name,
+    member_name,
 )
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.spec import Expression, Family
 
 
 class Kind(Enum):
     """What an expression may depend on; the value is the word for it in messages."""
 
+    SIZE = "size"
     PARAMETER = "parameter"
     TIME = "time"
     COORDINATE = "coordinate"
@@ -39,13 +45,19 @@ class Meaning:
     """What a name stands for.
 
     ``what`` is the word for it, ``kinds`` what it comes down to, ``value`` its ``Bounds`` or a tuple of
-    them for a vector, and None where its own expression is wrong (that has been said, and nothing more is).
+    them for a vector (of a family: that of any member), and None where its own expression is wrong (that has
+    been said, and nothing more is). ``family`` is there if the name is that of a family.
     """
 
     what: Kind
     kinds: frozenset[Kind]
     value: Any
     place: Place | None = None
+    family: Family | None = None
+
+
+class Unsound(Exception):
+    """Raised where an expression uses something that is wrong: nothing more is said of it."""
 
 
 @dataclass(frozen=True)
@@ -78,14 +90,24 @@ RULES: dict[str, Rule] = {
 
 
 class Names:
-    """The table of names of one file."""
+    """The table of names of one file; ``values`` are the bounds by name, or by the name of a member."""
 
-    def __init__(self, problems: Problems) -> None:
+    def __init__(self, problems: Problems, sizes: Mapping[str, int]) -> None:
         self.problems = problems
         self.table: dict[str, Meaning] = {}
+        self.values: dict[str, Any] = {}
+        self._members: set[str] = set()
+        self._builder = Builder(self.value, BoundsAlgebra(), sizes)
+        self._clashes: set[str] = set()
+        self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
 
-    def declare(self, name: str, what: Kind, place: Place | None, value: Any = None) -> bool:
-        """Enter a name; it must be free."""
+    def declare(
+        self, name: str, what: Kind, place: Place | None, value: Any = None, family: Family | None = None
+    ) -> bool:
+        """Enter a name, and the members where it is that of a family; it must be free.
+
+        ``value`` is that of every member, and None where it is yet to be settled.
+        """
         if place is not None and name in RESERVED:
             self.problems.add(
                 place, f"the name '{name}' is reserved", f"call the {what.value} {name}_ or another name"
@@ -99,19 +121,39 @@ class Names:
                 f"the {what.value} '{name}' has the name of a {other.what.value}",
                 f"rename it, or the {other.what.value}{first}",
             )
-            self.table[name] = replace(other, kinds=frozenset(), value=None)  # either may be meant
+            self.problems.broken.add(name)  # either may be meant
             return False
-        self.table[name] = Meaning(what, frozenset({what}), value, place)
+        self.table[name] = Meaning(what, frozenset({what}), value, place, family)
+        members = family.members if family else (name,)
+        self._members.update(members)
+        if value is not None:
+            self.values.update(dict.fromkeys(members, value))
         return True
 
     def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
-        """Say what a declared definition or particle came to."""
-        self.table[name] = replace(self.table[name], kinds=kinds, value=value)
+        """Say what a declared definition or particle, or a member of a family of them, came to."""
+        base = family_name(name)
+        self.values[name] = value
+        self.table[base] = replace(self.table[base], kinds=kinds, value=value)
 
     def value(self, identifier: str) -> Any:
-        """The bounds of a (dotted) name that has been checked."""
-        base, _, component = identifier.partition(".")
-        value = self.table[base].value
+        """The bounds of a (dotted) name that has been looked up.
+
+        Raises:
+            Needs: a member of a family that is not settled yet.
+            NoMember: one that does not exist.
+            Unsound: what is wrong itself.
+        """
+        name, _, component = identifier.partition(".")
+        if name not in self.values:
+            meaning = self.table[family_name(name)]
+            if name in self._members:
+                raise Needs(name) if meaning.what in (Kind.PARAMETER, Kind.DEFINITION) else Unsound
+            assert meaning.family is not None
+            raise NoMember(range_hint(name, meaning.family))
+        value = self.values[name]
+        if value is None:
+            raise Unsound
         if component:
             return value[(COMPONENTS + VELOCITY_COMPONENTS).index(component) % 3]
         return value
@@ -119,36 +161,67 @@ class Names:
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
         """What ``expression`` comes down to, and its bounds (None where something in it is wrong).
 
-        Every unknown or forbidden name is reported; the shapes are looked at only if there is none.
+        Every unknown or forbidden name is reported; the shapes are looked at only if there is none. Of the
+        members of a family, which have one tree, the first that is wrong is reported.
         """
+        key = id(expression.tree), section
+        if key not in self._found:
+            self._found[key] = self._look_up_all(expression, section, where)
+        kinds, sound = self._found[key]
+        if not sound:
+            return kinds, None
+        try:
+            return kinds, self._builder.build(expression.tree, expression.indices)
+        except Unsound:
+            return kinds, None
+        except ExpressionError as error:
+            self._found[key] = kinds, False
+            self.problems.add_expression(expression, error, where)
+            return kinds, None
+
+    def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
+        """What the names of an expression come down to, and whether each of them may stand there."""
         kinds: frozenset[Kind] = frozenset()
-        sound = True
+        sound = not plain_names(expression.tree) & self.problems.broken
+        for loop, around in sums(expression.tree):
+            try:
+                self.check_index(loop.index, loop.index_span)
+                if loop.index in around | expression.indices.keys():
+                    message = f"the index '{loop.index}' is in use around this sum"
+                    raise ExpressionError(loop.index_span, message, "call the index another name")
+            except ExpressionError as error:
+                self.problems.add_expression(expression, error, where)
+                sound = False
+            sound = sound and loop.index not in self._clashes
+        sound = sound and not self._clashes & expression.indices.keys()
         for name in names(expression.tree):
-            if name.identifier in CONSTANTS:
+            if not name.indices and name.identifier in (*CONSTANTS, *expression.indices):
                 continue
             try:
-                meaning = self._look_up(name, section)
+                meaning = self._look_up(name, section, expression)
             except ExpressionError as error:
                 self.problems.add_expression(expression, error, where)
                 sound = False
                 continue
             kinds |= meaning.kinds
-            sound = sound and meaning.value is not None
-        if not sound:
-            return kinds, None
-        try:
-            return kinds, build(expression.tree, self.value, BoundsAlgebra())
-        except ExpressionError as error:
-            self.problems.add_expression(expression, error, where)
-            return kinds, None
+            sound = sound and (meaning.value is not None or meaning.family is not None)
+        return kinds, sound
 
-    def _look_up(self, name: Name, section: str) -> Meaning:
+    def check_index(self, index: str, span: Span) -> None:
+        """Raise ExpressionError, the first time, where the index of a family or a sum has another's name."""
+        other = self.table.get(index)
+        if other is not None and index not in self._clashes:
+            self._clashes.add(index)
+            message = f"the index '{index}' has the name of a {other.what.value}"
+            raise ExpressionError(span, message, "call the index another name")
+
+    def _look_up(self, name: Name, section: str, expression: Expression) -> Meaning:
         base, _, component = name.identifier.partition(".")
-        meaning = self.table.get(base)
-        if meaning is None and base in self.problems.broken:
+        if base in self.problems.broken:
             return Meaning(Kind.DEFINITION, frozenset(), None)
+        meaning = self.table.get(base)
         if meaning is None:
-            raise ExpressionError(name.span, *self._unknown(base))
+            raise ExpressionError(name.span, *self._unknown(base, expression.indices))
         rule = RULES[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]
         if forbidden:
@@ -162,15 +235,30 @@ class Names:
             raise ExpressionError(
                 name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", rule.hint
             )
+        self._check_indices(name, meaning)
         if component and meaning.value is not None:
             self._check_component(name, meaning, base, component)
         return meaning
+
+    def _check_indices(self, name: Name, meaning: Meaning) -> None:
+        due = len(meaning.family.shape) if meaning.family else 0
+        if len(name.indices) == due or (meaning.family is None and meaning.value is None):
+            return
+        example = member_name(name.identifier, "ijklmn"[:due]) if due else name.identifier
+        if not due:
+            message = f"'{name.base}' is no family and has no members"
+        elif not name.indices:
+            message, example = f"'{name.base}' is a family", f"{example} for one of its members"
+        else:
+            message = f"'{name.base}' has {due} {'index' if due == 1 else 'indices'}, not {len(name.indices)}"
+        raise ExpressionError(name.span, message, f"write {example}")
 
     def _check_component(self, name: Name, meaning: Meaning, base: str, component: str) -> None:
         if not isinstance(meaning.value, tuple):
             raise ExpressionError(
                 name.span, f"'{base}' is a scalar and has no component '{component}'", f"write {base}"
             )
+        label = meaning.family.label if meaning.family else base
         known = COMPONENTS[: len(meaning.value)]
         if meaning.what is Kind.PARTICLE:
             known += VELOCITY_COMPONENTS[: len(meaning.value)]
@@ -178,12 +266,14 @@ class Names:
             raise ExpressionError(
                 name.span,
                 f"'{base}' has no component '{component}'",
-                known_hint(f"{base}.{one}" for one in known),
+                known_hint(f"{label}.{one}" for one in known),
             )
 
-    def _unknown(self, name: str) -> tuple[str, str]:
+    def _unknown(self, name: str, indices: Mapping[str, int]) -> tuple[str, str]:
         message = f"unknown name {shown(name)}"
-        if name in CALLABLE:
+        if name in indices or name in CONSTANTS:
+            return f"'{name}' is a number and has neither members nor components", f"write {name}"
+        if name in (*CALLABLE, *FAMILY_WORDS):
             return f"the function '{name}' needs parentheses", f"write {name}(...)"
         if name.lower() in ("nan", "inf", "infinity"):
             return f"'{name}' is not a finite number", "write a number"
@@ -193,8 +283,21 @@ class Names:
             return message, "write pi"
         if name in ("e", "E"):
             return message, "write exp(1) for Euler's number, or add it to the parameters"
-        near = near_hint(name, [*self.table, *CONSTANTS])
-        return message, near or known_hint(self.table) or "add it to the parameters"
+        near = near_hint(name, [*self.table, *indices, *CONSTANTS])
+        return message, near or known_hint(self._words()) or "add it to the parameters"
+
+    def _words(self) -> list[str]:
+        """All names as they may be written, families with an index."""
+        return [one.family.label if one.family else name for name, one in self.table.items()]
+
+
+def range_hint(name: str, family: Family) -> str:
+    """Where the members of a family are, for one who looked for another."""
+    if "-" in name:
+        return "members count from 0; an index wraps round in u[(i - 1) % N]"
+    first, last = family.members[0], family.members[-1]
+    count = " x ".join(map(str, family.shape))
+    return f"there is only {first}" if first == last else f"there are {count}, {first} to {last}"
 
 
 def scalar() -> Bounds:

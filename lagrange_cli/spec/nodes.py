@@ -25,6 +25,9 @@ MAX_DEPTH = 20
 _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = re.compile("[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _SPACES = "YAML indents with spaces: replace each tab by spaces"
+_INDEXED = re.compile(r"(?<=\w)\[[^][\n]*\]")
+_GUARDED = {ord("["): 0xE000, ord("]"): 0xE001, ord(","): 0xE002}  # to characters without a meaning
+_UNGUARDED = {own: sign for sign, own in _GUARDED.items()}
 _HINTS: tuple[tuple[str, str], ...] = (
     ("tab character", _SPACES),
     ("'\\t'", _SPACES),
@@ -133,7 +136,7 @@ def compose(source: Source, problems: Problems) -> Node:
     """
     loader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     try:
-        return _Composer(source, problems, yaml.parse(source.text, Loader=loader)).document()
+        return _Composer(source, problems, loader).document()
     except yaml.YAMLError as error:
         raise _translated(source, error) from error
 
@@ -141,10 +144,15 @@ def compose(source: Source, problems: Problems) -> Node:
 class _Composer:
     """Puts nodes together from the parser's events."""
 
-    def __init__(self, source: Source, problems: Problems, events: Iterator[Any]) -> None:
+    def __init__(self, source: Source, problems: Problems, loader: Any) -> None:
         self.source = source
         self.problems = problems
-        self.events = events
+        # In [u[0], u[1]] or {initial: x[i]} YAML would take the brackets of an index for its own: while it
+        # reads, other characters stand in their place.
+        text, self.guarded = source.text, not any(chr(own) in source.text for own in _UNGUARDED)
+        if self.guarded:
+            text = _INDEXED.sub(lambda match: match.group().translate(_GUARDED), text)
+        self.events: Iterator[Any] = yaml.parse(text, Loader=loader)
         self.anchors: dict[str, Node] = {}
         self.size = 0
 
@@ -186,7 +194,8 @@ class _Composer:
         start, stop = event.start_mark, event.end_mark
         if isinstance(event, yaml.ScalarEvent):
             ends = (start.line, start.column), (stop.line, stop.column)
-            passage = Passage(self.source, event.value, *ends, style=event.style or "")
+            text = event.value.translate(_UNGUARDED) if self.guarded else event.value
+            passage = Passage(self.source, text, *ends, style=event.style or "")
             return Scalar(passage, plain=not event.style)
         before = self.size
         place = Place(start.line + 1, start.column + 1)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from heapq import heappop, heappush
 
 
@@ -30,6 +30,44 @@ def dependency_order(uses: Mapping[str, Iterable[str]]) -> tuple[list[str], list
                 heappush(ready, position[user])
     stuck = {name: used for name, used in remaining.items() if used}
     return order, _cycles(stuck)
+
+
+class Needs(Exception):
+    """Raised in computing one thing: another, of this name, must be computed before."""
+
+    def __init__(self, name: str) -> None:
+        super().__init__(name)
+        self.name = name
+
+
+def on_demand(names: Iterable[str], compute: Callable[[str], None]) -> tuple[list[str], list[list[str]]]:
+    """Compute each of ``names``, what it ``Needs`` first: the order in which that went, and the cycles.
+
+    A member of a cycle, or what needs one, is not computed.
+    """
+    order: list[str] = []
+    cycles: list[list[str]] = []
+    seen: set[str] = set()
+    for first in names:
+        path = {} if first in seen else {first: None}  # in order, and quick to search
+        while path:
+            name = next(reversed(path))
+            seen.add(name)
+            try:
+                compute(name)
+            except Needs as needed:
+                if needed.name in path:
+                    walked = list(path)
+                    cycles.append([*walked[walked.index(needed.name) :], needed.name])
+                    path = {}
+                elif needed.name in seen:  # it came to nothing, and so does all that waits for it
+                    path = {}
+                else:
+                    path[needed.name] = None
+            else:
+                order.append(name)
+                del path[name]
+    return order, cycles
 
 
 def chain(cycle: list[str], most: int = 10) -> str:

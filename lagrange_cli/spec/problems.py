@@ -28,6 +28,11 @@ class Problems:
         if len(self.found) >= MOST:
             self.stop_if_any()
 
+    def add_once(self, place: Place, message: str, hint: str = "") -> None:
+        """Note what may be wrong with every member of a family, but only for the first."""
+        if (place.line, place.column) not in {(one.line, one.column) for one in self.found}:
+            self.add(place, message, hint)
+
     def add_expression(self, expression: Expression, error: ExpressionError, where: str = "") -> None:
         """Note a mistake within an expression, at the exact piece."""
         message = f"{error.message} in {where}" if where else error.message

@@ -10,12 +10,14 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint, shown
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.expression.syntax import Key, Span
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.fields import (
     Reader,
     read_count,
-    read_name,
+    read_key,
+    read_list,
     read_number,
     read_scalar,
     read_text,
@@ -24,38 +26,65 @@ from lagrange_cli.spec.fields import (
 )
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.source import Passage, Place
+from lagrange_cli.spec.spec import Expression, Family
 
 
 @dataclass(frozen=True)
-class Entry:
+class Written:
+    """Something of a section that has a name: ``key`` is what was written, in ``passage``.
+
+    Before families are written out ``name`` is that of the family, then that of the member.
+    """
+
+    name: str
+    place: Place
+    key: Key
+    passage: Passage | None
+
+    def at(self, span: Span) -> Place:
+        """The place of a piece of the key."""
+        return self.place if self.passage is None else self.passage.place(span)
+
+
+@dataclass(frozen=True)
+class Entry(Written):
     """``name: expression`` of a section; ``value`` is None where the expression could not be read."""
 
-    name: str
-    place: Place
-    value: Expression | None
+    value: Expression | None = None
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Entry:
+        """The entry of one member."""
+        return replace(self, name=name, value=_with(self.value, indices))
 
 
 @dataclass(frozen=True)
-class Declared:
+class Declared(Written):
     """A parameter or a coordinate: its name, and the fields given for it."""
 
-    name: str
-    place: Place
-    fields: Mapping[str, Any]
+    fields: Mapping[str, Any] = field(default_factory=dict)
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Declared:
+        """The declaration of one member."""
+        return replace(self, name=name, fields={key: _with(x, indices) for key, x in self.fields.items()})
+
+
+def _with(value: Any, indices: Mapping[str, int]) -> Any:
+    return replace(value, indices=indices) if isinstance(value, Expression) else value
 
 
 @dataclass(frozen=True)
 class Draft:
     """A system file's sections as written, before any name has been looked up.
 
-    ``places`` has the place of each section's key.
+    ``places`` has the place of each section's key; ``families`` and ``indices`` (of keys, with their places)
+    are known once families are written out.
     """
 
     places: Mapping[str, Place]
     name: str = ""
     description: str = ""
+    sizes: tuple[Entry, ...] = ()
     parameters: tuple[Declared, ...] = ()
     coordinates: tuple[Declared, ...] = ()
     definitions: tuple[Entry, ...] = ()
@@ -69,6 +98,8 @@ class Draft:
     observables: tuple[Entry, ...] = ()
     solve: Mapping[str, Any] = field(default_factory=dict)
     solve_places: Mapping[str, Place] = field(default_factory=dict)
+    families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
+    indices: tuple[tuple[str, Place], ...] = ()
 
 
 def read_draft(root: Node, problems: Problems) -> Draft:
@@ -87,9 +118,9 @@ def read_draft(root: Node, problems: Problems) -> Draft:
 
 
 def _entries(
-    reader: Reader, section: str, what: str, plain_names: bool = False
+    reader: Reader, section: str, what: str, free: bool = False, families: bool = True
 ) -> Callable[[Node, str, Problems], tuple[Entry, ...]]:
-    """A section of ``name: expression``."""
+    """A section of ``name: expression``; the names may be ``free`` texts, and stand for ``families``."""
 
     def read(node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
         if isinstance(node, Scalar) and node.empty:
@@ -99,9 +130,10 @@ def _entries(
             return ()
         found = []
         for key, value in node.entries:
-            name = key.text if plain_names else read_name(key, problems, what)
+            name = Key(key.text, key.text) if free else read_key(key, problems, what, families)
             if name is not None:
-                found.append(Entry(name, key.place, reader(value, f"{what} '{name}'", problems)))
+                expression = reader(value, f"{what} '{name.label}'", problems)
+                found.append(Entry(name.name, key.place, name, key.passage, expression))
         return tuple(found)
 
     return read
@@ -109,8 +141,9 @@ def _entries(
 
 def _read_potential(node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
     if isinstance(node, nodes.Mapping):
-        return _entries(read_scalar, where, "potential", plain_names=True)(node, where, problems)
-    return (Entry("potential", node.place, read_scalar(node, where, problems)),)
+        return _entries(read_scalar, where, "potential", free=True)(node, where, problems)
+    key = Key("potential", "potential")
+    return (Entry(key.name, node.place, key, None, read_scalar(node, where, problems)),)
 
 
 def _read_parameters(node: Node, where: str, problems: Problems) -> tuple[Declared, ...]:
@@ -121,17 +154,17 @@ def _read_parameters(node: Node, where: str, problems: Problems) -> tuple[Declar
         return ()
     found = []
     for key, value in node.entries:
-        name = read_name(key, problems, "parameter")
+        name = read_key(key, problems, "parameter")
         if name is None:
             continue
-        where = f"parameter '{name}'"
+        where = f"parameter '{name.label}'"
         if isinstance(value, nodes.Mapping):
             fields = _read_table(value, PARAMETER, where, problems)
             if all(inner.text != "value" for inner, _ in value.entries):
                 problems.add(key.place, f"{where} has no value", "write {value: 1.0}")
         else:
-            fields = {"value": read_scalar(value, where, problems)}
-        found.append(Declared(name, key.place, fields))
+            fields = {"value": read_list(value, where, problems)}
+        found.append(Declared(name.name, key.place, name, key.passage, fields))
     return tuple(found)
 
 
@@ -140,17 +173,20 @@ def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Decla
     found = []
     if isinstance(node, nodes.Mapping):
         for key, value in node.entries:
-            name = read_name(key, problems, "coordinate")
+            name = read_key(key, problems, "coordinate")
             if name is None:
                 continue
+            label = name.label
             fields: Mapping[str, Any] = {}
             if isinstance(value, nodes.Mapping):
-                fields = _read_table(value, COORDINATE, f"coordinate '{name}'", problems)
+                fields = _read_table(value, COORDINATE, f"coordinate '{label}'", problems)
             elif not (isinstance(value, Scalar) and value.empty):
                 problems.add(
-                    value.place, f"coordinate '{name}' must be a mapping", f"write {name}: {{initial: 0.1}}"
+                    value.place,
+                    f"coordinate '{label}' must be a mapping",
+                    f"write {name.text}: {{initial: 0.1}}",
                 )
-            found.append(Declared(name, key.place, fields))
+            found.append(Declared(name.name, key.place, name, key.passage, fields))
     elif isinstance(node, nodes.Sequence):
         seen: set[str] = set()
         for item in node.items:
@@ -159,12 +195,14 @@ def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Decla
                 if isinstance(item, nodes.Mapping):
                     problems.broken |= {key.text for key, _ in item.entries}
                 continue
-            name = read_name(item, problems, "coordinate")
-            if name in seen:
-                problems.add(item.place, f"the coordinate '{name}' comes twice", "leave one out")
-            elif name is not None:
-                seen.add(name)
-                found.append(Declared(name, item.place, {}))
+            name = read_key(item, problems, "coordinate")
+            if name is None:
+                continue
+            if name.label in seen:
+                problems.add(item.place, f"the coordinate '{name.label}' comes twice", "leave one out")
+            else:
+                seen.add(name.label)
+                found.append(Declared(name.name, item.place, name, item.passage))
     elif not node.empty:
         problems.add(node.place, "coordinates must be a mapping or a list", example)
     return tuple(found)
@@ -197,7 +235,7 @@ def _read_table(
     return found
 
 
-PARAMETER: dict[str, Reader] = {"value": read_scalar, "unit": read_text, "description": read_text}
+PARAMETER: dict[str, Reader] = {"value": read_list, "unit": read_text, "description": read_text}
 COORDINATE: dict[str, Reader] = {
     "initial": read_scalar,
     "velocity": read_scalar,
@@ -217,6 +255,7 @@ SECTIONS: dict[str, Reader] = {
     "name": read_text,
     "description": read_text,
     "parameters": _read_parameters,
+    "sizes": _entries(read_scalar, "sizes", "size", families=False),
     "coordinates": _read_coordinates,
     "definitions": _entries(read_vector, "definitions", "definition"),
     "masses": _entries(read_scalar, "masses", "mass"),
@@ -230,7 +269,6 @@ SECTIONS: dict[str, Reader] = {
     "solve": _read_solve,
 }
 LATER: dict[str, str] = {
-    "sizes": "write indexed families out, one name for each member",
     "bodies": "describe a rigid body by point masses, or give 'lagrangian' instead",
     "constraints": "choose coordinates that satisfy the constraint",
     "nonholonomic": "only unconstrained and holonomic systems in their own coordinates are solved for now",

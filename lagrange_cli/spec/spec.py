@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.syntax import Span, Tree
+from lagrange_cli.expression.vocabulary import family_name, member_name
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
@@ -16,13 +17,15 @@ class Expression:
 
     ``tree`` is a ``Vector`` (or a vector-valued tree) where a vector is due and scalar-valued otherwise:
     this has been checked, and every name in it is known. ``passages`` are the pieces of the file the text
-    was put together from, each with its offset in ``text``.
+    was put together from, each with its offset in ``text``. ``indices`` are the values of the indices that
+    stand in it, where it is that of a member of a family.
     """
 
     text: str
     tree: Tree
     place: Place
     passages: tuple[tuple[int, Passage], ...] = field(default=(), repr=False, compare=False)
+    indices: Mapping[str, int] = field(default_factory=dict)
 
     def at(self, span: Span) -> Place:
         """Where ``span`` of the text stands in the file."""
@@ -30,6 +33,31 @@ class Expression:
             if offset <= span.start:
                 return passage.place(Span(span.start - offset, span.stop - offset))
         return self.place
+
+
+@dataclass(frozen=True)
+class Family:
+    """Quantities of one name: ``members`` are called ``u[0,0]``, ``u[0,1]`` and so on, the last index
+    fastest, and ``shape`` says how far each index runs. ``axes`` are the indices' names in the output."""
+
+    name: str
+    shape: tuple[int, ...]
+    members: tuple[str, ...]
+    axes: tuple[str, ...]
+
+    @property
+    def label(self) -> str:
+        """The family as it is called in texts: ``u[i,j]``."""
+        return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
+
+
+def grouped(names: Iterable[str], families: Mapping[str, Family]) -> tuple[Family, ...]:
+    """``names`` by family, in their order; a name of its own is a family of shape ()."""
+    found: dict[str, Family] = {}
+    for name in names:
+        base = family_name(name)
+        found.setdefault(base, families.get(base) or Family(name, (), (name,), ()))
+    return tuple(found.values())
 
 
 @dataclass(frozen=True)
@@ -78,6 +106,9 @@ class Spec:
     file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
     ``definitions`` and ``parameters`` are sorted so that each uses only
     earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``text`` is the file as read.
+
+    Families are written out: everything goes by the names of members, such as ``theta[3]``, and
+    ``families`` has them by section and name. ``sizes`` are the whole numbers they were written with.
     """
 
     filename: str
@@ -96,3 +127,5 @@ class Spec:
     dissipation: Expression | None
     observables: Mapping[str, Expression]
     solve: SolveDefaults
+    sizes: Mapping[str, int] = field(default_factory=dict)
+    families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.spec.spec import Expression, Spec
+from lagrange_cli.spec.spec import Expression, Family, Spec
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Of these only the names count: parameters and the initial state are given to compiled code as it runs."""
@@ -26,9 +26,12 @@ def structure(spec: Spec) -> dict[str, Any]:
 
 
 def plain(value: object) -> Any:
-    """A field of a ``Spec`` in terms of JSON; an expression is its text, from which all else follows."""
+    """A field of a ``Spec`` in terms of JSON; an expression is its text, with the values of the indices that
+    stand in it: all else follows from these."""
     if isinstance(value, Expression):
-        return value.text
+        return [value.text, *value.indices.items()] if value.indices else value.text
+    if isinstance(value, Family):
+        return [value.shape, value.axes]
     if isinstance(value, Mapping):
         return [[key, plain(inner)] for key, inner in value.items()]
     if isinstance(value, tuple):

@@ -6,14 +6,16 @@ from collections.abc import Mapping
 
 from lagrange_cli.errors import Problem, SpecError, UsageError
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.build import build
+from lagrange_cli.expression.build import Builder, NoMember
+from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
+from lagrange_cli.expression.numbers import NumberAlgebra, finite
 from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import ExpressionError, Span, Tree, names
-from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, velocity_name
+from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
+from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.order import chain, dependency_order
+from lagrange_cli.spec.names import Unsound, range_hint
+from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression, Spec
 
@@ -49,7 +51,8 @@ def resolve_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Va
             run.add(
                 coordinate.place,
                 f"coordinate '{coordinate.name}' has no initial value",
-                f"write {coordinate.name}: {{initial: 0.1}}, or --set {coordinate.name}=0.1",
+                f"write {family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}: "
+                f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
             )
     run.stop_if_any()
     return Values(run.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v))
@@ -76,59 +79,89 @@ class _Run:
         self.spec = spec
         self.source = Source(spec.filename, spec.text)
         self.problems: list[Problem] = []
-        self.texts = overrides
-        self.overrides = {name: self._parsed(name, text) for name, text in overrides.items()}
-        self.trees: dict[str, Tree] = {name: one.tree for name, one in spec.definitions.items()}
-        self.trees |= {one.name: self.overrides.get(one.name, one.value.tree) for one in spec.parameters}
+        self.places: set[Place] = set()
+        self.texts = {self._member(name, text): text for name, text in overrides.items()}
+        self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
+        self.trees: dict[str, list[Tree]] = {}
+        """The trees of parameters and definitions, those of all members of a family together."""
+        for name, one in spec.definitions.items():
+            self.trees.setdefault(family_name(name), []).append(one.tree)
+        for each in spec.parameters:
+            tree = self.overrides.get(each.name, each.value.tree)
+            self.trees.setdefault(family_name(each.name), []).append(tree)
+        self.unknown = {each.name for each in spec.parameters}
+        """Parameters that have no value yet."""
+        self.names = {*self.unknown, *spec.definitions}
         self.values: dict[str, float] = {}
         self.definitions: dict[str, Value] = {}
+        self.builder = Builder(self._scope, NumberAlgebra(), spec.sizes)
 
     def add(self, place: Place, message: str, hint: str) -> None:
-        self.problems.append(self.source.problem(place, message, hint))
+        """Note a problem; what is wrong with many members of a family, once."""
+        if place not in self.places:
+            self.places.add(place)
+            self.problems.append(self.source.problem(place, message, hint))
 
     def stop_if_any(self) -> None:
         if self.problems:
             raise SpecError(self.spec.filename, self.problems)
+
+    def _member(self, name: str, text: str) -> str:
+        """The name of an override as the spec has it: ``theta[3]`` for ``theta[N - 1]``."""
+        if "[" not in name:
+            return name
+        try:
+            tree = parse(name)
+            if isinstance(tree, Name) and tree.indices:
+                return member_name(tree.identifier, [integer(i, self.spec.sizes) for i in tree.indices])
+        except ExpressionError as error:
+            raise _usage(name, text, error) from error
+        return name
 
     def _parsed(self, name: str, text: str) -> Tree:
         parameters = [parameter.name for parameter in self.spec.parameters]
         coordinates = [coordinate.name for coordinate in self.spec.coordinates]
         settable = [*parameters, *coordinates, *map(velocity_name, coordinates)]
         if name not in settable:
-            hint = near_hint(name, settable) or known_hint(settable)
-            raise UsageError(f"--set {name}={text}: unknown name '{name}'; {hint}")
+            raise UsageError(f"--set {name}={text}: unknown name '{name}'; {_settable_hint(name, settable)}")
         try:
             tree = parse(text)
             for one in names(tree):
-                if one.identifier not in parameters and one.identifier not in CONSTANTS:
-                    special = one.identifier.lower() in ("nan", "inf", "infinity")
-                    raise ExpressionError(
-                        one.span,
-                        f"'{one.identifier}' is not a finite number"
-                        if special
-                        else f"unknown name '{one.identifier}'",
-                        "write a number"
-                        if special
-                        else near_hint(one.identifier, parameters) or known_hint(parameters),
-                    )
+                self._check_name(one, parameters)
         except ExpressionError as error:
             raise _usage(name, text, error) from error
         return tree
 
+    def _check_name(self, one: Name, parameters: list[str]) -> None:
+        """Raise ExpressionError unless the name stands for a parameter, or may once its index is known."""
+        known = (
+            {*map(family_name, parameters)} if one.indices else {*parameters, *self.spec.sizes, *CONSTANTS}
+        )
+        if one.identifier in known:
+            return
+        if one.identifier.lower() in ("nan", "inf", "infinity"):
+            raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
+        raise ExpressionError(
+            one.span, f"unknown name '{one.identifier}'", _settable_hint(one.identifier, parameters)
+        )
+
     def parameters(self) -> None:
         """Evaluate all of them; an override may change what depends on what."""
         given = {parameter.name: parameter.value for parameter in self.spec.parameters}
-        order, cycles = dependency_order({name: _bases(self.trees[name]) for name in given})
-        for cycle in cycles:
-            name = next((one for one in cycle if one in self.overrides), cycle[0])
-            raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
-        for name in order:
+
+        def compute(name: str) -> None:
             if name in self.overrides:
                 self.values[name] = self._override(name)
             else:
                 value = self._value(given[name], f"parameter '{name}'")
                 if value is not None:
                     self.values[name] = value
+            self.unknown.discard(name)
+
+        _, cycles = on_demand(given, compute)
+        for cycle in cycles:
+            name = next((one for one in cycle if one in self.overrides), cycle[0])
+            raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
         self.stop_if_any()
         self.values = {name: self.values[name] for name in given}
 
@@ -136,14 +169,18 @@ class _Run:
         """Evaluate those definitions that masses and initial values use: they are made of parameters only."""
         users = [*self.spec.masses.values()]
         users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
-        needed = {name for user in users for name in _bases(user.tree)}
-        for name, definition in reversed(list(self.spec.definitions.items())):
-            if name in needed:
-                needed |= _bases(definition.tree)
+        needed = set().union(*({id(user.tree): _bases(user.tree) for user in users}).values())
+        pending = [*needed]
+        while pending:
+            for tree in self.trees.get(pending.pop(), ()):
+                pending += _bases(tree) - needed
+                needed |= _bases(tree)
         for name, definition in self.spec.definitions.items():
-            if name in needed:
+            if family_name(name) in needed:
                 try:
-                    self.definitions[name] = build(definition.tree, self._scope, NumberAlgebra())
+                    self.definitions[name] = self.builder.build(definition.tree, definition.indices)
+                except Unsound:
+                    continue
                 except ExpressionError as error:
                     self._blame(definition, error, f"definition '{name}'")
         self.stop_if_any()
@@ -170,43 +207,60 @@ class _Run:
         base, _, component = name.partition(".")
         if base in self.values:
             return self.values[base]
-        value = self.definitions[base]
-        return value[COMPONENTS.index(component)] if component else value
+        if base in self.unknown:
+            raise Needs(base)
+        if base in self.definitions:
+            value = self.definitions[base]
+            return value[COMPONENTS.index(component)] if component else value
+        if base in self.names:  # follows from a problem already noted
+            raise Unsound
+        family = self.spec.families.get("parameters", {}).get(family_name(base))
+        raise NoMember(range_hint(base, family) if family is not None else "")
 
     def _override(self, name: str) -> float:
         try:
-            return evaluate(self.overrides[name], self._scope)
+            tree = self.overrides[name]
+            return finite(tree, self.builder.build(tree))
         except ExpressionError as error:
             raise _usage(name, self.texts[name], error) from error
 
     def _value(self, expression: Expression, where: str) -> float | None:
         """The number, or None where there is none, which is noted at its place."""
-        if _bases(expression.tree) - CONSTANTS - self.values.keys() - self.definitions.keys():
-            return None  # follows from a problem already noted
         try:
-            return evaluate(expression.tree, self._scope)
+            return finite(expression.tree, self.builder.build(expression.tree, expression.indices))
+        except Unsound:
+            return None
         except ExpressionError as error:
             self._blame(expression, error, where)
             return None
 
     def _blame(self, expression: Expression, error: ExpressionError, where: str) -> None:
         """Note a problem of the file, unless the command line is what caused it."""
+        causes = {family_name(name): name for name in self.overrides}
         pending = [expression.tree]
         seen: set[str] = set()
         while pending:
             for base in _bases(pending.pop()) - seen:
                 seen.add(base)
-                if base in self.overrides:
+                if base in causes:
+                    name = causes[base]
                     raise UsageError(
-                        f"--set {base}={self.texts[base]}: {error.message} in {where}; {error.hint}"
+                        f"--set {name}={self.texts[name]}: {error.message} in {where}; {error.hint}"
                     )
-                if base in self.trees:
-                    pending.append(self.trees[base])
+                pending += self.trees.get(base, ())
         self.add(expression.at(error.span), f"{error.message} in {where}", error.hint)
 
 
 def _bases(tree: Tree) -> set[str]:
-    return {name.identifier.partition(".")[0] for name in names(tree)}
+    return {name.base for name in names(tree)}
+
+
+def _settable_hint(name: str, known: list[str]) -> str:
+    """What could have been named: where it is a family, its first and last member."""
+    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
+    if members:
+        return f"it is a family: {members[0]} to {members[-1]}"
+    return near_hint(name, known) or known_hint(known)
 
 
 def _usage(name: str, text: str, error: ExpressionError) -> UsageError:

@@ -1,0 +1,31 @@
+"""The ``solve`` section: defaults of the command line."""
+
+from __future__ import annotations
+
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.sections import Draft
+from lagrange_cli.spec.spec import SolveDefaults
+
+
+def solve_defaults(draft: Draft, problems: Problems) -> SolveDefaults:
+    """The section as it is, if its numbers make sense together."""
+    given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
+    places = draft.solve_places
+    solve = SolveDefaults(**given, places=places)
+    if solve.stop is not None and solve.stop <= solve.start:
+        problems.add(
+            places["stop"], f"stop = {solve.stop:g} is not after start = {solve.start:g}", "give a later time"
+        )
+    for key in ("step", "tolerance"):
+        value = getattr(solve, key)
+        if value is not None and value <= 0:
+            problems.add(places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: 0.01")
+    if solve.samples is not None and solve.samples < 2:
+        problems.add(
+            places["samples"],
+            f"samples must be at least 2, not {solve.samples}",
+            "both ends of the motion count",
+        )
+    if solve.samples is not None and solve.step is not None:
+        problems.add(places["step"], "'samples' and 'step' cannot both be given", "leave one of them out")
+    return solve

@@ -1,0 +1,260 @@
+"""Families to their members: from here on every name is that of one quantity, such as ``theta[3]``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import product
+from math import prod
+from typing import Any, TypeVar
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.indices import counted, integer
+from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, plain_names
+from lagrange_cli.expression.vocabulary import RESERVED, member_name
+from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.order import chain, dependency_order
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.sections import Declared, Draft, Entry
+from lagrange_cli.spec.source import Place
+from lagrange_cli.spec.spec import Family
+
+MAX_MEMBERS = 50_000
+"""Members of all the families of a file, each section counted by itself."""
+
+COMPLETE = ("parameters", "coordinates", "definitions", "masses", "embedding", "observables")
+"""Sections that must give every member of a family."""
+PARTIAL = ("forces", "generalized_forces")
+"""Sections that may give some."""
+
+One = TypeVar("One", Entry, Declared)
+
+
+def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems) -> dict[str, int]:
+    """The sizes of the families; ``overrides`` are those of the command line, name to expression.
+
+    Raises:
+        UsageError: an override of an unknown size, or one that is no whole number greater than 0.
+    """
+    entries = {entry.name: entry for entry in draft.sizes if entry.name not in RESERVED}
+    trees = {name: entry.value.tree for name, entry in entries.items() if entry.value is not None}
+    for name, text in overrides.items():
+        if name not in entries:
+            hint = near_hint(name, entries) or known_hint(entries) or "the file has no 'sizes'"
+            raise UsageError(f"--size {name}={text}: unknown size '{name}'; {hint}")
+        try:
+            trees[name] = parse(text)
+        except ExpressionError as error:
+            raise _usage(name, text, error) from error
+    order, cycles = dependency_order({name: plain_names(tree) for name, tree in trees.items()})
+    for cycle in cycles:
+        problems.add(
+            entries[cycle[0]].place, f"size '{cycle[0]}' depends on itself: {chain(cycle)}", "write a number"
+        )
+    found: dict[str, int] = {}
+    for name in order:
+        if plain_names(trees[name]) & (entries.keys() - found.keys()):
+            continue  # follows from a problem already noted
+        try:
+            found[name] = _size(trees[name], found)
+        except ExpressionError as error:
+            if name in overrides:
+                raise _usage(name, overrides[name], error) from error
+            value = entries[name].value
+            assert value is not None
+            problems.add_expression(value, error, f"size '{name}'")
+    problems.broken |= entries.keys() - found.keys()
+    return {name: found[name] for name in entries if name in found}
+
+
+def _size(tree: Tree, known: Mapping[str, int]) -> int:
+    value = integer(tree, known)
+    if value <= 0:
+        raise ExpressionError(tree.span, f"the value is {value}", "a size is a whole number greater than 0")
+    return value
+
+
+def _usage(name: str, text: str, error: ExpressionError) -> UsageError:
+    return UsageError(f"--size {name}={text}: {error.message}; {error.hint}")
+
+
+def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
+    """The draft with an entry for each member of a family, in the order of their indices."""
+    expander = _Expander(sizes, problems)
+    expanded: dict[str, Any] = {}
+    families: dict[str, dict[str, Family]] = {}
+    for section in (*COMPLETE, *PARTIAL):
+        expanded[section], families[section] = expander.section(getattr(draft, section), section in COMPLETE)
+    return replace(draft, **expanded, families=families, indices=tuple(expander.indices))
+
+
+@dataclass
+class _Expander:
+    sizes: Mapping[str, int]
+    problems: Problems
+    indices: list[tuple[str, Place]] = field(default_factory=list)
+    """Every index of a key, with its place."""
+    members: int = 0
+
+    def section(self, entries: Sequence[One], complete: bool) -> tuple[tuple[One, ...], dict[str, Family]]:
+        """The section with members, and what families it has."""
+        grouped: dict[str, list[One]] = {}
+        for entry in entries:
+            grouped.setdefault(entry.name, []).append(entry)
+        found: list[One] = []
+        families: dict[str, Family] = {}
+        for name, pieces in grouped.items():
+            if not any(piece.key.axes or _is_list(piece) for piece in pieces):
+                found += pieces
+                continue
+            members = self._members(name, pieces)
+            family = self._family(name, pieces, members, complete) if members is not None else None
+            if members is None or family is None:
+                self.problems.broken.add(name)
+                continue
+            families[name] = family
+            found += [members[place] for place in sorted(members)]
+        return tuple(found), families
+
+    def _members(self, name: str, pieces: list[One]) -> dict[tuple[int, ...], One] | None:
+        """The members that the pieces give, by their indices; None where something is wrong."""
+        members: dict[tuple[int, ...], One] = {}
+        axes = len(pieces[0].key.axes)
+        for piece in pieces:
+            if len(piece.key.axes) != axes or (len(pieces) > 1 and not axes):
+                self.problems.add(
+                    piece.place,
+                    f"'{piece.key.label}' does not go together with '{pieces[0].key.label}'",
+                    "give all members of a family as many indices",
+                )
+                return None
+            for place, member in self._piece(piece):
+                if place in members:
+                    first = members[place].place.line
+                    self.problems.add(
+                        piece.place, f"'{member.name}' is given twice", f"it is already in line {first}"
+                    )
+                    return None
+                members[place] = member
+            if not members:
+                return None
+        return members
+
+    def _piece(self, piece: One) -> list[tuple[tuple[int, ...], One]]:
+        """The members of one entry with their indices; none where the entry is wrong."""
+        if isinstance(piece, Declared) and _is_list(piece):
+            return self._list(piece)
+        ranges = [self._range(piece, axis) for axis in piece.key.axes]
+        if any(one is None for one in ranges) or not self._count(
+            piece, prod(len(one or ()) for one in ranges)
+        ):
+            return []
+        axes = [axis.index for axis in piece.key.axes]
+        self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
+        found = []
+        for place in product(*(one or () for one in ranges)):
+            values = {index: value for index, value in zip(axes, place) if index}
+            found.append((place, piece.member(member_name(piece.name, place), values)))
+        return found
+
+    def _list(self, piece: Declared) -> list[tuple[tuple[int, ...], Declared]]:
+        values = piece.fields["value"]
+        if piece.key.axes:
+            self.problems.add(
+                piece.place,
+                f"the members of '{piece.key.label}' are lists",
+                f"write '{piece.name}: [...]' for a list, or one expression for each member",
+            )
+            return []
+        if not self._count(piece, len(values)):
+            return []
+        return [
+            (
+                (i,),
+                replace(piece, name=member_name(piece.name, (i,)), fields={**piece.fields, "value": value}),
+            )
+            for i, value in enumerate(values)
+        ]
+
+    def _range(self, piece: One, axis: Axis) -> range | None:
+        """The values of one index of a key."""
+        if any(plain_names(bound) & self.problems.broken for bound in axis.bounds):
+            return None
+        try:
+            if axis.index:
+                values = counted(axis, self.sizes)
+            else:
+                value = integer(axis.bounds[0], self.sizes)
+                values = range(value, value + 1)
+            if not values:
+                raise ExpressionError(
+                    axis.span, f"this range is empty{self._shown(axis)}", "a family has one member at least"
+                )
+            if min(values) < 0:
+                raise ExpressionError(
+                    axis.span, f"the index {min(values)} is negative{self._shown(axis)}", "count from 0"
+                )
+        except ExpressionError as error:
+            self._report(piece, axis, error)
+            return None
+        return values
+
+    def _report(self, piece: One, axis: Axis, error: ExpressionError) -> None:
+        used = frozenset[str]().union(*map(plain_names, axis.bounds))
+        unknown = sorted(used - self.sizes.keys())
+        message, hint = error.message, error.hint
+        if unknown:
+            name = unknown[0]
+            self.problems.broken.add(name)  # said once
+            message = f"unknown size '{name}'"
+            hint = near_hint(name, self.sizes) or known_hint(self.sizes) or f"add 'sizes: {{{name}: 10}}'"
+        self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
+
+    def _shown(self, axis: Axis) -> str:
+        used = frozenset[str]().union(*map(plain_names, axis.bounds))
+        shown = [f"{name} = {value}" for name, value in self.sizes.items() if name in used]
+        return f" for {', '.join(shown)}" if shown else ""
+
+    def _count(self, piece: One, members: int) -> bool:
+        before, self.members = self.members, self.members + members
+        if self.members > MAX_MEMBERS >= before:
+            self.problems.add(
+                piece.place,
+                f"the families of this file have more than {MAX_MEMBERS} members in all",
+                "make the sizes smaller",
+            )
+        return self.members <= MAX_MEMBERS
+
+    def _family(
+        self, name: str, pieces: list[One], members: dict[tuple[int, ...], One], complete: bool
+    ) -> Family | None:
+        shape = tuple(max(place[k] for place in members) + 1 for k in range(len(next(iter(members)))))
+        if complete and len(members) != prod(shape):
+            missing = next(place for place in product(*map(range, shape)) if place not in members)
+            self.problems.add(
+                pieces[0].place,
+                f"the family '{name}' has no member '{member_name(name, missing)}'",
+                "a family counts from 0 and leaves nothing out, as in range(N)",
+            )
+            return None
+        names = tuple(members[place].name for place in sorted(members))
+        return Family(name, shape, names, self._labels(pieces, shape))
+
+    def _labels(self, pieces: list[One], shape: tuple[int, ...]) -> tuple[str, ...]:
+        """The axes' names in the output: that of the size they run through, where there is one."""
+        labels: list[str] = []
+        for k, length in enumerate(shape):
+            label = f"index_{length}"
+            for piece in pieces:
+                bounds: tuple[Tree, ...] = piece.key.axes[k].bounds if piece.key.axes else ()
+                bound = bounds[0] if len(bounds) == 1 and piece.key.axes[k].index else None
+                if isinstance(bound, Name) and self.sizes.get(bound.identifier) == length:
+                    label = bound.identifier
+            again = labels.count(label)
+            labels.append(f"{label}_{again + 1}" if again else label)
+        return tuple(labels)
+
+
+def _is_list(piece: Entry | Declared) -> bool:
+    return isinstance(piece, Declared) and isinstance(piece.fields.get("value"), tuple)

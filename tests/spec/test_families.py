@@ -1,0 +1,502 @@
+"""Indexed families: what is written in a line is what would be written out; mistakes are shown once."""
+
+from __future__ import annotations
+
+import random
+import re
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.expression.graph import GraphAlgebra, Node
+from lagrange_cli.model.build import build_model
+from lagrange_cli.model.model import Model
+from lagrange_cli.spec.families import MAX_MEMBERS
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.spec import Family, Spec, grouped
+from lagrange_cli.spec.values import Values, resolve_values
+from tests.spec.files import problems, underlined
+
+CHAIN = """\
+sizes: {N: 4}
+parameters:
+  m: [1.0, 0.5, 2.0, 1.0]
+  k: 2.0
+coordinates:
+  u[i in range(N)]: {initial: 0.1*i}
+masses:
+  bead[i in range(N)]: m[i]
+embedding:
+  bead[i in range(N)]: [u[i], 0]
+potential: sum(k/2*(u[i + 1] - u[i])**2 for i in range(N - 1))
+"""
+
+WRITTEN_OUT = """\
+parameters:
+  m0: 1.0
+  m1: 0.5
+  m2: 2.0
+  m3: 1.0
+  k: 2.0
+coordinates:
+  u0: {initial: 0}
+  u1: {initial: 0.1}
+  u2: {initial: 0.2}
+  u3: {initial: 0.1*3}
+masses: {b0: m0, b1: m1, b2: m2, b3: m3}
+embedding: {b0: [u0, 0], b1: [u1, 0], b2: [u2, 0], b3: [u3, 0]}
+potential: k/2*(u1 - u0)**2 + k/2*(u2 - u1)**2 + k/2*(u3 - u2)**2
+"""
+
+
+def changed(old: str, new: str) -> str:
+    assert CHAIN.count(old) == 1, old
+    return CHAIN.replace(old, new)
+
+
+def model(text: str, **sizes: str) -> Model[Node]:
+    return build_model(read_spec(text, "a.yaml", sizes), GraphAlgebra())
+
+
+def text_of(node: Node) -> str:
+    """A node as text, in which members have the names that a person would give them."""
+    return re.sub(r"(\w)(_dot)?\[(\d)\]", r"\1\3\2", repr(node))
+
+
+def test_a_family_is_what_it_is_written_out() -> None:
+    short, long = model(CHAIN), model(WRITTEN_OUT)
+    assert short.coordinates == ("u[0]", "u[1]", "u[2]", "u[3]")
+    assert text_of(short.potential) == text_of(long.potential)
+    for one, other in zip(short.particles, long.particles, strict=True):
+        assert text_of(one.mass) == text_of(other.mass)
+        assert list(map(text_of, one.velocity)) == list(map(text_of, other.velocity))
+    assert resolve_values(read_spec(CHAIN, "a")).q == resolve_values(read_spec(WRITTEN_OUT, "a")).q
+
+
+def test_families_are_kept_by_section() -> None:
+    spec = read_spec(CHAIN, "a.yaml")
+    members = ("u[0]", "u[1]", "u[2]", "u[3]")
+    assert spec.sizes == {"N": 4}
+    assert spec.families["coordinates"] == {"u": Family("u", (4,), members, ("N",))}
+    assert spec.families["parameters"]["m"].axes == ("index_4",)
+    assert spec.families["embedding"]["bead"].label == "bead[i]"
+    assert [one.name for one in grouped(("x", *members, "y"), spec.families["coordinates"])] == [
+        "x",
+        "u",
+        "y",
+    ]
+
+
+def test_sizes_may_be_changed_and_use_one_another() -> None:
+    text = changed("{N: 4}", "{N: 2*M, M: 2}")
+    assert read_spec(text, "a").sizes == {"N": 4, "M": 2}
+    spec = read_spec(text, "a", {"M": "1"})
+    assert spec.sizes == {"N": 2, "M": 1}
+    assert len(spec.coordinates) == 2
+    assert read_spec(text, "a", {"N": "M + 1"}).sizes == {"N": 3, "M": 2}
+
+
+def values(text: str = CHAIN, **overrides: str) -> Values:
+    names = {name.replace("__", "[") + "]" * ("__" in name): value for name, value in overrides.items()}
+    return resolve_values(read_spec(text, "a.yaml"), names)
+
+
+def test_members_are_set_one_by_one() -> None:
+    found = values(m__1="2*k", u__0="m[1]/N", u_dot__3="k", k="3")
+    assert found.parameters == {"m[0]": 1.0, "m[1]": 6.0, "m[2]": 2.0, "m[3]": 1.0, "k": 3.0}
+    assert found.q == (1.5, 0.1, 0.2, 0.1 * 3)
+    assert found.v == (0.0, 0.0, 0.0, 3.0)
+
+
+def test_the_index_of_a_member_that_is_set_may_be_an_expression() -> None:
+    spec = read_spec(CHAIN, "a.yaml")
+    assert resolve_values(spec, {"u[N - 1]": "7", "u_dot[ 1 ]": "5"}) == resolve_values(
+        spec, {"u[3]": "7", "u_dot[1]": "5"}
+    )
+
+
+def test_an_override_may_turn_the_order_of_members_round() -> None:
+    text = changed("k: 2.0", "k: m[1]")
+    assert values(text, m__0="k + m[3]").parameters["m[0]"] == 1.5
+    with pytest.raises(UsageError, match=r"--set m\[1\]=k: depends on itself: m\[1\] -> k -> m\[1\]"):
+        values(text, m__1="k")
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("u", "1", "unknown name 'u'; it is a family: u[0] to u[3]"),
+        ("m[4]", "1", "unknown name 'm[4]'; it is a family: m[0] to m[3]"),
+        ("m[-1]", "1", "unknown name 'm[-1]'"),
+        ("m[0.5]", "1", "0.5 is not a whole number"),
+        ("m[i]", "1", "'i' is neither an index nor a size"),
+        ("m[", "1", "never closed"),
+        ("w[0]", "1", "unknown name 'w[0]'"),
+        ("m[0]", "m[9]", "there is no 'm[9]'; there are 4, m[0] to m[3]"),
+        ("m[0]", "m", "unknown name 'm'; it is a family"),
+        ("m[0]", "u[0]", "unknown name 'u'"),
+        ("m[2]", "-1", "the mass is -1 in mass of 'bead[2]'"),
+    ],
+)
+def test_wrong_overrides_of_members_are_wrong_usage(name: str, value: str, message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        resolve_values(read_spec(CHAIN, "a.yaml"), {name: value})
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "message"),
+    [
+        ({"K": "3"}, "--size K=3: unknown size 'K'; known: N"),
+        ({"N": "0"}, "--size N=0: the value is 0; a size is a whole number greater than 0"),
+        ({"N": "-2"}, "the value is -2"),
+        ({"N": "2.5"}, "2.5 is not a whole number"),
+        ({"N": "k"}, "'k' is neither an index nor a size here"),
+        ({"N": "2 2"}, "an operator is missing"),
+    ],
+)
+def test_wrong_sizes_are_wrong_usage(sizes: dict[str, str], message: str) -> None:
+    with pytest.raises(UsageError) as caught:
+        read_spec(CHAIN, "a.yaml", sizes)
+    assert message in str(caught.value)
+
+
+PIECES = """\
+sizes: {N: 5}
+parameters: {g: 9.81}
+coordinates:
+  theta[i in range(N)]: {initial: 1}
+definitions:
+  x[i in range(1, N)]: x[i - 1] + sin(theta[i])
+  x[0]: sin(theta[0])
+  y[N - 1]: [-cos(theta[N - 1]), g]
+  y[i in range(N - 1)]: y[i + 1] - (cos(theta[i]), 0)
+masses:
+  bob[i in range(N)]: 1
+embedding:
+  bob[i in range(1, N, 2)]: [x[i], 0]
+  bob[i in range(0, N, 2)]: [0, y[i].x]
+forces:
+  bob[N - 1]: [g, 0]
+generalized_forces:
+  theta[i in range(2)]: -theta_dot[i]
+observables:
+  height[i in range(2), j in range(N)]: bob[j].y*i + bob[j].vx
+potential: g*y[0].y
+"""
+
+
+def test_members_may_be_given_in_pieces_and_use_one_another() -> None:
+    spec = read_spec(PIECES, "a.yaml")
+    found = model(PIECES)
+    order = list(spec.definitions)
+    assert order.index("x[0]") < order.index("x[1]") < order.index("x[4]")
+    assert order.index("y[4]") < order.index("y[0]")
+    sines = ", ".join(f"function('sin', symbol('theta[{i}]'))" for i in range(4))
+    (x, zero) = found.particles[3].position
+    assert repr(x) == f"sum((0.0, (1.0, 1.0, 1.0, 1.0)), {sines})"
+    assert zero.is_zero
+    assert [bool(particle.force) for particle in found.particles] == [False] * 4 + [True]
+    assert [force.is_zero for force in found.generalized_forces] == [False, False, True, True, True]
+    assert spec.families["observables"]["height"].shape == (2, 5)
+    assert list(found.observables)[:2] == ["height[0,0]", "height[0,1]"]
+    assert spec.families["observables"]["height"].axes == ("index_2", "N")
+
+
+def test_yaml_brackets_of_an_index_just_work() -> None:
+    flow = changed("  u[i in range(N)]: {initial: 0.1*i}", "  {u[i in range(N)]: {initial: m[i]}}")
+    assert resolve_values(read_spec(flow, "a")).q == (1.0, 0.5, 2.0, 1.0)
+    text = changed("[u[i], 0]", "[dot((u[i], 1), (1, m[i])), m[0]]")
+    assert read_spec(text, "a").embedding["bead[2]"].text == "(dot((u[i], 1), (1, m[i])), m[0])"
+    private = changed("sizes:", "description: '\ue000'\nsizes:").replace("[u[i], 0]", "(u[i], 0)")
+    assert read_spec(private, "a").description == "\ue000"
+
+
+def test_two_axes_of_one_size_have_names_of_their_own() -> None:
+    text = changed(
+        "  u[i in range(N)]: {initial: 0.1*i}",
+        "  u[i in range(N)]: {initial: 0}\n  w[a in range(N), b in range(N)]: {}",
+    )
+    assert read_spec(text, "a").families["coordinates"]["w"].axes == ("N", "N_2")
+
+
+POTENTIAL = "sum(k/2*(u[i + 1] - u[i])**2 for i in range(N - 1))"
+COORDINATE = "  u[i in range(N)]: {initial: 0.1*i}"
+LIST = "[1.0, 0.5, 2.0, 1.0]"
+
+# what to replace, by what, then (line, underlined piece, part of the message, part of the hint) each
+BAD = [
+    # members
+    (
+        "u[i + 1]",
+        "u[i + 2]",
+        [(11, "u[i + 2]", "there is no 'u[4]', for i = 2 in potential", "u[0] to u[3]")],
+    ),
+    ("u[i + 1]", "u[i - 1]", [(11, "u[i - 1]", "there is no 'u[-1]', for i = 0", "u[(i - 1) % N]")]),
+    ("u[i + 1]", "u[N]", [(11, "u[N]", "there is no 'u[4]', for N = 4", "there are 4")]),
+    ("u[i + 1]", "u[i/2]", [(11, "i/2", "'/' does not make a whole number", "write //")]),
+    ("u[i + 1]", "u[0.5]", [(11, "0.5", "0.5 is not a whole number", "")]),
+    ("u[i + 1]", "u[k]", [(11, "k", "'k' is neither an index nor a size", "known: N, i")]),
+    ("u[i + 1]", "u", [(11, "u", "'u' is a family", "write u[i] for one")]),
+    ("u[i + 1]", "u[i, 0]", [(11, "u[i, 0]", "'u' has 1 index, not 2", "write u[i]")]),
+    ("u[i + 1]", "k[i]", [(11, "k[i]", "'k' is no family", "write k")]),
+    ("u[i + 1]", "i[0]", [(11, "i[0]", "unknown name 'i'", "pi")]),
+    ("u[i + 1]", "pi[0]", [(11, "pi[0]", "'pi' is a number and has neither members", "write pi")]),
+    ("u[i + 1]", "w[i]", [(11, "w[i]", "unknown name 'w'", "known: t, N, u[i], u_dot[i], m[i], k, bead[i]")]),
+    ("u[i + 1]", "uu[i]", [(11, "uu[i]", "unknown name 'uu'", "did you mean 'u'?")]),
+    ("u[i + 1]", "bead[i].z", [(11, "bead[i].z", "no component 'z'", "bead[i].x, bead[i].y, bead[i].vx")]),
+    ("u[i + 1]", "u_ddot[i]", [(11, "u_ddot[i]", "acceleration", "")]),
+    (
+        POTENTIAL,
+        "u[0] + u[sum(1 for i in range(2))]",
+        [(11, "sum(1 for i in range(2))", "no whole number", "")],
+    ),
+    # lists
+    (
+        LIST,
+        "[1.0, 0.5]",
+        [(8, "m[i]", "there is no 'm[2]', for i = 2 in mass of 'bead[i]'", "are 2, m[0] to m[1]")],
+    ),
+    (LIST, "[]", [(3, "[", "the list of parameter 'm' is empty", "")]),
+    (LIST, "[1, [2]]", [(3, "[", "parameter 'm', item 1 must be a scalar", "")]),
+    (LIST, "[1, qq, 3, 4]", [(3, "qq", "unknown name 'qq' in parameter 'm'", "")]),
+    (LIST, "1.0", [(8, "m[i]", "'m' is no family", "")]),
+    (
+        "m: [1",
+        "m[i in range(N)]: [1",
+        [(3, "m[i in range(N)]", "the members of 'm[i]' are lists", "one expression")],
+    ),
+    # sizes
+    ("{N: 4}", "{N: 0}", [(1, "0", "the value is 0 in size 'N'", "greater than 0")]),
+    ("{N: 4}", "{N: 2.5}", [(1, "2.5", "2.5 is not a whole number in size 'N'", "")]),
+    ("{N: 4}", "{N: k}", [(1, "k", "'k' is neither an index nor a size here in size 'N'", "")]),
+    ("{N: 4}", "{N: M, M: N}", [(1, "N", "size 'N' depends on itself: N -> M -> N", "")]),
+    ("{N: 4}", "{N: 1e99}", [(1, "1e99", "not a whole number", "")]),
+    ("{N: 4}", "[4]", [(1, "[", "sizes must be", ""), (6, "N", "unknown size 'N' in 'u[i]'", "add 'sizes")]),
+    ("sizes: {N: 4}\n", "", [(5, "N", "unknown size 'N' in 'u[i]'", "add 'sizes: {N: 10}'")]),
+    ("{N: 4}", "{M: 4}", [(6, "N", "unknown size 'N'", "known: M")]),
+    ("{N: 4}", "{t: 4}", [(1, "t", "the name 't' is reserved", ""), (6, "N", "unknown size", "")]),
+    (
+        "{N: 4}",
+        f"{{N: {MAX_MEMBERS + 1}}}",
+        [(6, "u[i in range(N)]", f"more than {MAX_MEMBERS} members", "")],
+    ),
+    # keys
+    (
+        COORDINATE,
+        COORDINATE.replace("N", "N - 4"),
+        [(6, "i in range(N - 4)", "this range is empty for N = 4", "")],
+    ),
+    (COORDINATE, COORDINATE.replace("N", "1, N"), [(6, "u[i in range(1, N)]", "has no member 'u[0]'", "")]),
+    (
+        COORDINATE,
+        COORDINATE.replace("N", "-1, N"),
+        [(6, "i in range(-1, N)", "the index -1 is negative", "")],
+    ),
+    (COORDINATE, COORDINATE.replace("i in", "t in"), [(6, "t", "the name 't' is reserved", "")]),
+    (COORDINATE, COORDINATE.replace("range(N)", "N"), [(6, "N", "an index runs through a range", "")]),
+    (
+        COORDINATE,
+        COORDINATE.replace("]", ", j in range(i)]"),
+        [(6, "i", "unknown size 'i' in 'u[i,j]'", "N")],
+    ),
+    (COORDINATE, COORDINATE + "\n  u[0]: {}", [(7, "u[0]", "'u[0]' is given twice", "in line 6")]),
+    (COORDINATE, COORDINATE + "\n  u: {}", [(7, "u", "'u' does not go together with 'u[i]'", "")]),
+    (COORDINATE, COORDINATE + "\n  u[0, 0]: {}", [(7, "u[0, 0]", "does not go together", "as many indices")]),
+    (COORDINATE, "  - u[i in range(N)]\n  - u[i in range(N)]", [(7, "u[i in range(N)]", "comes twice", "")]),
+    ("k: 2.0", "k: 2.0\n  i: 3", [(7, "i in range(N)", "the index 'i' has the name of a parameter", "")]),
+    ("k: 2.0", "N: 2.0", [(4, "N", "the parameter 'N' has the name of a size", "line 1"), (11, "k", "", "")]),
+    # one mistake of all members
+    (
+        COORDINATE,
+        COORDINATE.replace("0.1*i", "1/(i - 2)"),
+        [(6, "1/(i - 2)", "division by zero, for i = 2", "")],
+    ),
+    (
+        COORDINATE,
+        COORDINATE.replace("0.1*i", "0.1*ii"),
+        [(6, "ii", "unknown name 'ii' in initial of", "'i'")],
+    ),
+    (": m[i]", ": u[i]", [(8, "u[i]", "the coordinate 'u' cannot be used in mass of 'bead[i]'", "")]),
+    (
+        "  bead[i in range(N)]: m",
+        "  bead[i in range(2)]: m",
+        [(10, "bead[i in range(N)]", "'bead[2]' has an embedding", "in both")],
+    ),
+    (
+        "  bead[i in range(N)]: m[i]",
+        "  bead: m[0]",
+        [(8, "bead", "", "in both"), (10, "bead[i in range(N)]", "", "")],
+    ),
+    (
+        "[u[i], 0]",
+        "[u[j], 0]",
+        [(10, "j", "'j' is neither an index nor a size here in embedding 'bead[i]'", "")],
+    ),
+    ("[u[i], 0]", "[sum(u[i] for i in range(2)), 0]", [(10, "i", "'i' is in use around this sum", "")]),
+    (
+        "  bead[i in range(N)]: [u[i], 0]",
+        "  bead[0]: [u[0], 0]\n  bead[i in range(1, N)]: u[i]",
+        [(11, "bead[i in range(1, N)]", "'bead[1]' has 1 component, other members 2", "")],
+    ),
+    (
+        "potential",
+        "forces: {'bead[4]': [1, 2]}\npotential",
+        [(11, "bead[4]", "unknown particle", "bead[0] to bead[3]")],
+    ),
+    ("potential", "forces: {bead: [1, 2]}\npotential", [(11, "bead", "unknown particle", "write bead[i]")]),
+    (
+        "potential",
+        "forces: {'bead[i in range(9)]': [1, 2]}\npotential",
+        [(11, "bead[i in range(9)]", "'bead[4]'", "")],
+    ),
+    ("potential", "forces: {'bead[i in range(N)]': [1]}\npotential", [(11, "1", "'bead[i]' moves in 2", "")]),
+    (
+        "potential",
+        "generalized_forces: {'u[9]': 1}\npotential",
+        [(11, "u[9]", "unknown coordinate 'u[9]'", "u[3]")],
+    ),
+    (
+        "potential",
+        "observables: {'e[i in range(2)]': bead[i]}\npotential",
+        [(11, "bead[i]", "a scalar is due", "")],
+    ),
+    # circles
+    (
+        "potential",
+        "definitions: {'x[i in range(3)]': x[i]}\npotential",
+        [(11, "x[i in range(3)]", "x[0] -> x[0]", "")],
+    ),
+    (
+        "potential",
+        "definitions: {'x[i in range(3)]': x[(i + 1) % 3]}\npotential",
+        [(11, "x[i in range(3)]", "depends on itself: x[0] -> x[1] -> x[2] -> x[0]", "")],
+    ),
+    (
+        "potential",
+        "definitions: {'x[i in range(2)]': y[i], 'y[i in range(2)]': x[i]}\npotential",
+        [(11, "x[i in range(2)]", "depends on itself: x -> y -> x", "")],
+    ),
+    ("m: [1", "m[i in range(N)]: m[i]\n  l: [1", [(3, "m[i in range(N)]", "m[0] -> m[0]", "")]),
+    # sums
+    (
+        POTENTIAL,
+        "sum(1 for i in range(10000000))",
+        [(11, "sum(1 for i in range(10000000))", "terms in all", "")],
+    ),
+    (POTENTIAL, "sum(u[i] for N in range(2))", [(11, "N", "the index 'N' has the name of a size", "")]),
+    (POTENTIAL, "sum(u[i] for i in range(N) if i > k)", [(11, "k", "'k' is neither", "")]),
+    (
+        POTENTIAL,
+        "sum(bead[i] for i in range(N))",
+        [(11, "sum(bead[i] for i in range(N))", "scalar is due", "")],
+    ),
+    (POTENTIAL, "sum(1/(i - 2) for i in range(N))", [(11, "1/(i - 2)", "division by zero, for i = 2", "")]),
+    (POTENTIAL, "sum(u[i] for i in range(0, 4, 0))", [(11, "0", "the step of a range must not be 0", "")]),
+]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"), BAD, ids=[f"{old[:12]}-{new[:40]}" for old, new, _ in BAD]
+)
+def test_mistake_is_shown_once_at_its_place(
+    old: str, new: str, expected: list[tuple[int, str, str, str]]
+) -> None:
+    assert old in CHAIN
+    found = problems(CHAIN.replace(old, new, 1))
+    assert [problem.line for problem in found] == [line for line, _, _, _ in expected]
+    for problem, (_, piece, message, hint) in zip(found, expected, strict=True):
+        assert underlined(problem) == piece
+        assert message in problem.message
+        assert hint in problem.hint
+        assert problem.hint
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "piece", "message"),
+    [
+        (LIST, "[1.0, -0.5, -2.0, 1.0]", 8, "m[i]", "the mass is -0.5 in mass of 'bead[1]'"),
+        (
+            COORDINATE,
+            "  u[i in range(N)]: {}",
+            6,
+            "u[i in range(N)]",
+            "coordinate 'u[0]' has no initial value",
+        ),
+        (
+            COORDINATE,
+            COORDINATE.replace("0.1*i", "sqrt(1 - m[i])"),
+            6,
+            "sqrt(1 - m[i])",
+            "not a real number, for i = 2",
+        ),
+        (LIST, "[1, 1/(k - 2), 1/(k - 2), 1]", 3, "1/(k - 2)", "division by zero in parameter 'm[1]'"),
+    ],
+)
+def test_what_has_no_value_is_shown_at_its_place(
+    old: str, new: str, line: int, piece: str, message: str
+) -> None:
+    with pytest.raises(SpecError) as caught:
+        resolve_values(read_spec(changed(old, new), "a.yaml"))
+    problem = caught.value.problems[0]
+    assert (problem.line, underlined(problem)) == (line, piece)
+    assert message in problem.message
+    places = [(one.line, one.column) for one in caught.value.problems]
+    assert len(set(places)) == len(places)
+
+
+WORDS = [
+    "[",
+    "]",
+    "(",
+    ")",
+    " for ",
+    " in ",
+    " if ",
+    "range(N)",
+    "i",
+    "N",
+    "u[i]",
+    "m",
+    "0",
+    "-",
+    "//",
+    "%",
+    ",",
+]
+WORDS += [
+    ":",
+    "{",
+    "}",
+    "sum(",
+    "bead",
+    "\n  ",
+    "1",
+    "1e9",
+    "not ",
+    "!=",
+    "== ",
+    "<",
+    ".x",
+    ".vx",
+    "_dot",
+    "'",
+]
+
+
+@settings(max_examples=400, deadline=None)
+@given(st.integers(0, 10**9), st.integers(1, 3))
+def test_no_typing_slip_does_worse_than_a_spec_error(seed: int, slips: int) -> None:
+    text, source = PIECES if seed % 2 else CHAIN, random.Random(seed)
+    for _ in range(slips):
+        start = source.randrange(len(text))
+        text = text[:start] + source.choice(WORDS) + text[start + source.choice([0, 0, 1, 2, 5]) :]
+    try:
+        spec: Spec = read_spec(text, "slip.yaml")
+        resolve_values(spec)
+    except SpecError as error:
+        assert error.problems and str(error)
+    else:
+        assert build_model(spec, GraphAlgebra()).coordinates
