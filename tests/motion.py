@@ -45,7 +45,13 @@ class Motion:
     outcome: Outcome
 
     def __getitem__(self, path: str) -> NDArray[np.float64]:
-        return self.data[path]
+        """A series; ``q/u[1,2]`` is one member of the dataset of a family."""
+        base, _, indices = path.partition("[")
+        return (
+            self.data[base][(slice(None), *map(int, indices.rstrip("]").split(",")))]
+            if indices
+            else self.data[base]
+        )
 
     @property
     def t(self) -> NDArray[np.float64]:

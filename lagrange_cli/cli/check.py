@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,29 +13,38 @@ from lagrange_cli.cli.report import count_of, emit, emit_json, run_each
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
 
+MOST_LINES = 20
+"""Entries of one list that are shown."""
+
 
 @click.command("check")
 @systems_argument
 @shared_options
-def check(systems: tuple[str, ...], overrides: dict[str, str], as_json: bool, quiet: bool) -> int:
+def check(
+    systems: tuple[str, ...], overrides: dict[str, str], sizes: dict[str, str], as_json: bool, quiet: bool
+) -> int:
     """Validate system files and say what kind of systems they describe.
 
     Degrees of freedom, scleronomic or rheonomic, cyclic coordinates, what is conserved and why, and what
     'solve' will skip and why. Nothing is integrated or written.
     """
     return run_each(
-        systems, lambda system: check_system(system, overrides, as_json=as_json, quiet=quiet), as_json=as_json
+        systems,
+        lambda system: check_system(system, overrides, sizes, as_json=as_json, quiet=quiet),
+        as_json=as_json,
     )
 
 
-def check_system(system: str, overrides: dict[str, str], *, as_json: bool, quiet: bool) -> int:
+def check_system(
+    system: str, overrides: dict[str, str], sizes: dict[str, str], *, as_json: bool, quiet: bool
+) -> int:
     """Check one system; returns the exit status."""
     from lagrange_cli.cli.settings import check_defaults
     from lagrange_cli.cli.source import derive_system, read_system
     from lagrange_cli.mechanics.skipped import skipped
     from lagrange_cli.spec.values import resolve_values
 
-    spec = read_system(system)
+    spec = read_system(system, sizes)
     check_defaults(spec)
     resolve_values(spec, overrides)
     residual = derive_system(spec)
@@ -67,14 +77,33 @@ def as_text(name: str, residual: Residual, skipped: tuple[str, ...]) -> str:
     return "\n".join(
         (
             f"{name}: {count_of(len(residual.coordinates), 'degree')} of freedom, {kind}",
-            f"  coordinates: {', '.join(residual.coordinates)}",
-            f"  cyclic: {', '.join(residual.cyclic) or 'none'}",
+            f"  coordinates: {', '.join(in_short(residual.coordinates, residual))}",
+            f"  cyclic: {', '.join(in_short(residual.cyclic, residual)) or 'none'}",
             *section("conserved", conserved),
             *section("skipped by solve", skipped),
         )
     )
 
 
-def section(title: str, lines: Any) -> list[str]:
-    """A titled list, one line for each entry."""
-    return [f"  {title}:", *(f"    {line}" for line in lines)] if lines else [f"  {title}: nothing"]
+def in_short(names: Sequence[str], residual: Residual) -> list[str]:
+    """The names, with all members of a family as one: ``u[0..19,0..9]``."""
+    from lagrange_cli.expression.vocabulary import family_name, member_name
+
+    families = residual.model.families.get("coordinates", {})
+    present = set(names)
+    whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
+    shown: dict[str, None] = {}
+    for name in names:
+        family = whole.get(family_name(name))
+        shown[name if family is None else member_name(family.name, (f"0..{n - 1}" for n in family.shape))] = (
+            None
+        )
+    return list(shown)
+
+
+def section(title: str, lines: Sequence[str]) -> list[str]:
+    """A titled list, one line for each entry as long as there are not too many."""
+    left = len(lines) - MOST_LINES
+    more = [f"    and {left} more, see --json"] if left > 0 else []
+    shown = [f"    {line}" for line in lines[:MOST_LINES]]
+    return [f"  {title}:", *shown, *more] if lines else [f"  {title}: nothing"]

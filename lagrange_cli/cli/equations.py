@@ -44,6 +44,7 @@ def equations(
     form: str,
     verifying: bool,
     overrides: dict[str, str],
+    sizes: dict[str, str],
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -60,7 +61,7 @@ def equations(
     many = len(systems) > 1 and chosen != "json"
 
     def show(system: str) -> int:
-        status = show_system(system, overrides, chosen, form, verifying=verifying, quiet=quiet)
+        status = show_system(system, overrides, sizes, chosen, form, verifying=verifying, quiet=quiet)
         if many and system != systems[-1]:
             emit("")
         return status
@@ -69,7 +70,14 @@ def equations(
 
 
 def show_system(
-    system: str, overrides: dict[str, str], format_: str, form: str, *, verifying: bool, quiet: bool
+    system: str,
+    overrides: dict[str, str],
+    sizes: dict[str, str],
+    format_: str,
+    form: str,
+    *,
+    verifying: bool,
+    quiet: bool,
 ) -> int:
     """Print one system's equations; returns the exit status."""
     from lagrange_cli.cli.source import located, read_system
@@ -78,7 +86,7 @@ def show_system(
     from lagrange_cli.spec.values import resolve_parameters
     from lagrange_cli.symbolic.derive import derive_equations
 
-    spec = read_system(system)
+    spec = read_system(system, sizes)
     parameters = resolve_parameters(spec, overrides)
     with located(spec):
         derived = derive_equations(build_model(spec, SympyAlgebra()))

@@ -14,11 +14,12 @@ def parse_overrides(
     context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
 ) -> dict[str, str]:
     """``("m=1", "theta=pi/2")`` as a mapping; the last of several values for one name holds."""
+    example = "--size N=50" if parameter.name == "sizes" else "--set m=0.5"
     overrides = {}
     for pair in pairs:
         name, equals, value = (part.strip() for part in pair.partition("="))
         if not (name and equals and value):
-            raise click.BadParameter(f"{pair!r} is not NAME=VALUE, as in --set m=0.5", context, parameter)
+            raise click.BadParameter(f"{pair!r} is not NAME=VALUE, as in {example}", context, parameter)
         overrides[name] = value
     return overrides
 
@@ -56,7 +57,7 @@ def systems_argument(command: Command) -> Command:
 
 
 def shared_options(command: Command) -> Command:
-    """``--set`` as ``overrides``, ``--size``, ``--json`` as ``as_json`` and ``--quiet`` as ``quiet``."""
+    """``--set`` as ``overrides``, ``--size`` as ``sizes``, ``--json`` as ``as_json``, and ``--quiet``."""
     for option in reversed(
         (
             click.option(
@@ -70,11 +71,11 @@ def shared_options(command: Command) -> Command:
             ),
             click.option(
                 "--size",
+                "sizes",
                 metavar="NAME=N",
                 multiple=True,
-                expose_value=False,
-                callback=refuse("indexed families and their sizes are not supported yet"),
-                help="Change the size of an indexed family (not supported yet).",
+                callback=parse_overrides,
+                help="Change one of the file's sizes, as in N=50; repeatable.",
             ),
             click.option(
                 "--json",

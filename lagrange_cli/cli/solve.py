@@ -45,6 +45,9 @@ if TYPE_CHECKING:
 EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
 """The exit status for each way a motion can end; what was computed is written in every case."""
 
+MOST_DRIFTS = 8
+"""Momenta whose drifts are shown one by one."""
+
 
 @dataclass(frozen=True)
 class Request:
@@ -52,6 +55,7 @@ class Request:
 
     options: SolveDefaults
     overrides: dict[str, str]
+    sizes: dict[str, str]
     output: str | None
     force: bool
     cache: bool
@@ -109,6 +113,7 @@ def solve(
     no_cache: bool,
     timings: bool,
     overrides: dict[str, str],
+    sizes: dict[str, str],
     as_json: bool,
     quiet: bool,
 ) -> int:
@@ -122,6 +127,7 @@ def solve(
             stop=stop, samples=samples, step=step, method=method, tolerance=tolerance, outputs=outputs
         ),
         overrides,
+        sizes,
         output,
         force,
         not no_cache,
@@ -187,7 +193,7 @@ def read_run(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, Val
         from lagrange_cli.spec.read import read_spec
         from lagrange_cli.spec.values import resolve_values
     with watch.stage("parse"):
-        spec = read_spec(content, display_name(system))
+        spec = read_spec(content, display_name(system), request.sizes)
         return spec, resolve_values(spec, request.overrides), resolve_settings(spec, request.options)
 
 
@@ -250,13 +256,21 @@ def integrate_and_write(
 
 def layout(spec: Spec, prepared: Prepared) -> Layout:
     """The datasets of the run, with the units the file gives."""
+    from lagrange_cli.expression.vocabulary import family_name
     from lagrange_cli.store.layout import Layout, Series
 
-    units = {f"q/{each.name}": each.unit for each in spec.coordinates}
-    units |= {f"v/{each.name}": f"{each.unit}/s" for each in spec.coordinates if each.unit}
+    units = {f"q/{family_name(each.name)}": each.unit for each in spec.coordinates}
+    units |= {f"v/{family_name(each.name)}": f"{each.unit}/s" for each in spec.coordinates if each.unit}
     return Layout(
         tuple(
-            Series(dataset.path, tuple(dataset.shape), units.get(dataset.path, ""), dataset.long_name)
+            Series(
+                dataset.path,
+                dataset.shape,
+                units.get(dataset.path, ""),
+                dataset.long_name,
+                dataset.axes,
+                dataset.components,
+            )
             for dataset in prepared.datasets
             if dataset.path != "t"
         )
@@ -272,6 +286,7 @@ def attributes(
         "name": spec.name,
         "spec": spec.text,
         "parameters": json.dumps(dict(values.parameters)),
+        **({"sizes": json.dumps(dict(spec.sizes))} if spec.sizes else {}),
         "method": settings.method,
         "tolerance": settings.tolerance,
         "steps": outcome.steps,
@@ -308,6 +323,16 @@ def ended(outcome: Outcome) -> str:
     return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
 
 
+def largest(drifts: dict[str, float]) -> dict[str, float]:
+    """The drifts as they are shown: where there are many momenta, only the one that drifted most."""
+    momenta = {name: drift for name, drift in drifts.items() if name != "h"}
+    if len(momenta) <= MOST_DRIFTS:
+        return drifts
+    name = max(momenta, key=lambda one: momenta[one])
+    kept = {"h": drifts["h"]} if "h" in drifts else {}
+    return kept | {f"at most, of {len(momenta)} momenta, {name}": momenta[name]}
+
+
 def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, watch: Stopwatch) -> str:
     """The run in a few lines."""
     drifts = {} if outcome.h_drift is None else {"h": outcome.h_drift}
@@ -320,7 +345,7 @@ def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, wa
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
             "  drift: "
-            + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked"),
+            + (", ".join(f"{name} {drift:.1e}" for name, drift in largest(drifts).items()) or "none checked"),
             f"  wrote {target.shown} in {seconds['total']:.3f} s",
         )
     )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -20,8 +20,8 @@ LARGEST_FILE = 4_000_000
 """Bytes that are read at most: a system file is text that a person wrote (the reader refuses more)."""
 
 
-def read_system(system: str) -> Spec:
-    """Read and check a system file.
+def read_system(system: str, sizes: Mapping[str, str] | None = None) -> Spec:
+    """Read and check a system file; ``sizes`` are those of ``--size``.
 
     Raises ``FileError`` where the file cannot be read and ``SpecError`` where it is wrong.
     """
@@ -29,7 +29,7 @@ def read_system(system: str) -> Spec:
 
     from lagrange_cli.spec.read import read_spec
 
-    return read_spec(content, display_name(system))
+    return read_spec(content, display_name(system), sizes)
 
 
 def derive_system(spec: Spec) -> Residual:
@@ -51,12 +51,14 @@ def located(spec: Spec) -> Iterator[None]:
     try:
         yield
     except SingularCoordinate as error:
+        from lagrange_cli.expression.vocabulary import velocity_name
         from lagrange_cli.spec.source import Source
 
         place = next(each.place for each in spec.coordinates if each.name == error.coordinate)
         hint = "use it in 'embedding', or leave it out"
         if spec.lagrangian is not None:
-            hint = f"let 'lagrangian' contain {error.coordinate}_dot**2, or leave the coordinate out"
+            velocity = velocity_name(error.coordinate)
+            hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
 
 

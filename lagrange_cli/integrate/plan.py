@@ -6,13 +6,16 @@ evaluates at the samples, ``integrands`` are carried along as quadratures.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.recording import Dataset, Making, Recording
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.records import dataclass
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass, field
+from lagrange_cli.spec.spec import Family, grouped
 
 AXES = "xyz"
 
@@ -29,70 +32,137 @@ class Plan:
 def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
     """The plan for ``outputs``: names among q, v, p, h, T, U, energy, positions, ledger, action,
     observables."""
-    model, energetics = residual.model, Energetics(residual.model)
-    observed: dict[str, Node] = {}
-    integrands: dict[str, Node] = {}
-    made: list[Dataset] = []
-
-    def watch(name: str, node: Node) -> str:
-        observed.setdefault(name, node)
-        return name
-
-    def add(path: str, long_name: str, *names: str) -> None:
-        made.append(Dataset(path, (), long_name, Making.SUM, names))
-
-    def add_ledger(path: str, long_name: str, name: str, integrand: Node) -> None:
-        if not integrand.is_zero:
-            integrands[path] = integrand
-        made.append(Dataset(path, (), long_name, Making.BALANCE, (name,)))
-
-    ledger = "ledger" in outputs
-    if outputs & {"p", "ledger"}:
-        for name, momentum in zip(model.coordinates, energetics.momenta):
-            watch(f"p_{name}", momentum)
-            if "p" in outputs:
-                add(f"diagnostics/p/{name}", f"generalized momentum dL/d({name}_dot)", f"p_{name}")
-    if outputs & {"h", "ledger"}:
-        watch("h", energetics.energy_function)
-        if "h" in outputs:
-            add("diagnostics/h", "energy function sum q_dot_k p_k - L", "h")
-    kinetic, potential = energetics.kinetic, energetics.potential
-    if kinetic is not None and potential is not None:
-        if outputs & {"T", "energy"}:
-            watch("T", kinetic)
-        if outputs & {"U", "energy"}:
-            watch("U", potential)
-        if "T" in outputs:
-            add("diagnostics/T", "kinetic energy", "T")
-        if "U" in outputs:
-            add("diagnostics/U", "potential", "U")
-        if "energy" in outputs:
-            add("diagnostics/energy", "T + U", "T", "U")
-    if ledger:
-        rate = energetics.power - energetics.lagrangian_rate(model.time)
-        add_ledger(
-            "diagnostics/ledger/h", "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: exactly 0", "h", rate
-        )
-        for name, torque in zip(model.coordinates, energetics.torques):
-            path = f"diagnostics/ledger/p/{name}"
-            add_ledger(path, f"p(t) - p(0) - int (dL/d{name} + Q): exactly 0", f"p_{name}", torque)
-    if "action" in outputs:
-        path = "diagnostics/action"
-        integrands[path] = energetics.lagrangian
-        made.append(Dataset(path, (), "action int L dt", Making.INTEGRAL))
-    if "positions" in outputs:
-        for particle in model.particles:
-            names = tuple(watch(f"{particle.name}.{a}", x) for a, x in zip(AXES, particle.position))
-            path, long_name = f"positions/{particle.name}", f"position of {particle.name}"
-            made.append(Dataset(path, (len(names),), long_name, Making.VECTOR, names))
-    if "observables" in outputs:
-        for name, node in model.observables.items():
-            add(f"observables/{name}", f"observable {name}", watch(f"observable {name}", node))
+    planner = _Planner(residual.model, Energetics(residual.model))
+    for output, add in (
+        ("p", planner.momenta),
+        ("h", planner.energy_function),
+        ("T", planner.kinetic),
+        ("U", planner.potential),
+        ("energy", planner.energy),
+        ("ledger", planner.ledgers),
+        ("action", planner.action),
+        ("positions", planner.positions),
+        ("observables", planner.observables),
+    ):
+        if output in outputs:
+            add()
     kept = {each.quantity for each in residual.conserved}
     recording = Recording(
         coordinates=residual.coordinates,
-        states=tuple(kind for kind in ("q", "v") if kind in outputs),
-        made=tuple(made),
-        conserved=tuple(name for name in observed if name in kept),
+        states=planner.states(outputs),
+        made=tuple(planner.made),
+        conserved=tuple(name for name in planner.observed if name in kept),
     )
-    return Plan(observed, integrands, recording)
+    return Plan(planner.observed, planner.integrands, recording)
+
+
+@dataclass
+class _Planner:
+    model: Model[Node]
+    energetics: Energetics
+    observed: dict[str, Node] = field(default_factory=dict)
+    integrands: dict[str, Node] = field(default_factory=dict)
+    made: list[Dataset] = field(default_factory=list)
+
+    def states(self, outputs: frozenset[str]) -> tuple[Dataset, ...]:
+        kinds = {"q": "coordinate {}", "v": "velocity d{}/dt"}
+        return tuple(
+            of_family(f"{kind}/", kinds[kind].format(family.label), Making.STATE, family)
+            for kind in kinds
+            if kind in outputs
+            for family in self.coordinates
+        )
+
+    @property
+    def coordinates(self) -> tuple[Family, ...]:
+        return grouped(self.model.coordinates, self.model.families.get("coordinates", {}))
+
+    def watch(self, name: str, node: Node) -> str:
+        """Have a quantity observed."""
+        self.observed.setdefault(name, node)
+        return name
+
+    def add(self, path: str, long_name: str, *names: str) -> None:
+        self.made.append(Dataset(path, (), long_name, Making.SUM, names))
+
+    def add_balance(self, dataset: Dataset, integrands: Iterable[Node]) -> None:
+        for source, integrand in zip(dataset.sources, integrands):
+            if not integrand.is_zero:
+                self.integrands[dataset.quadrature(source)] = integrand
+        self.made.append(dataset)
+
+    def momenta(self) -> None:
+        momenta = dict(zip(self.model.coordinates, self.energetics.momenta))
+        for family in self.coordinates:
+            names = tuple(self.watch(f"p_{name}", momenta[name]) for name in family.members)
+            text = f"generalized momentum dL/d({velocity_name(family.label)})"
+            self.made.append(of_family("diagnostics/p/", text, Making.STACK, family, names))
+
+    def energy_function(self) -> None:
+        text = "energy function sum q_dot_k p_k - L"
+        self.add("diagnostics/h", text, self.watch("h", self.energetics.energy_function))
+
+    def kinetic(self) -> None:
+        if self.energetics.kinetic is not None:
+            self.add("diagnostics/T", "kinetic energy", self.watch("T", self.energetics.kinetic))
+
+    def potential(self) -> None:
+        if self.energetics.potential is not None:
+            self.add("diagnostics/U", "potential", self.watch("U", self.energetics.potential))
+
+    def energy(self) -> None:
+        kinetic, potential = self.energetics.kinetic, self.energetics.potential
+        if kinetic is not None and potential is not None:
+            self.add("diagnostics/energy", "T + U", self.watch("T", kinetic), self.watch("U", potential))
+
+    def ledgers(self) -> None:
+        energetics = self.energetics
+        text = "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: exactly 0"
+        source = self.watch("h", energetics.energy_function)
+        rate = energetics.power - energetics.lagrangian_rate(self.model.time)
+        self.add_balance(Dataset("diagnostics/ledger/h", (), text, Making.BALANCE, (source,)), [rate])
+        momenta = dict(zip(self.model.coordinates, energetics.momenta))
+        torques = dict(zip(self.model.coordinates, energetics.torques))
+        for family in self.coordinates:
+            text = f"p(t) - p(0) - int (dL/d{family.label} + Q): exactly 0"
+            names = tuple(self.watch(f"p_{name}", momenta[name]) for name in family.members)
+            dataset = of_family("diagnostics/ledger/p/", text, Making.BALANCE, family, names)
+            self.add_balance(dataset, [torques[name] for name in family.members])
+
+    def action(self) -> None:
+        path = "diagnostics/action"
+        self.integrands[path] = self.energetics.lagrangian
+        self.made.append(Dataset(path, (), "action int L dt", Making.INTEGRAL))
+
+    def positions(self) -> None:
+        positions = {particle.name: particle.position for particle in self.model.particles}
+        for family in grouped(positions, self.model.families.get("embedding", {})):
+            names = tuple(
+                self.watch(f"{name}.{axis}", x)
+                for name in family.members
+                for axis, x in zip(AXES, positions[name])
+            )
+            text, components = f"position of {family.label}", len(positions[family.members[0]])
+            self.made.append(of_family("positions/", text, Making.STACK, family, names, components))
+
+    def observables(self) -> None:
+        nodes = self.model.observables
+        for family in grouped(nodes, self.model.families.get("observables", {})):
+            names = tuple(self.watch(f"observable {name}", nodes[name]) for name in family.members)
+            text = f"observable {family.label}"
+            self.made.append(of_family("observables/", text, Making.STACK, family, names))
+
+
+def of_family(
+    group: str,
+    long_name: str,
+    making: Making,
+    family: Family,
+    sources: tuple[str, ...] = (),
+    components: int = 0,
+) -> Dataset:
+    """The dataset of a quantity that every member of a family has."""
+    vector = (components,) if components else ()
+    return Dataset(
+        group + family.name, (*family.shape, *vector), long_name, making, sources, family.axes, components
+    )

@@ -20,76 +20,88 @@ if TYPE_CHECKING:
 class Making(Enum):
     """How a dataset is made from its ``sources``, names of observed quantities unless it says otherwise."""
 
+    STATE = "state"  # the coordinates or velocities of the members
     SUM = "sum"
-    VECTOR = "vector"  # the components
-    BALANCE = "balance"  # x - x(0) - the quadrature that goes by the dataset's path, where there is one
-    INTEGRAL = "integral"  # the quadrature alone
+    STACK = "stack"  # the members of a family, the components of a vector
+    BALANCE = "balance"  # of each, x - x(0) - its quadrature, where it has one
+    INTEGRAL = "integral"  # the quadrature that goes by the dataset's path
 
 
 @dataclass(frozen=True)
 class Dataset:
-    """One series of the output: its path, the shape of one sample, what it is, and how it is made."""
+    """One series of the output: its path, the shape of one sample, what it is, and how it is made.
+
+    The shape is that of a family, whose indices are called ``axes``, then the number of ``components`` of a
+    vector (0: a scalar).
+    """
 
     path: str
     shape: tuple[int, ...]
     long_name: str
     making: Making = Making.SUM
     sources: tuple[str, ...] = ()
+    axes: tuple[str, ...] = ()
+    components: int = 0
+
+    def quadrature(self, source: str) -> str:
+        """The name of what a member's balance subtracts: the dataset's path with the member's index."""
+        return self.path + "".join(source.partition("[")[1:])
 
     def make(self, observed: Series, integrals: Series, first: Mapping[str, float]) -> Array:
         """Its samples (c, *shape); ``first`` holds the observed quantities at the start."""
         if self.making is Making.INTEGRAL:
             return integrals[self.path]
-        if self.making is Making.VECTOR:
-            import numpy as np
-
-            return np.stack([observed[name] for name in self.sources], axis=1)
-        total = observed[self.sources[0]]
+        rows = [observed[name] for name in self.sources]
+        if self.making is Making.SUM:
+            return sum(rows[1:], rows[0])
         if self.making is Making.BALANCE:
-            total = total - first[self.sources[0]]
-            return total - integrals[self.path] if self.path in integrals else total
-        for name in self.sources[1:]:
-            total = total + observed[name]
-        return total
+            rows = [row - first[name] for row, name in zip(rows, self.sources)]
+            names = map(self.quadrature, self.sources)
+            rows = [row - integrals[name] if name in integrals else row for row, name in zip(rows, names)]
+        if not self.shape:
+            return rows[0]
+        import numpy as np
+
+        return np.stack(rows, axis=1).reshape(-1, *self.shape)
 
 
 @dataclass(frozen=True)
 class Recording:
-    """The datasets beyond ``t``, in the file's order: ``states`` (``q``, ``v``) by coordinate, and ``made``.
+    """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
     ``conserved`` names the observed quantities that every motion keeps.
     """
 
     coordinates: tuple[str, ...]
-    states: tuple[str, ...]
+    states: tuple[Dataset, ...]
     made: tuple[Dataset, ...]
     conserved: tuple[str, ...]
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
         """Every dataset but ``t``, in the file's order."""
-        kinds = {"q": "coordinate {}", "v": "velocity d{}/dt"}
-        return (
-            *(
-                Dataset(f"{kind}/{name}", (), kinds[kind].format(name))
-                for kind in self.states
-                for name in self.coordinates
-            ),
-            *self.made,
-        )
+        return self.states + self.made
 
     def as_data(self) -> dict[str, Any]:
         """All of it in terms of JSON."""
-        made = [[d.path, d.shape, d.long_name, d.making.value, d.sources] for d in self.made]
         return {
-            "coordinates": self.coordinates, "states": self.states, "made": made, "conserved": self.conserved
-        }  # fmt: skip
+            "coordinates": self.coordinates,
+            "states": list(map(_as_list, self.states)),
+            "made": list(map(_as_list, self.made)),
+            "conserved": self.conserved,
+        }
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Recording:
         """What ``as_data`` gave, after JSON."""
-        made = tuple(
-            Dataset(path, tuple(shape), long_name, Making(making), tuple(sources))
-            for path, shape, long_name, making, sources in data["made"]
-        )
-        return cls(tuple(data["coordinates"]), tuple(data["states"]), made, tuple(data["conserved"]))
+        states, made = (tuple(map(_dataset, data[kind])) for kind in ("states", "made"))
+        return cls(tuple(data["coordinates"]), states, made, tuple(data["conserved"]))
+
+
+def _as_list(one: Dataset) -> list[Any]:
+    return [one.path, one.shape, one.long_name, one.making.value, one.sources, one.axes, one.components]
+
+
+def _dataset(data: list[Any]) -> Dataset:
+    path, shape, long_name, making, sources, axes, components = data
+    return Dataset(path, tuple(shape), long_name, Making(making), tuple(sources), tuple(axes), components)

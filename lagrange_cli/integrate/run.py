@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import Ending, Outcome
 from lagrange_cli.integrate.motion import Array, End, aligned
 from lagrange_cli.integrate.prepared import Prepared
@@ -80,10 +82,11 @@ class Samples:
                 change = float(np.max(np.abs(observed[name] - self._first[name])))
                 self._drift[name] = max(drift, change)
         chunk = {"t": times}
-        for kind, offset in (("q", 0), ("v", program.degrees)):
-            if kind in recording.states:
-                for k, name in enumerate(recording.coordinates):
-                    chunk[f"{kind}/{name}"] = states[offset + k]
+        row = {"q": 0, "v": program.degrees}
+        for dataset in recording.states:
+            kind, count = dataset.path[0], math.prod(dataset.shape)
+            chunk[dataset.path] = states[row[kind] : row[kind] + count].T.reshape(-1, *dataset.shape)
+            row[kind] += count
         integrals = dict(zip(program.integrals, states[2 * program.degrees :]))
         for made in recording.made:
             chunk[made.path] = made.make(observed, integrals, self._first)
@@ -118,7 +121,10 @@ def sentence(end: End, coordinates: tuple[str, ...]) -> str:
     if end.ending is Ending.INTERRUPTED:
         return f"{end.ending.value} at t = {end.t:.6g}"
     shown = [f"{name} = {value:.6g}" for name, value in zip(coordinates, end.state)]
-    shown += [f"{name}_dot = {value:.6g}" for name, value in zip(coordinates, end.state[len(coordinates) :])]
+    shown += [
+        f"{velocity_name(name)} = {value:.6g}"
+        for name, value in zip(coordinates, end.state[len(coordinates) :])
+    ]
     listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
     detail = f" ({end.detail})" if end.detail else ""
     return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}"

@@ -21,16 +21,19 @@ AXES = "xyz"
 
 @dataclass(frozen=True)
 class Series:
-    """One dataset of shape ``(n, *shape)``: a number or a vector per sample time.
+    """One dataset of shape ``(n, *shape)``: a number, a vector, or a family of either per sample time.
 
     ``path`` is its place in the file without a leading slash (``diagnostics/p/theta``); ``unit`` is empty
-    where it is not known.
+    where it is not known. ``shape`` begins with the lengths of the family's ``axes``, which have names, and
+    ends with the number of ``components`` of a vector (0: there is none).
     """
 
     path: str
     shape: tuple[int, ...] = ()
     unit: str = ""
     long_name: str = ""
+    axes: tuple[str, ...] = ()
+    components: int = 0
 
 
 @dataclass(frozen=True)
@@ -46,5 +49,18 @@ class Layout:
 
     def vector_sizes(self) -> tuple[int, ...]:
         """The numbers of components that occur among vectors of up to three, in ascending order."""
-        sizes = {series.shape[0] for series in self.series if len(series.shape) == 1}
-        return tuple(sorted(size for size in sizes if size <= len(AXES)))
+        return tuple(sorted({one.components for one in self.series if 0 < one.components <= len(AXES)}))
+
+    def indices(self) -> dict[tuple[str, int], str]:
+        """The families' axes, by name and length, and what each is called in the file: its name, with
+        underscores behind it where something else has that name."""
+        taken = {part for one in self.series for part in one.path.split("/")}
+        taken |= {"t", *(AXES[:size] for size in self.vector_sizes())}
+        found: dict[tuple[str, int], str] = {}
+        for axis in (pair for one in self.series for pair in zip(one.axes, one.shape)):
+            name = found.get(axis, axis[0])
+            while axis not in found and name in taken:
+                name += "_"
+            found[axis] = name
+            taken.add(name)
+        return found

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
@@ -25,9 +26,10 @@ class Writer:
     where it was written, so the same calls give the same bytes. Memory is bounded whatever the number of
     samples. Every method raises ``FileError`` where the file cannot be written.
 
-    Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its first axis, and,
-    where it is a vector of up to three components, ``/x``, ``/xy`` or ``/xyz`` as that of its second. Each
-    group holds a soft link to the scales of its series, so that a reader that opens one group finds them.
+    Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its first axis; a
+    family has one for each index, such as ``/N``, and a vector of up to three components ``/x``, ``/xy`` or
+    ``/xyz`` as that of its last. Each group holds a soft link to the scales of its series, so that a reader
+    that opens one group finds them.
     """
 
     def __init__(self, target: Target, layout: Layout, *, expected: int) -> None:
@@ -93,7 +95,7 @@ def open_file(sink: Sink, layout: Layout, expected: int) -> Any:
 
     (By default HDF5 keeps up to a megabyte for each of them, however many they are.)
     """
-    largest = BYTES * layout.chunk_rows(expected) * max([1, *layout.vector_sizes()])
+    largest = BYTES * layout.chunk_rows(expected) * max([1, *(math.prod(s.shape) for s in layout.series)])
     return h5py.File(sink, "w", rdcc_nbytes=largest)
 
 
@@ -102,12 +104,15 @@ def create_datasets(file: Any, layout: Layout, rows: int) -> dict[str, Any]:
     times = create_series(file, TIME, rows)
     times.make_scale(TIME.path)
     axes = {size: create_axis(file, AXES[:size]) for size in layout.vector_sizes()}
+    indices = {axis: create_index(file, name, axis[1]) for axis, name in layout.indices().items()}
     datasets = {TIME.path: times}
     for series in layout.series:
         datasets[series.path] = create_series(file, series, rows)
         attach(datasets[series.path], 0, times)
-        if len(series.shape) == 1 and series.shape[0] in axes:
-            attach(datasets[series.path], 1, axes[series.shape[0]])
+        for number, axis in enumerate(zip(series.axes, series.shape), 1):
+            attach(datasets[series.path], number, indices[axis])
+        if series.components in axes:
+            attach(datasets[series.path], len(series.shape), axes[series.components])
     return datasets
 
 
@@ -137,4 +142,12 @@ def create_axis(file: Any, letters: str) -> Any:
     axis = file.create_dataset(letters, data=list(letters), dtype=h5py.string_dtype())
     axis.attrs["long_name"] = "component"
     axis.make_scale(letters)
+    return axis
+
+
+def create_index(file: Any, name: str, length: int) -> Any:
+    """The dimension scale that counts the members of a family."""
+    axis = file.create_dataset(name, data=range(length), dtype="i8")
+    axis.attrs["long_name"] = "index"
+    axis.make_scale(name)
     return axis

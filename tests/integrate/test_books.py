@@ -20,7 +20,8 @@ def size(motion: Motion, quantity: str) -> float:
     names = [path[2:] for path in motion.data if path.startswith("q/")]
     if quantity != "h":
         return max(largest(motion, f"diagnostics/p/{name}") for name in names)
-    twice_kinetic = sum(abs(motion[f"v/{name}"] * motion[f"diagnostics/p/{name}"]) for name in names)
+    products = [abs(motion[f"v/{name}"] * motion[f"diagnostics/p/{name}"]) for name in names]
+    twice_kinetic = sum(product.reshape(len(motion.t), -1).sum(axis=1) for product in products)
     return max(largest(motion, "diagnostics/h"), float(twice_kinetic.max()))
 
 

@@ -19,6 +19,7 @@ from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure
 from tests.cli.command import ENVIRONMENT, SYSTEMS
+from tests.symbolic.systems import SIZES
 
 PENDULUM = (SYSTEMS / "pendulum.yaml").read_text()
 RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h"})}
@@ -51,7 +52,7 @@ def cache(tmp_path):
 @pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
 @pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):
-    spec = read_spec(path.read_bytes(), path.name)
+    spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
     run = RUN | {"method": method, "outputs": MANY if spec.lagrangian else MANY | {"positions", "energy"}}
     run["tolerance"] = RUN["tolerance"] if method == "taylor" else 1e-8
     plain = prepare(residual_of(spec), **run)
@@ -121,6 +122,20 @@ def test_another_system_is_another_program(old, new):
     assert old in PENDULUM
     spec, other = read_spec(PENDULUM, "a.yaml"), read_spec(PENDULUM.replace(old, new), "a.yaml")
     assert key_of(spec, **RUN) != key_of(other, **RUN)
+
+
+def test_families_of_other_sizes_or_indices_are_other_programs():
+    text = """
+sizes: {{N: 2}}
+coordinates:
+  w[i in range(N), j in range(N)]: {{initial: 0}}
+masses:
+  p[i in range(N), j in range(N)]: 1
+embedding:
+  p[{} in range(N), {} in range(N)]: (1 + i)*w[i, j]
+"""
+    keys = {key_of(read_spec(text.format(*axes), "a.yaml"), **RUN) for axes in ("ij", "ij", "ji")}
+    assert len(keys | {key_of(read_spec(text.format(*"ij"), "a.yaml", {"N": "3"}), **RUN)}) == 3
 
 
 def test_whatever_a_spec_holds_is_part_of_its_structure_or_known_to_be_none():

@@ -23,7 +23,10 @@ LAYOUT = Layout(
         Series("q/theta", unit="rad", long_name="coordinate theta"),
         Series("v/theta", long_name="velocity of theta"),
         Series("diagnostics/h", long_name="energy function"),
-        Series("positions/bob", (2,), long_name="position of bob"),
+        Series("positions/bob", (2,), long_name="position of bob", components=2),
+        Series("positions/bead", (3, 2), long_name="position of bead[i]", axes=("N",), components=2),
+        Series("observables/N", (3, 2), axes=("N", "index_2")),
+        Series("observables/t_", (2, 2), axes=("index_2", "index_2_2")),
     )
 )
 ATTRIBUTES = {"generator": "test", "name": "pendulum", "spec": "x" * 100_000, "tolerance": 1e-16, "steps": 7}
@@ -38,6 +41,9 @@ def chunk_of(start: int, count: int) -> dict[str, np.ndarray]:
         "v/theta": t**2,
         "diagnostics/h": -t,
         "positions/bob": np.stack([t, 10 * t], axis=1),
+        "positions/bead": t[:, None, None] * np.arange(6).reshape(3, 2),
+        "observables/N": t[:, None, None] - np.arange(6).reshape(3, 2),
+        "observables/t_": t[:, None, None] - np.arange(4).reshape(2, 2),
     }
 
 
@@ -70,7 +76,22 @@ def test_every_series_has_the_times_attached_as_its_dimension_scale(tmp_path):
         assert [letter.decode() for letter in file["positions/bob"].dims[1][0]] == ["x", "y"]
 
 
-@pytest.mark.parametrize("group", ["q", "v", "diagnostics", "positions"])
+def test_a_family_has_a_scale_for_each_index_that_no_series_hides(tmp_path):
+    write(tmp_path / "out.h5")
+    with h5py.File(tmp_path / "out.h5") as file:
+        scales = {
+            path: [next(iter(axis.values())).name for axis in file[path].dims]
+            for path in ("positions/bead", "observables/N", "observables/t_")
+        }
+        assert scales == {
+            "positions/bead": ["/t", "/N_", "/xy"],
+            "observables/N": ["/t", "/N_", "/index_2"],
+            "observables/t_": ["/t", "/index_2", "/index_2_2"],
+        }
+        assert file["N_"][()].tolist() == [0, 1, 2]
+
+
+@pytest.mark.parametrize("group", ["q", "v", "diagnostics", "positions", "observables"])
 def test_xarray_finds_the_times_from_every_group(tmp_path, group):
     write(tmp_path / "out.h5")
     with xarray.open_dataset(tmp_path / "out.h5", group=group, engine="h5netcdf") as data:
