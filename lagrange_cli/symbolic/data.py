@@ -9,7 +9,7 @@ import sympy
 
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form
-from lagrange_cli.symbolic.notations import Text
+from lagrange_cli.symbolic.notations import Identifiers, identifiers
 from lagrange_cli.symbolic.render import render
 
 
@@ -19,20 +19,24 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
     ``momenta``, ``equations`` and ``accelerations`` go by coordinate; what the system does not have (T and U
     of a given L, explicit accelerations too long to read) is None. ``parameters`` are their values. A name
     that sympy has for something of its own, such as E or gamma, is read back as a symbol by giving sympify
-    ``locals={name: Symbol(name), ...}`` for the coordinates and parameters.
+    ``locals={name: Symbol(name), ...}`` for the coordinates and parameters. Members of families, such as
+    ``theta[0]``, have other names within the expressions, such as ``theta_0``: ``symbols`` says which.
     """
     order = equations.order
+    notation = Identifiers(identifiers(map(str, order.ranks)))
 
     def text(expression: sympy.Expr | None) -> str | None:
-        return None if expression is None else render(expression, Text(), order)
+        return None if expression is None else render(expression, notation, order)
 
     def by_coordinate(expressions: Any) -> dict[str, str | None]:
         return dict(zip(equations.coordinates, map(text, expressions), strict=True))
 
+    renamed = {name: own for name, own in notation.names.items() if name != own}
     data: dict[str, Any] = {
         "name": equations.name,
         "coordinates": list(equations.coordinates),
         "parameters": dict(parameters),
+        **({"symbols": renamed} if renamed else {}),
         "T": text(equations.T),
         "U": text(equations.U),
         "L": text(equations.L),
@@ -55,6 +59,7 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
     if form == "hamilton":
         canonical = hamilton_form(equations)
         order = canonical.order
+        notation = Identifiers(identifiers(map(str, order.ranks)))
         data["hamiltonian"] = text(canonical.H)
         data["canonical_equations"] = {
             "velocities": by_coordinate(canonical.velocities),

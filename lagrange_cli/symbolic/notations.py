@@ -1,10 +1,11 @@
-"""The four notations: plain text (which the file's grammar and sympy read back), unicode, LaTeX, Python."""
+"""The notations: plain text (which the file's grammar reads back), identifiers only (which sympy and Python
+do too), unicode and LaTeX."""
 
 from __future__ import annotations
 
 import keyword
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
 from lagrange_cli.symbolic.render import Level, Notation
@@ -27,21 +28,41 @@ DOTS = {0: "", 1: "\N{COMBINING DOT ABOVE}", 2: "\N{COMBINING DIAERESIS}"}
 
 def dotted(name: str) -> tuple[str, int]:
     """A name without its ending ``_dot`` or ``_ddot``, and how many dots that ending stands for."""
+    base, bracket, index = name.partition("[")
     for suffix, dots in ((ACCELERATION_SUFFIX, 2), (VELOCITY_SUFFIX, 1)):
-        if name.endswith(suffix) and name != suffix:
-            return name.removesuffix(suffix), dots
+        if base.endswith(suffix) and base != suffix:
+            return base.removesuffix(suffix) + bracket + index, dots
     return name, 0
 
 
 def split_index(name: str) -> tuple[str, list[str]]:
-    """``theta1`` as theta and [1]; ``p_theta1`` as p and [theta1]."""
+    """``theta1`` as theta and [1], ``u[1,2]`` as u and [1, 2]; ``p_theta1`` as p and [theta1]."""
+    if name.startswith("p_") and "[" in name:
+        return "p", [name.removeprefix("p_")]
+    name, _, members = name.partition("[")
     stem, *indices = [part for part in name.split("_") if part] or [name]
     match = re.fullmatch(r"(\D+)(\d+)", stem)
-    return (match[1], [match[2], *indices]) if match else (stem, indices)
+    if match:
+        stem, indices = match[1], [match[2], *indices]
+    return stem, indices + (members.rstrip("]").split(",") if members else [])
+
+
+def identifiers(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, str]:
+    """What each name is called where only letters, digits and underscores may stand: ``u_1_2`` for
+    ``u[1,2]``; with underscores behind it where it is ``taken``, or another's or a word of Python."""
+    found: dict[str, str] = {}
+    used = set(taken)
+    for name in sorted(names, key=lambda one: "[" in one):  # those that may stay as they are first
+        own = name.replace("[", "_").replace(",", "_").rstrip("]")
+        while own in used or keyword.iskeyword(own):
+            own += "_"
+        found[name] = own
+        used.add(own)
+    return found
 
 
 class Text(Notation):
-    """Plain ASCII in the grammar of the system file; sympy reads it back."""
+    """Plain ASCII in the grammar of the system file."""
 
     def symbol(self, name: str) -> str:
         return name
@@ -81,16 +102,14 @@ class Text(Notation):
         return "[" + ",\n ".join(f"[{', '.join(row)}]" for row in rows) + "]"
 
 
-class Python(Text):
-    """Python source over ``math``; names that the source uses otherwise get a trailing underscore."""
+class Identifiers(Text):
+    """Plain text in which every symbol is an identifier, given by ``names``."""
 
-    def __init__(self, taken: frozenset[str] = frozenset()) -> None:
-        self.taken = taken
+    def __init__(self, names: Mapping[str, str]) -> None:
+        self.names = names
 
     def symbol(self, name: str) -> str:
-        while keyword.iskeyword(name) or name in self.taken:
-            name += "_"
-        return name
+        return self.names[name]
 
 
 class Unicode(Text):
@@ -104,8 +123,9 @@ class Unicode(Text):
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = letter[0] + DOTS[dots] + letter[1:]
-        for index in indices:
-            text += index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.symbol(index)}"
+        for last, index in zip(["", *indices], indices):
+            comma = "," if last.isdigit() and index.isdigit() else ""
+            text += comma + index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.symbol(index)}"
         return text
 
     def decimal(self, digits: str) -> str:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import sympy
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equations
 from lagrange_cli.symbolic.hamilton import Hamiltonian, hamilton_form
 from lagrange_cli.symbolic.order import Order
@@ -134,7 +135,10 @@ def hamilton_sections(equations: Equations, form: Hamiltonian, notation: Notatio
             writer.statement(str(symbol), value)
             for symbol, value in zip(equations.v, form.velocities, strict=True)
         ),
-        *(writer.statement(f"{symbol}_dot", value) for symbol, value in zip(form.p, form.rates, strict=True)),
+        *(
+            writer.statement(velocity_name(str(symbol)), value)
+            for symbol, value in zip(form.p, form.rates, strict=True)
+        ),
     ]
     momenta = Writer(notation, equations.order)
     return [

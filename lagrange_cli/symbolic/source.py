@@ -10,7 +10,7 @@ import sympy
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form
-from lagrange_cli.symbolic.notations import Python
+from lagrange_cli.symbolic.notations import Identifiers, identifiers
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import render
 
@@ -100,7 +100,7 @@ class ModuleWriter:
         self.order = order or equations.order
         self.fast = "v" if p is None else "p"
         self.fast_symbols = equations.v if p is None else tuple(p)
-        self.notation = Python(ARGUMENTS)
+        self.notation = Identifiers(identifiers(map(str, self.order.ranks), ARGUMENTS))
 
     def scalar(self, name: str, purpose: str, expression: sympy.Expr) -> str:
         """A function that returns one number."""

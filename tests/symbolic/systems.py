@@ -16,15 +16,23 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.equations import Equations
+from lagrange_cli.symbolic.notations import identifiers
 from tests.cli.command import SYSTEMS
 
 NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
+SIZES = {
+    "n_pendulum": {"N": "2"},
+    "fpu_chain": {"N": "2", "modes": "2"},
+    "lattice": {"N": "3", "M": "1"},
+    "solar_system": {"N": "3"},
+}
+"""How many members the families have: few enough for every form of the equations to be written out."""
 
 
 @cache
 def spec_of(name: str) -> Spec:
     """A shipped system."""
-    return read_spec((SYSTEMS / f"{name}.yaml").read_bytes(), f"{name}.yaml")
+    return read_spec((SYSTEMS / f"{name}.yaml").read_bytes(), f"{name}.yaml", SIZES.get(name))
 
 
 @cache
@@ -43,6 +51,12 @@ def derived(text: str) -> Equations:
     """The equations of a system file."""
     spec = read_spec(dedent(text), "system.yaml")
     return derive_equations(build_model(spec, SympyAlgebra()))
+
+
+def renamed(equations: Equations, value: sympy.Expr) -> sympy.Expr:
+    """An expression with its symbols called as they are where only identifiers may stand."""
+    names = identifiers(map(str, equations.order.ranks))
+    return value.xreplace({symbol: sympy.Symbol(names[str(symbol)]) for symbol in value.free_symbols})
 
 
 def same(left: sympy.Expr, right: sympy.Expr | str) -> bool:

@@ -9,7 +9,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.symbolic.verify import Verification
 from tests.cli import command
 from tests.cli.command import SYSTEMS, lagrange
-from tests.symbolic.systems import NAMES
+from tests.symbolic.systems import NAMES, SIZES
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
 
@@ -74,7 +74,8 @@ def test_an_explicit_form_that_cannot_be_read_names_the_matrix(tmp_path):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_printed_is_what_is_integrated(name, capsys):
-    status = main(["equations", str(SYSTEMS / f"{name}.yaml"), "--verify", "--json"])
+    sizes = [f"--size={size}={number}" for size, number in SIZES.get(name, {}).items()]
+    status = main(["equations", str(SYSTEMS / f"{name}.yaml"), "--verify", "--json", *sizes])
     verdict = json.loads(capsys.readouterr().out)["verify"]
     assert status == 0 and verdict["agrees"]
     assert 0 < verdict["difference"] <= 1e-12

@@ -3,7 +3,7 @@
 import pytest
 import sympy
 
-from lagrange_cli.symbolic.notations import Latex, Notation, Python, Text, Unicode
+from lagrange_cli.symbolic.notations import Identifiers, Latex, Notation, Text, Unicode, identifiers
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import render
 from tests.symbolic.systems import agree_at_random, expression
@@ -95,7 +95,10 @@ def test_latex(value, text):
 
 def test_python_avoids_its_own_words():
     symbols = sympy.symbols("lambda q x")
-    assert render(sympy.Add(*symbols), Python(frozenset({"q"})), order_of(symbols)) == "lambda_ + q_ + x"
+    assert (
+        render(sympy.Add(*symbols), Identifiers(identifiers(map(str, symbols), {"q"})), order_of(symbols))
+        == "lambda_ + q_ + x"
+    )
 
 
 def order_of(symbols: tuple[sympy.Symbol, ...]) -> Order:
