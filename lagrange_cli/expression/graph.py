@@ -9,12 +9,18 @@ the order of their creation, so a node's arguments always have smaller numbers t
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from enum import Enum
+from operator import attrgetter
 from typing import Any
 
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 from lagrange_cli.records import dataclass
+
+WIDE = 8
+"""Arguments from which on it pays to know which symbols each of them holds."""
+
+_number = attrgetter("number")
 
 
 class Kind(Enum):
@@ -102,7 +108,10 @@ class Graph:
         self.nodes: list[Node] = []
         self._table: dict[tuple[Any, ...], Node] = {}
         self._symbols: dict[str, int] = {}
+        self._by_bit: list[Node] = []
         self._derivatives: dict[tuple[int, int], Node] = {}
+        self._arguments: dict[Node, dict[int, list[tuple[Node, Any]]]] = {}
+        self._split: dict[tuple[Node, int], tuple[Node, Node]] = {}
         self.zero = self.constant(0.0)
         self.one = self.constant(1.0)
 
@@ -116,7 +125,14 @@ class Graph:
     def symbol(self, name: str) -> Node:
         """The node of a symbol; the same name gives the same node."""
         bit = self._symbols.setdefault(name, len(self._symbols))
-        return self._make(Kind.SYMBOL, name, (), 1 << bit)
+        node = self._make(Kind.SYMBOL, name, (), 1 << bit)
+        if bit == len(self._by_bit):
+            self._by_bit.append(node)
+        return node
+
+    def symbols_of(self, node: Node) -> list[Node]:
+        """The symbols that ``node`` depends on, in the order of their creation."""
+        return [self._by_bit[bit] for bit in bits(node.symbols)]
 
     def lift(self, value: Node | float) -> Node:
         """A node as it is, a number as its node."""
@@ -262,12 +278,38 @@ class Graph:
 
     def diff(self, node: Node, symbol: Node) -> Node:
         """The partial derivative of ``node`` with respect to ``symbol`` (no ``ddt`` may stand in it)."""
-        known = self._derivatives
-        for inner in reachable([node], lambda n: bool(n.symbols & symbol.symbols)):
-            key = (inner.number, symbol.number)
-            if key not in known:
-                known[key] = self._derivative(inner, symbol)
-        return known.get((node.number, symbol.number), self.zero)
+        if not node.symbols & symbol.symbols:
+            return self.zero
+        known, number = self._derivatives, symbol.number
+        new: set[Node] = set()
+        pending = [node]
+        while pending:
+            inner = pending.pop()
+            if inner not in new and (inner.number, number) not in known:
+                new.add(inner)
+                pending += [argument for argument, _ in self._arguments_with(inner, symbol)]
+        for inner in sorted(new, key=_number):
+            known[inner.number, number] = self._derivative(inner, symbol)
+        return known[node.number, number]
+
+    def gradient(self, node: Node, symbols: Mapping[Node, int]) -> dict[int, Node]:
+        """The partial derivatives that are not 0, by what ``symbols`` numbers the symbols with."""
+        slopes = ((symbols[one], self.diff(node, one)) for one in self.symbols_of(node) if one in symbols)
+        return {index: slope for index, slope in slopes if slope is not self.zero}
+
+    def _arguments_with(self, node: Node, symbol: Node) -> list[tuple[Node, Any]]:
+        """The arguments that ``symbol`` occurs in, with their coefficients or exponents."""
+        data = node.data[1] if node.kind is Kind.SUM else node.data if node.kind is Kind.PRODUCT else None
+        if len(node.arguments) < WIDE or data is None:
+            every = zip(node.arguments, data or (None,) * len(node.arguments))
+            return [(argument, own) for argument, own in every if argument.symbols & symbol.symbols]
+        index = self._arguments.get(node)
+        if index is None:  # so that all the derivatives of a long sum together take one walk over it
+            index = self._arguments[node] = {}
+            for argument, own in zip(node.arguments, data):
+                for bit in bits(argument.symbols):
+                    index.setdefault(bit, []).append((argument, own))
+        return index.get(symbol.symbols.bit_length() - 1, [])
 
     def _derivative(self, node: Node, symbol: Node) -> Node:
         if node is symbol:
@@ -277,10 +319,10 @@ class Graph:
             return self._derivatives.get((argument.number, symbol.number), self.zero)
 
         if node.kind is Kind.SUM:
-            return self.sum([(inner(a), c) for a, c in zip(node.arguments, node.data[1])])
+            return self.sum([(inner(a), c) for a, c in self._arguments_with(node, symbol)])
         if node.kind is Kind.PRODUCT:
             terms = []
-            for argument, exponent in zip(node.arguments, node.data):
+            for argument, exponent in self._arguments_with(node, symbol):
                 rate = inner(argument)
                 if not rate.is_zero:
                     terms.append((self.product([(node, 1), (argument, -1), (rate, 1)]), float(exponent)))
@@ -325,6 +367,12 @@ class Graph:
 
     def split_parameters(self, node: Node, variables: int) -> tuple[Node, Node]:
         """``node`` as (constant of the motion) * (rest); ``variables`` is the bit set of q, v and t."""
+        key = node, variables
+        if key not in self._split:
+            self._split[key] = self._split_parameters(node, variables)
+        return self._split[key]
+
+    def _split_parameters(self, node: Node, variables: int) -> tuple[Node, Node]:
         if not node.symbols & variables:
             return node, self.one
         scaled = self.split_coefficient(node)
@@ -345,7 +393,15 @@ def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:
         if node not in seen:
             seen.add(node)
             pending.extend(a for a in node.arguments if a not in seen and (enter is None or enter(a)))
-    return sorted(seen, key=lambda node: node.number)
+    return sorted(seen, key=_number)
+
+
+def bits(mask: int) -> Iterator[int]:
+    """The positions of the ones in ``mask``, in ascending order."""
+    while mask:
+        lowest = mask & -mask
+        yield lowest.bit_length() - 1
+        mask ^= lowest
 
 
 class GraphAlgebra:
@@ -365,6 +421,12 @@ class GraphAlgebra:
 
     def function(self, name: str, arguments: Sequence[Node]) -> Node:
         return self.graph.function(name, arguments)
+
+    def total(self, terms: Sequence[Node]) -> Node:
+        return self.graph.sum([(term, 1.0) for term in terms])
+
+    def symbols(self, expression: Node) -> list[Node]:
+        return self.graph.symbols_of(expression)
 
     def diff(self, expression: Node, symbol: Node) -> Node:
         return self.graph.diff(expression, symbol)

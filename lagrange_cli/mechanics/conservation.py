@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -34,22 +36,30 @@ class Conserved:
 
 def is_zero(node: Node) -> bool:
     """Whether an expression without ``ddt`` is identically 0 (see the module's first lines)."""
-    if node.is_zero:
-        return True
-    names = [inner.data for inner in reachable([node]) if inner.kind is Kind.SYMBOL]
-    source = random.Random(len(names))
-    met = 0
-    for attempt in range(4 * POINTS):
+    return node in zeros([node])
+
+
+def zeros(nodes: Sequence[Node]) -> set[Node]:
+    """Those of the expressions that are identically 0; what they have in common is evaluated once."""
+    found = {node for node in nodes if node.is_zero}
+    unsettled = {node: 0 for node in nodes if not node.is_zero}
+    attempt = 0
+    source = random.Random(len(unsettled))
+    while unsettled and attempt < 4 * POINTS:
         low = 0.2 if attempt % 2 else -1.3  # some functions are real for positive arguments only
-        values, sizes = evaluate([node], {name: source.uniform(low, 1.3) for name in names})
-        if not (math.isfinite(values[node]) and math.isfinite(sizes[node])):
-            continue
-        if abs(values[node]) > ROUNDING * sizes[node]:
-            return False
-        met += 1
-        if met == POINTS:
-            return True
-    return False
+        attempt += 1
+        names = [inner.data for inner in reachable(list(unsettled)) if inner.kind is Kind.SYMBOL]
+        values, sizes = evaluate(list(unsettled), {name: source.uniform(low, 1.3) for name in names})
+        for node in list(unsettled):
+            if not (math.isfinite(values[node]) and math.isfinite(sizes[node])):
+                continue
+            unsettled[node] += 1
+            if abs(values[node]) > ROUNDING * sizes[node]:
+                del unsettled[node]
+            elif unsettled[node] == POINTS:
+                del unsettled[node]
+                found.add(node)
+    return found
 
 
 def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, ...]]:
@@ -57,13 +67,15 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     energetics = Energetics(model)
     conserved: list[Conserved] = []
     cyclic: list[str] = []
-    for name, q, force in zip(model.coordinates, model.q, energetics.forces):
-        if not is_zero(energetics.lagrangian_rate(q)):
+    rates = [energetics.lagrangian_rate(q) for q in model.q]
+    absent = zeros([*rates, *energetics.forces])
+    for name, rate, force in zip(model.coordinates, rates, energetics.forces):
+        if rate not in absent:
             continue
         cyclic.append(name)
-        if is_zero(force):
+        if force in absent:
             because = f"{name} is cyclic: L does not contain it, and no generalized force acts on it"
-            conserved.append(Conserved(f"p_{name}", f"dL/d{name}_dot", because))
+            conserved.append(Conserved(f"p_{name}", f"dL/d{velocity_name(name)}", because))
     if is_zero(energetics.lagrangian_rate(model.time)) and is_zero(energetics.power):
         conserved.append(_energy(model))
     return tuple(cyclic), tuple(conserved)
@@ -73,7 +85,7 @@ def _energy(model: Model[Node]) -> Conserved:
     because = "L does not contain t explicitly, and no force outside L does work"
     if model.lagrangian is None:
         graph = graph_of(model)
-        resting = all(is_zero(graph.diff(x, model.time)) for p in model.particles for x in p.position)
-        if resting and all(is_zero(graph.diff(model.potential, v)) for v in model.v):
+        drifts = {graph.diff(x, model.time) for p in model.particles for x in p.position}
+        if all(map(is_zero, drifts | {graph.diff(model.potential, v) for v in model.v})):
             return Conserved("h", "T + U", because + "; h = T + U, as the embedding does not contain t")
     return Conserved("h", "sum_k q_dot_k p_k - L", because)

@@ -11,13 +11,13 @@ and Euler-Lagrange for a given L: R_k = d/dt dL/dq_dot_k - dL/dq_k + dD/dq_dot_k
 from __future__ import annotations
 
 from lagrange_cli.errors import SingularCoordinate
-from lagrange_cli.expression.graph import Graph, Kind, Node
+from lagrange_cli.expression.graph import Graph, Kind, Node, bits
 from lagrange_cli.mechanics.conservation import conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.variables import contract, graph_of, variables
+from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -35,18 +35,19 @@ def derive(model: Model[Node]) -> Residual:
     graph = graph_of(model)
     forms = formulations(model, graph)
     for name, row in zip(model.coordinates, next(iter(forms.values())).mass_matrix):
-        if all(is_zero(entry) for entry in row):
+        if all(is_zero(entry) for entry in row if entry is not graph.zero):
             raise SingularCoordinate(name)
     costs = {name: convolutions(model, graph, form) for name, form in forms.items()}
     chosen = min(forms, key=lambda name: costs[name])
-    second = [graph.diff(graph.diff(model.potential, a), b) for a in model.v for b in model.v]
+    velocities = numbered(model.v)
+    slopes = graph.gradient(model.potential, velocities).values()
     cyclic, conserved = conservation(model)
     return Residual(
         model=model,
         graph=graph,
         residual=forms[chosen].residual,
         mass_matrix=forms[chosen].mass_matrix,
-        definite=model.lagrangian is None and all(node.is_zero for node in second),
+        definite=model.lagrangian is None and not any(graph.gradient(p, velocities) for p in slopes),
         formulation=chosen,
         costs=costs,
         scleronomic=scleronomic(model),
@@ -77,7 +78,8 @@ def from_lagrangian(
         rate(graph, p, moving) - graph.diff(lagrangian, q) - force
         for p, q, force in zip(momenta, model.q, forces)
     ]
-    matrix = tuple(tuple(graph.diff(p, v) for v in model.v) for p in momenta)
+    rows = [graph.gradient(p, numbered(model.v)) for p in momenta]
+    matrix = tuple(tuple(row.get(k, graph.zero) for k in range(len(model.v))) for row in rows)
     return normalized(graph, residual, matrix, moving)
 
 
@@ -89,14 +91,17 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
         for particle in model.particles
         for i, position in enumerate(particle.position)
     ]
-    jacobian = [[graph.diff(position, q) for q in model.q] for _, position, _ in components]
+    jacobian = [graph.gradient(position, numbered(model.q)) for _, position, _ in components]
     inertia = [
         (m * rate(graph, graph.ddt(x), moving) if x.symbols & moving else graph.zero) - force
         for m, x, force in components
     ]
+    columns: list[list[tuple[Node, Node]]] = [[] for _ in model.q]
+    for row, change in zip(jacobian, inertia):
+        for k, slope in row.items():
+            columns[k].append((slope, change))
     residual = []
-    for k, (q, v, given) in enumerate(zip(model.q, model.v, model.generalized_forces)):
-        terms = ((row[k], rate) for row, rate in zip(jacobian, inertia))
+    for q, v, terms, given in zip(model.q, model.v, columns, model.generalized_forces):
         momentum = graph.diff(model.potential, v)
         residual.append(
             contract(graph, terms, moving)
@@ -110,27 +115,42 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
 
 
 def mass_matrix(
-    model: Model[Node], graph: Graph, masses: list[Node], jacobian: list[list[Node]]
+    model: Model[Node], graph: Graph, masses: list[Node], jacobian: list[dict[int, Node]]
 ) -> tuple[tuple[Node, ...], ...]:
     """M_jk = sum_i m_i dr_i/dq_j dr_i/dq_k - d2U/dq_dot_j dq_dot_k, one product for each distinct pair
-    of slopes."""
-    size = len(model.q)
-    pairs: dict[tuple[int, int], dict[tuple[Node, Node], list[tuple[Node, float]]]] = {}
-    for mass, row in zip(masses, jacobian):
-        slopes = [(k, slope) for k, slope in enumerate(row) if not slope.is_zero]
-        for first, (j, x) in enumerate(slopes):
-            for k, y in slopes[first:]:
-                pairs.setdefault((j, k), {}).setdefault((x, y), []).append((mass, 1.0))
-    matrix = [[graph.zero] * size for _ in range(size)]
-    for j in range(size):
-        slope = graph.diff(model.potential, model.v[j])
-        for k in range(j, size):
+    of slopes.
+
+    Which components have a slope is kept as a bit set, and so is which coordinates meet in them: in a chain
+    any two coordinates meet in many components, all with the same pair of slopes.
+    """
+    columns: list[dict[Node, int]] = [{} for _ in model.q]
+    met = [0] * len(model.q)
+    for i, row in enumerate(jacobian):
+        here = sum(1 << k for k in row)
+        for k, slope in row.items():
+            columns[k][slope] = columns[k].get(slope, 0) | 1 << i
+            met[k] |= here
+    carried: dict[int, Node] = {}
+
+    def mass_of(components: int) -> Node:
+        if components not in carried:
+            carried[components] = graph.sum([(masses[i], 1.0) for i in bits(components)])
+        return carried[components]
+
+    matrix = [[graph.zero] * len(model.q) for _ in model.q]
+    for j, mine in enumerate(columns):
+        potential = graph.gradient(graph.diff(model.potential, model.v[j]), numbered(model.v))
+        for k in bits(met[j] | sum(1 << k for k in potential)):
+            if k < j:
+                continue
             terms = [
-                (graph.product([(x, 1), (y, 1), (graph.sum(carried), 1)]), 1.0)
-                for (x, y), carried in pairs.get((j, k), {}).items()
+                (graph.product([(x, 1), (y, 1), (mass_of(both), 1)]), 1.0)
+                for x, having in mine.items()
+                for y, other in columns[k].items()
+                if (both := having & other)
             ]
-            entry = graph.sum([*terms, (graph.diff(slope, model.v[k]), -1.0)])
-            matrix[j][k] = matrix[k][j] = entry
+            matrix[j][k] = graph.sum([*terms, (potential.get(k, graph.zero), -1.0)])
+            matrix[k][j] = matrix[j][k]
     return tuple(map(tuple, matrix))
 
 
@@ -153,7 +173,7 @@ def normalized(
     """
     rows = [list(row) for row in matrix]
     for k, row in enumerate(matrix):
-        alone = all(entry.is_zero for j, entry in enumerate(row) if j != k)
+        alone = all(entry is graph.zero for j, entry in enumerate(row) if j != k)
         if alone and not row[k].symbols & moving and not row[k].is_zero:
             residual[k] = divided(graph, residual[k], row[k])
             rows[k][k] = graph.one
@@ -179,4 +199,4 @@ def scleronomic(model: Model[Node]) -> bool:
     graph = graph_of(model)
     given = [model.lagrangian] if model.lagrangian is not None else []
     positions = [x for particle in model.particles for x in particle.position]
-    return all(is_zero(graph.diff(node, model.time)) for node in (*given, *positions))
+    return all(is_zero(drift) for drift in {graph.diff(node, model.time) for node in (*given, *positions)})

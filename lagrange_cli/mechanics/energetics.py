@@ -6,8 +6,10 @@ h = T2 - T0 + U (Goldstein, 3rd ed., eq. 2.56): written so, nothing cancels that
 
 from __future__ import annotations
 
+from functools import cached_property
+
 from lagrange_cli.expression.graph import Graph, Node
-from lagrange_cli.mechanics.variables import contract, graph_of, variables
+from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -48,25 +50,33 @@ class Energetics:
             return self.model.lagrangian
         return kinetic - potential
 
-    @property
+    @cached_property
+    def _motion(self) -> tuple[tuple[Node, Node, Node], ...]:
+        """(x, dx/dt, m dx/dt) for each component of each particle."""
+        return tuple((x, u, p.mass * u) for p in self.model.particles for x, u in zip(p.position, p.velocity))
+
+    @cached_property
+    def _places(self) -> dict[Node, list[int]]:
+        """The components of ``_motion`` that a symbol occurs in, in position or velocity."""
+        found: dict[Node, list[int]] = {}
+        for place, (x, u, _) in enumerate(self._motion):
+            for symbol in dict.fromkeys((*self._graph.symbols_of(x), *self._graph.symbols_of(u))):
+                found.setdefault(symbol, []).append(place)
+        return found
+
+    @cached_property
     def momenta(self) -> tuple[Node, ...]:
         """p_k = dL/dq_dot_k."""
         model, graph = self.model, self._graph
         if model.lagrangian is not None:
             return tuple(graph.diff(model.lagrangian, v) for v in model.v)
-        return tuple(
-            contract(
-                graph,
-                (
-                    (graph.diff(x, q), p.mass * u)
-                    for p in model.particles
-                    for x, u in zip(p.position, p.velocity)
-                ),
-                variables(self.model),
-            )
-            - graph.diff(model.potential, v)
-            for q, v in zip(model.q, model.v)
-        )
+        moving = variables(model)
+        found = []
+        for q, v in zip(model.q, model.v):
+            here = [self._motion[place] for place in self._places.get(q, ())]
+            terms = ((graph.diff(x, q), momentum) for x, _, momentum in here)
+            found.append(contract(graph, terms, moving) - graph.diff(model.potential, v))
+        return tuple(found)
 
     @property
     def energy_function(self) -> Node:
@@ -83,30 +93,34 @@ class Energetics:
                 if drift.is_zero:
                     terms.append((particle.mass * u * u, 0.5))
                 else:
-                    linear = graph.sum([(graph.diff(x, q) * v, 1.0) for q, v in zip(model.q, model.v)])
+                    slopes = graph.gradient(x, numbered(model.q))
+                    linear = graph.sum([(slope * model.v[k], 1.0) for k, slope in slopes.items()])
                     terms.append((particle.mass * linear * linear, 0.5))
                     terms.append((particle.mass * drift * drift, -0.5))
         return graph.sum(terms)
 
-    @property
+    @cached_property
     def forces(self) -> tuple[Node, ...]:
         """Q_k of everything that L does not hold: F_i . dr_i/dq_k, generalized forces, -dD/dq_dot_k."""
         model, graph = self.model, self._graph
-        return tuple(
-            graph.sum(
-                [(graph.diff(x, q) * f, 1.0) for p in model.particles for x, f in zip(p.position, p.force)]
-                + [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
-            )
-            for q, v, given in zip(model.q, model.v, model.generalized_forces)
-        )
+        found = [
+            [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
+            for v, given in zip(model.v, model.generalized_forces)
+        ]
+        for particle in model.particles:
+            for x, force in zip(particle.position, particle.force):
+                for k, slope in graph.gradient(x, numbered(model.q)).items():
+                    found[k].append((slope * force, 1.0))
+        return tuple(map(graph.sum, found))
 
     def lagrangian_rate(self, symbol: Node) -> Node:
         """dL/dsymbol at fixed other arguments, for ``symbol`` a coordinate or t."""
         model, graph = self.model, self._graph
         if model.lagrangian is not None:
             return graph.diff(model.lagrangian, symbol)
-        terms = ((graph.diff(u, symbol), p.mass * u) for p in model.particles for u in p.velocity)
-        return contract(graph, terms, variables(self.model)) - graph.diff(model.potential, symbol)
+        here = [self._motion[place] for place in self._places.get(symbol, ())]
+        terms = ((graph.diff(u, symbol), momentum) for _, u, momentum in here)
+        return contract(graph, terms, variables(model)) - graph.diff(model.potential, symbol)
 
     @property
     def torques(self) -> tuple[Node, ...]:

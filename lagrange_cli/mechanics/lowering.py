@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from bisect import insort
 from collections.abc import Iterable, Sequence
 
 from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
@@ -37,6 +38,10 @@ def lower(
     return sort(builder.series, coordinates, velocities, roots, integrals)
 
 
+Terms = frozenset[tuple[int, Node]]
+"""The terms of a sum: series and their coefficients."""
+
+
 @dataclass
 class _Builder:
     graph: Graph
@@ -47,7 +52,10 @@ class _Builder:
     products: dict[tuple[int, int], int] = field(default_factory=dict)
     powers: dict[tuple[int, Node], int] = field(default_factory=dict)
     pending: list[Node] = field(default_factory=list)
-    sums: list[tuple[frozenset[tuple[int, Node]], int]] = field(default_factory=list)
+    sums: dict[Terms, int] = field(default_factory=dict)
+    """Series of sums without a constant, by their terms."""
+    parts: dict[tuple[int, Node], list[tuple[int, int, Terms]]] = field(default_factory=dict)
+    """The same by the one of their terms that is first, from short to long, of one length the oldest last."""
     unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
     """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
     function)."""
@@ -154,13 +162,11 @@ class _Builder:
         if constant.is_zero and len(terms) == 1 and terms[0][1] is self.graph.one:
             return terms[0][0]
         whole = frozenset(terms)
-        if constant.is_zero:
-            for known, index in self.sums:
-                if known == whole:
-                    return index
-        shared = max((s for s in self.sums if s[0] < whole), key=lambda s: len(s[0]), default=None)
+        if constant.is_zero and whole in self.sums:
+            return self.sums[whole]
+        shared = self.longest_part(whole)
         if shared is not None:
-            terms = [(shared[1], self.graph.one), *(term for term in terms if term not in shared[0])]
+            terms = [(self.sums[shared], self.graph.one), *(term for term in terms if term not in shared)]
         arguments = tuple(index for index, _ in terms)
         degree = max((self.series[i].degree for i in arguments), default=0)
         made = self.add(
@@ -173,8 +179,22 @@ class _Builder:
             )
         )
         if constant.is_zero and len(whole) > 1:
-            self.sums.append((whole, made))
+            parts = self.parts.setdefault(min(whole, key=lambda term: term[0]), [])
+            insort(parts, (len(whole), -len(self.sums), whole))
+            self.sums[whole] = made
         return made
+
+    def longest_part(self, whole: Terms) -> Terms | None:
+        """The longest of the sums so far all of whose terms, but not all terms, are in ``whole``."""
+        found: tuple[int, int, Terms] | None = None
+        for term in whole:
+            for one in reversed(self.parts.get(term, ())):
+                if found is not None and one[:2] < found[:2]:
+                    break
+                if one[2] < whole:
+                    found = one
+                    break
+        return found[2] if found is not None else None
 
     def derivative(self, index: int) -> int:
         """The derivative of a series; that of a sum or a function in terms of what they are made of."""

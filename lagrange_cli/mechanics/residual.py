@@ -61,15 +61,21 @@ class Residual:
 
 def connected(matrix: tuple[tuple[Node, ...], ...]) -> tuple[tuple[int, ...], ...]:
     """The index sets that a matrix's nonzero entries connect, each sorted, in order of first index."""
-    left = set(range(len(matrix)))
+    neighbours: list[set[int]] = [set() for _ in matrix]
+    for j, row in enumerate(matrix):
+        for k, entry in enumerate(row):
+            if not entry.is_zero:
+                neighbours[j].add(k)
+                neighbours[k].add(j)
     blocks = []
-    while left:
-        pending, block = [min(left)], set[int]()
+    done: set[int] = set()
+    for first in range(len(matrix)):
+        block: set[int] = set()
+        pending = set() if first in done else {first}
         while pending:
-            j = pending.pop()
-            if j in left:
-                left.discard(j)
-                block.add(j)
-                pending.extend(k for k in left if not (matrix[j][k].is_zero and matrix[k][j].is_zero))
-        blocks.append(tuple(sorted(block)))
+            block |= pending
+            pending = set[int]().union(*(neighbours[j] for j in pending)) - block
+        if block:
+            done |= block
+            blocks.append(tuple(sorted(block)))
     return tuple(blocks)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.mechanics.conservation import is_zero
 from lagrange_cli.mechanics.energetics import Energetics
@@ -27,7 +29,7 @@ def skipped(residual: Residual) -> tuple[str, ...]:
     if size > 1 and len(blocks) == size:
         said.append("the mass matrix is diagonal: solving with it is one division for each coordinate")
     elif len(blocks) > 1:
-        listed = ", ".join("{" + ", ".join(model.coordinates[k] for k in block) + "}" for block in blocks)
+        listed = in_short(["{" + in_short([model.coordinates[k] for k in block]) + "}" for block in blocks])
         said.append(f"the mass matrix is block-diagonal, {listed}: each block is factored by itself")
     if not any(node.symbols & model.time.symbols for node in residual.residual):
         said.append("the equations do not contain t: no series of explicit time is carried")
@@ -35,13 +37,18 @@ def skipped(residual: Residual) -> tuple[str, ...]:
     if count:
         noun = "expression" if count == 1 else "expressions"
         said.append(f"{count} {noun} in parameters alone: computed once per run, not once per step")
-    if all(is_zero(force) for force in Energetics(model).forces):
+    if all(map(is_zero, set(Energetics(model).forces))):
         said.append("no forces outside L: no generalized forces are computed")
     said.append(
         "T, U, positions, ledgers, action and observables: computed only when --outputs asks for them"
     )
     said.append("sympy and scipy: not imported, the Taylor method and the derivation do not need them")
     return tuple(said)
+
+
+def in_short(words: Sequence[str], most: int = 6) -> str:
+    """The words with commas between them, cut off when there are many."""
+    return ", ".join([*words[:most], "..."] if len(words) > most else words)
 
 
 def _parameter_nodes(residual: Residual) -> set[Node]:

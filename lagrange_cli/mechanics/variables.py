@@ -22,18 +22,26 @@ def variables(model: Model[Node]) -> int:
     return bits
 
 
+def numbered(symbols: Iterable[Node]) -> dict[Node, int]:
+    """The symbols with their places among themselves."""
+    return {symbol: place for place, symbol in enumerate(symbols)}
+
+
 def contract(graph: Graph, terms: Iterable[tuple[Node, Node]], variables: int) -> Node:
     """``sum a_i * b_i`` with one product for each distinct moving part of the a_i.
 
     A chain's dr_i/dq_k are the same for all particles beyond k, so that summing the b_i first makes one
     convolution of what would be one for each particle.
     """
-    grouped: dict[Node, list[Node]] = {}
+    grouped: dict[Node, dict[Node, list[tuple[Node, float]]]] = {}
     for a, b in terms:
         if a.is_zero or b.is_zero:
             continue
         fixed, moving = graph.split_parameters(a, variables)
-        grouped.setdefault(moving, []).append(fixed * b)
+        grouped.setdefault(moving, {}).setdefault(fixed, []).append((b, 1.0))
     return graph.sum(
-        [(moving * graph.sum([(b, 1.0) for b in parts]), 1.0) for moving, parts in grouped.items()]
+        [
+            (moving * graph.sum([(fixed * graph.sum(parts), 1.0) for fixed, parts in by_factor.items()]), 1.0)
+            for moving, by_factor in grouped.items()
+        ]
     )

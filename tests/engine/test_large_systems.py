@@ -1,0 +1,137 @@
+"""Systems of many members: the work of deriving them grows as they do, and comes to the same."""
+
+from __future__ import annotations
+
+import random
+from textwrap import dedent
+
+import pytest
+
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node, bits
+from lagrange_cli.mechanics.conservation import zeros
+from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.lowering import lower
+from lagrange_cli.mechanics.residual import Residual, connected
+from lagrange_cli.mechanics.series import Op, SeriesProgram
+from lagrange_cli.mechanics.variables import variables
+from lagrange_cli.model.build import build_model
+from lagrange_cli.spec.read import read_spec
+from tests.motion import SYSTEMS
+
+UNEQUAL = dedent("""
+    sizes: {N: 4}
+    parameters:
+      l[i in range(N)]: 1 + 0.1*i
+      m[i in range(N)]: 2 - 0.1*i
+      g: 9.81
+    coordinates:
+      theta[i in range(N)]: {initial: 1}
+    definitions:
+      x[0]: l[0]*sin(theta[0])
+      x[i in range(1, N)]: x[i - 1] + l[i]*sin(theta[i])
+      y[0]: -l[0]*cos(theta[0])
+      y[i in range(1, N)]: y[i - 1] - l[i]*cos(theta[i])
+    masses:
+      bob[i in range(N)]: m[i]
+    embedding:
+      bob[i in range(N)]: [x[i], y[i]]
+    potential: sum(m[i]*g*bob[i].y for i in range(N))
+""")
+
+
+def residual(system: str, **sizes: int) -> Residual:
+    text = system if "\n" in system else (SYSTEMS / f"{system}.yaml").read_bytes()
+    spec = read_spec(text, "system.yaml", {name: str(size) for name, size in sizes.items()})
+    return derive(build_model(spec, GraphAlgebra()))
+
+
+def series(found: Residual) -> SeriesProgram:
+    model = found.model
+    return lower(found.graph, variables(model), model.q, model.v, model.time, found.residual, ())
+
+
+def work(found: Residual) -> dict[str, int]:
+    """What was made on the way: nodes, derivatives, terms of sums of series."""
+    terms = sum(len(one.arguments) for one in series(found).series if one.op is Op.LINEAR)
+    return {"nodes": len(found.graph.nodes), "derivatives": len(found.graph._derivatives), "terms": terms}
+
+
+@pytest.mark.parametrize("system", ["fpu_chain", "lattice"])
+def test_deriving_a_lattice_takes_work_in_proportion_to_its_size(system: str) -> None:
+    sizes = {"lattice": ({"N": 10, "M": 6}, {"N": 10, "M": 12})}.get(system, ({"N": 60}, {"N": 120}))
+    small, large = (work(residual(system, **one)) for one in sizes)
+    for name, amount in large.items():
+        assert amount <= 2.1 * small[name], name
+
+
+@pytest.mark.parametrize("system", ["n_pendulum", UNEQUAL], ids=["equal", "unequal"])
+def test_a_chain_takes_four_convolutions_and_some_additions_a_bob(system: str) -> None:
+    for size in (10, 20):
+        found = residual(system, N=size)
+        assert found.costs["embedding"] == 4 * size
+        assert work(found)["terms"] <= 14 * size
+
+
+def test_the_mass_matrix_of_a_chain_is_the_known_one() -> None:
+    """M_jk = (sum of m_i from max(j, k) on) l_j l_k cos(theta_j - theta_k)."""
+    found, size = residual(UNEQUAL, N=6), 6
+    graph, model = found.graph, found.model
+    rods, masses = ([model.parameters[f"{name}[{i}]"] for i in range(size)] for name in "lm")
+    source = random.Random(1)
+    values = {name: source.uniform(0.5, 2) for name in (*model.parameters, *model.coordinates)}
+    for j, row in enumerate(found.mass_matrix):
+        for k, entry in enumerate(row):
+            carried = graph.sum([(mass, 1.0) for mass in masses[max(j, k) :]])
+            known = carried * rods[j] * rods[k] * graph.function("cos", [model.q[j] - model.q[k]])
+            both, _ = evaluate([entry, known], values)
+            assert both[entry] == pytest.approx(both[known], rel=1e-14)
+
+
+def test_a_gradient_holds_the_derivatives_that_are_not_zero() -> None:
+    graph = Graph()
+    symbols = [graph.symbol(f"x{i}") for i in range(20)]
+    squares = graph.sum([(x * x, 0.5 * i) for i, x in enumerate(symbols)])
+    product = graph.product([(x, i % 3) for i, x in enumerate(symbols)])
+    whole = graph.function("sin", [squares + symbols[0] * symbols[1]]) * product + symbols[3] - symbols[3]
+    places = {x: i for i, x in enumerate(symbols)}
+    fresh = Graph()
+    for node in (squares, product, whole, symbols[4], graph.one):
+        found = graph.gradient(node, places)
+        assert list(found) == sorted(found)
+        for i, x in enumerate(symbols):
+            assert found.get(i, graph.zero) is graph.diff(node, x)
+            assert (i in found) == (not graph.diff(node, x).is_zero)
+    assert graph.gradient(squares, places)[7] is graph.sum([(symbols[7], 7.0)])
+    assert 0 not in graph.gradient(squares, places)
+    assert fresh.gradient(fresh.one, {}) == {}
+
+
+def test_bits_are_places_of_ones() -> None:
+    assert list(bits(0)) == []
+    assert list(bits(0b1011 << 200)) == [200, 201, 203]
+
+
+def test_zeros_are_found_among_what_is_not_zero() -> None:
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+
+    def cos(node: Node) -> Node:
+        return graph.function("cos", [node])
+
+    def sin(node: Node) -> Node:
+        return graph.function("sin", [node])
+
+    hidden = sin(x + y) - sin(x) * cos(y) - cos(x) * sin(y)
+    nowhere = graph.function("log", [-1.0 - x * x])
+    small = 1e-9 * x
+    assert zeros([hidden, x, small, graph.zero, nowhere, hidden * y]) == {hidden, graph.zero, hidden * y}
+    assert zeros([]) == set()
+
+
+def test_blocks_are_what_entries_connect() -> None:
+    graph = Graph()
+    entries = {(0, 3), (3, 5), (1, 1), (4, 2)}
+    matrix = tuple(tuple(graph.one if (j, k) in entries else graph.zero for k in range(6)) for j in range(6))
+    assert connected(matrix) == ((0, 3, 5), (1,), (2, 4))
+    assert connected(()) == ()
