@@ -30,7 +30,7 @@ def wheel(tmp_path_factory):
 
 def test_every_system_is_in_the_wheel_as_it_is_in_the_checkout(wheel):
     systems = sorted(ROOT.glob("systems/*.yaml"))
-    assert len(systems) >= 15
+    assert len(systems) >= 20
     for path in systems:
         assert wheel.read(f"lagrange_cli/systems_data/{path.name}") == path.read_bytes()
 

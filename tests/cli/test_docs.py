@@ -25,11 +25,15 @@ def test_the_page_of_the_output_file_names_every_output():
     assert set(re.findall(r"`(\w+)`", " ".join(column))) == set(settings.OUTPUTS)
 
 
-def test_the_example_of_the_system_file_is_a_system_file():
+def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
-    (example,) = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    spec = read_spec(example, "example.yaml")
-    assert spec.name == "bead on a rotating hoop"
+    example, chain, pieces, attraction = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
+    spec = read_spec(chain, "chain.yaml", {"N": "3"})
+    assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]
+    assert len(read_spec(chain + pieces, "chain.yaml").definitions) == 20
+    body = attraction.removeprefix("potential: ").strip()
+    assert body in (ROOT / "systems" / "figure_eight.yaml").read_text(encoding="utf-8")
 
 
 def test_the_page_of_the_system_file_names_every_section_and_function():
