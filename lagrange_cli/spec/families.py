@@ -191,9 +191,10 @@ class _Expander:
                 raise ExpressionError(
                     axis.span, f"this range is empty{self._shown(axis)}", "a family has one member at least"
                 )
-            if min(values) < 0:
+            smallest = min(values[0], values[-1])  # min would walk through a range of any length
+            if smallest < 0:
                 raise ExpressionError(
-                    axis.span, f"the index {min(values)} is negative{self._shown(axis)}", "count from 0"
+                    axis.span, f"the index {smallest} is negative{self._shown(axis)}", "count from 0"
                 )
         except ExpressionError as error:
             self._report(piece, axis, error)

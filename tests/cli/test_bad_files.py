@@ -40,6 +40,15 @@ BAD = {
     "deep parentheses": (with_potential("(" * 400 + "theta" + ")" * 400), "nest"),
     "a long sum": (with_potential("+".join(["theta"] * 5000)), "too long"),
     "a caret": (with_potential("m^2"), "write ** for powers"),
+    "a sum without end": (with_potential("sum(theta for i in range(10000000000))"), "terms in all"),
+    "sums in sums": (
+        with_potential("sum(theta*i*j*k for i in range(999) for j in range(999) for k in range(999))"),
+        "terms",
+    ),
+    "a crowd": (
+        GOOD.replace("theta:", "'x[i in range(10000000000)]': {initial: 0}\n  theta:").encode(),
+        "members",
+    ),
     "a misspelt name": (with_potential("m*g*l*cos(thta)"), "did you mean 'theta'?"),
     "no number": (GOOD.replace("m: {value: 1.0", "m: {value: .nan").encode(), "m"),
 }
