@@ -6,17 +6,17 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from functools import reduce
 from operator import add
-from typing import Any
+from typing import Any, ClassVar
 
 from lagrange_cli.expression.build import Scope, build
 from lagrange_cli.expression.syntax import ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import FUNCTIONS
 
-_FUNCTIONS: dict[str, Callable[..., float]] = {name: getattr(math, name) for name in FUNCTIONS}
-
 
 class NumberAlgebra:
     """``Algebra[float]``; a symbol is the number that ``values`` has for it."""
+
+    FUNCTIONS: ClassVar[Mapping[str, Callable[..., float]]] = {name: getattr(math, name) for name in FUNCTIONS}
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:
         self.values = values or {}
@@ -33,7 +33,7 @@ class NumberAlgebra:
     def function(self, name: str, arguments: Sequence[float]) -> float:
         """Raises ArithmeticError outside the function's domain, OverflowError beyond the largest float."""
         try:
-            return _FUNCTIONS[name](*arguments)
+            return self.FUNCTIONS[name](*arguments)
         except ValueError as error:
             shown = ", ".join(f"{argument:.6g}" for argument in arguments)
             raise ArithmeticError(f"{name}({shown}) is not a real number") from error
@@ -46,6 +46,14 @@ class NumberAlgebra:
 
     def diff(self, expression: float, symbol: float) -> float:
         raise NotImplementedError("a number remembers no symbol")
+
+    def finite(self, tree: Tree, value: Any) -> Any:
+        """``value``, which ``tree`` was built to, if it is a finite number; ``ExpressionError`` else."""
+        return finite(tree, value)
+
+    def positive(self, value: Any) -> bool:
+        """Whether a number is greater than 0."""
+        return bool(value > 0)
 
 
 def evaluate(tree: Tree, scope: Scope | None = None) -> float:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 from lagrange_cli.errors import Problem, SpecError, UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.expression.numbers import NumberAlgebra, finite
+from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
@@ -37,7 +38,19 @@ def resolve_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Va
         SpecError: everything in the file that has no finite value, a mass that is not positive, or an
             initial value that is missing.
     """
-    run = _Run(spec, overrides or {})
+    return Values(*evaluate_run(spec, overrides or {}, NumberAlgebra(), {}))
+
+
+def evaluate_run(
+    spec: Spec, overrides: Mapping[str, str], algebra: NumberAlgebra, given: Mapping[str, Any]
+) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...]]:
+    """Parameters, q and v over any algebra of numbers; ``given`` are values in place of the file's, by the
+    names that the spec has for them.
+
+    Raises:
+        UsageError, SpecError: as ``resolve_values``.
+    """
+    run = _Run(spec, overrides, algebra, given)
     run.parameters()
     run.constants()
     run.masses()
@@ -55,7 +68,7 @@ def resolve_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Va
                 f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
             )
     run.stop_if_any()
-    return Values(run.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v))
+    return run.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v)
 
 
 def resolve_parameters(spec: Spec, overrides: Mapping[str, str] | None = None) -> dict[str, float]:
@@ -64,7 +77,7 @@ def resolve_parameters(spec: Spec, overrides: Mapping[str, str] | None = None) -
     Raises:
         UsageError, SpecError: as ``resolve_values``.
     """
-    run = _Run(spec, overrides or {})
+    run = _Run(spec, overrides or {}, NumberAlgebra(), {})
     run.parameters()
     run.constants()
     run.masses()
@@ -75,12 +88,18 @@ def resolve_parameters(spec: Spec, overrides: Mapping[str, str] | None = None) -
 class _Run:
     """One evaluation: the values so far, and the problems found."""
 
-    def __init__(self, spec: Spec, overrides: Mapping[str, str]) -> None:
+    def __init__(
+        self, spec: Spec, overrides: Mapping[str, str], algebra: NumberAlgebra, given: Mapping[str, Any]
+    ) -> None:
         self.spec = spec
+        self.algebra = algebra
+        self.given = given
         self.source = Source(spec.filename, spec.text)
         self.problems: list[Problem] = []
         self.places: set[Place] = set()
-        self.texts = {self._member(name, text): text for name, text in overrides.items()}
+        self.texts = {
+            settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()
+        }
         self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""
@@ -92,9 +111,9 @@ class _Run:
         self.unknown = {each.name for each in spec.parameters}
         """Parameters that have no value yet."""
         self.names = {*self.unknown, *spec.definitions}
-        self.values: dict[str, float] = {}
+        self.values: dict[str, Any] = {}
         self.definitions: dict[str, Value] = {}
-        self.builder = Builder(self._scope, NumberAlgebra(), spec.sizes)
+        self.builder = Builder(self._scope, algebra, spec.sizes)
 
     def add(self, place: Place, message: str, hint: str) -> None:
         """Note a problem; what is wrong with many members of a family, once."""
@@ -106,30 +125,14 @@ class _Run:
         if self.problems:
             raise SpecError(self.spec.filename, self.problems)
 
-    def _member(self, name: str, text: str) -> str:
-        """The name of an override as the spec has it: ``theta[3]`` for ``theta[N - 1]``."""
-        if "[" not in name:
-            return name
-        try:
-            tree = parse(name)
-            if isinstance(tree, Name) and tree.indices:
-                return member_name(tree.identifier, [integer(i, self.spec.sizes) for i in tree.indices])
-        except ExpressionError as error:
-            raise _usage(name, text, error) from error
-        return name
-
     def _parsed(self, name: str, text: str) -> Tree:
         parameters = [parameter.name for parameter in self.spec.parameters]
-        coordinates = [coordinate.name for coordinate in self.spec.coordinates]
-        settable = [*parameters, *coordinates, *map(velocity_name, coordinates)]
-        if name not in settable:
-            raise UsageError(f"--set {name}={text}: unknown name '{name}'; {_settable_hint(name, settable)}")
         try:
             tree = parse(text)
             for one in names(tree):
                 self._check_name(one, parameters)
         except ExpressionError as error:
-            raise _usage(name, text, error) from error
+            raise _usage(f"--set {name}={text}", error) from error
         return tree
 
     def _check_name(self, one: Name, parameters: list[str]) -> None:
@@ -150,7 +153,7 @@ class _Run:
         given = {parameter.name: parameter.value for parameter in self.spec.parameters}
 
         def compute(name: str) -> None:
-            if name in self.overrides:
+            if name in self.given or name in self.overrides:
                 self.values[name] = self._override(name)
             else:
                 value = self._value(given[name], f"parameter '{name}'")
@@ -189,14 +192,14 @@ class _Run:
         """Check that each is greater than 0."""
         for particle, mass in self.spec.masses.items():
             value = self._value(mass, f"mass of '{particle}'")
-            if value is not None and value <= 0:
+            if value is not None and not self.algebra.positive(value):
                 span = Span(0, len(mass.text))
                 error = ExpressionError(span, f"the mass is {value:g}", "a mass must be greater than 0")
                 self._blame(mass, error, f"mass of '{particle}'")
 
-    def initial(self, name: str, expression: Expression | None, default: float | None) -> float | None:
+    def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
         """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""
-        if name in self.overrides:
+        if name in self.given or name in self.overrides:
             return self._override(name)
         if expression is None:
             return default
@@ -217,17 +220,20 @@ class _Run:
         family = self.spec.families.get("parameters", {}).get(family_name(base))
         raise NoMember(range_hint(base, family) if family is not None else "")
 
-    def _override(self, name: str) -> float:
+    def _override(self, name: str) -> Any:
+        if name in self.given:
+            return self.given[name]
         try:
             tree = self.overrides[name]
-            return finite(tree, self.builder.build(tree))
+            return self.algebra.finite(tree, self.builder.build(tree))
         except ExpressionError as error:
-            raise _usage(name, self.texts[name], error) from error
+            raise _usage(f"--set {name}={self.texts[name]}", error) from error
 
-    def _value(self, expression: Expression, where: str) -> float | None:
+    def _value(self, expression: Expression, where: str) -> Any:
         """The number, or None where there is none, which is noted at its place."""
         try:
-            return finite(expression.tree, self.builder.build(expression.tree, expression.indices))
+            value = self.builder.build(expression.tree, expression.indices)
+            return self.algebra.finite(expression.tree, value)
         except Unsound:
             return None
         except ExpressionError as error:
@@ -251,6 +257,26 @@ class _Run:
         self.add(expression.at(error.span), f"{error.message} in {where}", error.hint)
 
 
+def settable(spec: Spec, name: str, asked: str) -> str:
+    """What ``name`` is called in the spec (``theta[3]`` for ``theta[N - 1]``), if it can be set.
+
+    Raises ``UsageError``, which begins with what was ``asked`` (``--set m=1``), for any other name.
+    """
+    found = name
+    if "[" in name:
+        try:
+            tree = parse(name)
+            if isinstance(tree, Name) and tree.indices:
+                found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
+        except ExpressionError as error:
+            raise _usage(asked, error) from error
+    coordinates = [coordinate.name for coordinate in spec.coordinates]
+    known = [*(one.name for one in spec.parameters), *coordinates, *map(velocity_name, coordinates)]
+    if found not in known:
+        raise UsageError(f"{asked}: unknown name '{found}'; {_settable_hint(found, known)}")
+    return found
+
+
 def _bases(tree: Tree) -> set[str]:
     return {name.base for name in names(tree)}
 
@@ -263,5 +289,5 @@ def _settable_hint(name: str, known: list[str]) -> str:
     return near_hint(name, known) or known_hint(known)
 
 
-def _usage(name: str, text: str, error: ExpressionError) -> UsageError:
-    return UsageError(f"--set {name}={text}: {error.message}" + (f"; {error.hint}" if error.hint else ""))
+def _usage(asked: str, error: ExpressionError) -> UsageError:
+    return UsageError(f"{asked}: {error.message}" + (f"; {error.hint}" if error.hint else ""))

@@ -1,0 +1,127 @@
+"""The algebra of columns: what differs from member to member of an ensemble, evaluated for all at once.
+
+Sums, products and quotients are numpy's, which rounds as Python does; powers and functions are Python's own,
+number by number, for numpy's may differ from them in the last bit. So each member gets the very numbers
+that it would get alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.syntax import Tree
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Array = NDArray[np.float64]
+    Mask = NDArray[np.bool_]
+
+
+class Column:
+    """One number for each member: ``values`` (members,).
+
+    Where Python would raise, the value is nan and the member is noted in ``failed`` (members,), which all
+    columns of an ensemble share.
+    """
+
+    __slots__ = ("failed", "values")
+    __array_ufunc__ = None  # an array on the left leaves the operation to the column
+
+    def __init__(self, values: Array, failed: Mask) -> None:
+        self.values, self.failed = values, failed
+
+    def __add__(self, other: Column | float) -> Column:
+        return Column(self.values + numbers(other), self.failed)
+
+    def __sub__(self, other: Column | float) -> Column:
+        return Column(self.values - numbers(other), self.failed)
+
+    def __rsub__(self, other: float) -> Column:
+        return Column(other - self.values, self.failed)
+
+    def __mul__(self, other: Column | float) -> Column:
+        return Column(self.values * numbers(other), self.failed)
+
+    def __truediv__(self, other: Column | float) -> Column:
+        if not isinstance(other, Column) and other == 0:
+            raise ZeroDivisionError
+        return self._quotient(self.values, numbers(other))
+
+    def __rtruediv__(self, other: float) -> Column:
+        return self._quotient(other, self.values)
+
+    def __pow__(self, other: Column | float) -> Column:
+        return self.each(pow, (self, other))
+
+    def __rpow__(self, other: float) -> Column:
+        return self.each(pow, (other, self))
+
+    def __neg__(self) -> Column:
+        return Column(-self.values, self.failed)
+
+    __radd__, __rmul__ = __add__, __mul__
+
+    def _quotient(self, left: Array | float, right: Array | float) -> Column:
+        self.failed |= right == 0
+        return Column(np.asarray(left / right), self.failed)
+
+    def each(self, function: Callable[..., Any], arguments: Sequence[Column | float]) -> Column:
+        """A function of Python's floats applied member by member."""
+        count = len(self.values)
+        rows = [x.values.tolist() if isinstance(x, Column) else [x] * count for x in arguments]
+        try:
+            return Column(np.fromiter(map(function, *rows), float, count), self.failed)
+        except (ArithmeticError, ValueError, TypeError):  # TypeError: a power that is complex
+            return Column(np.fromiter(self._where_possible(function, rows), float, count), self.failed)
+
+    def _where_possible(self, function: Callable[..., Any], rows: list[list[float]]) -> Iterable[float]:
+        for member, arguments in enumerate(zip(*rows)):
+            try:
+                value = function(*arguments)
+            except (ArithmeticError, ValueError):
+                value = None
+            self.failed[member] |= not isinstance(value, float)
+            yield value if isinstance(value, float) else float("nan")
+
+
+class ColumnAlgebra(NumberAlgebra):
+    """``Algebra[Column | float]``: what does not differ between members stays one float.
+
+    What Python would refuse for some members is noted in ``failed`` (members,).
+    """
+
+    def __init__(self, members: int) -> None:
+        super().__init__()
+        self.failed: Mask = np.zeros(members, dtype=bool)
+
+    def column(self, values: Array) -> Column:
+        """The members' values (members,) of something that is given."""
+        return Column(values, self.failed)
+
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        column = next((x for x in arguments if isinstance(x, Column)), None)
+        if column is None:
+            return super().function(name, arguments)
+        return column.each(self.FUNCTIONS[name], arguments)
+
+    def finite(self, tree: Tree, value: Any) -> Any:
+        if not isinstance(value, Column):
+            return super().finite(tree, value)
+        self.failed |= ~np.isfinite(value.values)
+        return value
+
+    def positive(self, value: Any) -> bool:
+        if not isinstance(value, Column):
+            return super().positive(value)
+        self.failed |= ~(value.values > 0)
+        return True
+
+
+def numbers(operand: Column | float) -> Array | float:
+    """What numpy computes with."""
+    return operand.values if isinstance(operand, Column) else operand

@@ -1,0 +1,92 @@
+"""The numbers of an ensemble: those of every member's run, evaluated for all members at once."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.errors import LagrangeError, UsageError
+from lagrange_cli.expression.columns import Column, ColumnAlgebra
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.values import Values, evaluate_run, resolve_values
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.spec.spec import Spec
+
+    Array = NDArray[np.float64]
+
+Number: TypeAlias = "float | Array"
+"""What all members have in common, or one number for each, of shape (members,)."""
+
+
+@dataclass(frozen=True)
+class EnsembleValues:
+    """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates."""
+
+    members: int
+    parameters: Mapping[str, Number]
+    q: tuple[Number, ...]
+    v: tuple[Number, ...]
+
+    @property
+    def differing(self) -> dict[str, Array]:
+        """The parameters that differ between members, (members,) each."""
+        return {name: x for name, x in self.parameters.items() if isinstance(x, np.ndarray)}
+
+    @property
+    def common(self) -> dict[str, float]:
+        """The parameters that all members share."""
+        return {name: x for name, x in self.parameters.items() if not isinstance(x, np.ndarray)}
+
+
+def resolve_ensemble(
+    spec: Spec, overrides: Mapping[str, str], columns: Mapping[str, Array]
+) -> EnsembleValues:
+    """The numbers of an ensemble; ``columns`` (members,) are what is given for each member, by the names the
+    spec has, ``overrides`` those of ``--set``. To the last bit those that ``resolve_values`` gives for each.
+
+    Raises:
+        UsageError, SpecError: as ``resolve_values``; or for the first member that it would refuse.
+    """
+    members = len(next(iter(columns.values())))
+    algebra = ColumnAlgebra(members)
+    given = {name: algebra.column(values) for name, values in columns.items()}
+    with np.errstate(all="ignore"):  # what is no number is found at the end
+        parameters, q, v = evaluate_run(spec, overrides, algebra, given)
+    if algebra.failed.any():
+        refuse(spec, overrides, columns, algebra)
+    return EnsembleValues(
+        members,
+        {name: plain(value) for name, value in parameters.items()},
+        tuple(map(plain, q)),
+        tuple(map(plain, v)),
+    )
+
+
+def refuse(
+    spec: Spec, overrides: Mapping[str, str], columns: Mapping[str, Array], algebra: ColumnAlgebra
+) -> None:
+    """Raise what the first member that failed would raise by itself, and say which and how many they are."""
+    member, count = int(algebra.failed.argmax()), int(algebra.failed.sum())
+    try:
+        member_values(spec, overrides, columns, member)
+    except LagrangeError as error:
+        more = f" (and {count - 1} more)" if count > 1 else ""
+        raise UsageError(f"member {member}{more} cannot be run: {error}") from error
+
+
+def member_values(
+    spec: Spec, overrides: Mapping[str, str], columns: Mapping[str, Array], member: int
+) -> Values:
+    """The numbers of one member by itself, as ``--set`` would give them."""
+    own = {name: repr(float(values[member])) for name, values in columns.items()}
+    return resolve_values(spec, {**overrides, **own})
+
+
+def plain(value: Any) -> Number:
+    """A column's array, or a number as it is."""
+    return value.values if isinstance(value, Column) else float(value)
