@@ -250,7 +250,7 @@ def integrate_and_write(
                 outcome = integrate(prepared, values, times, emit_chunk, interrupted, progress.show)
             progress.clear()
             with watch.stage("write"):
-                writer.finish(attributes(spec, values, settings, outcome))
+                writer.close(attributes(spec, values, settings, outcome))
     return outcome
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container
 
 from lagrange_cli.records import dataclass
 
@@ -22,10 +23,13 @@ AXES = "xyz"
 @dataclass(frozen=True)
 class Series:
     """One dataset of shape ``(n, *shape)``: a number, a vector, or a family of either per sample time.
+    In the file of an ensemble the shape is ``(members, n, *shape)``, or ``(members, *shape)`` where it is not
+    ``sampled``.
 
     ``path`` is its place in the file without a leading slash (``diagnostics/p/theta``); ``unit`` is empty
     where it is not known. ``shape`` begins with the lengths of the family's ``axes``, which have names, and
-    ends with the number of ``components`` of a vector (0: there is none).
+    ends with the number of ``components`` of a vector (0: there is none). ``kind`` is numpy's name of the
+    type.
     """
 
     path: str
@@ -34,13 +38,17 @@ class Series:
     long_name: str = ""
     axes: tuple[str, ...] = ()
     components: int = 0
+    sampled: bool = True
+    kind: str = "f8"
 
 
 @dataclass(frozen=True)
 class Layout:
-    """The series of a file; the sample times ``/t`` are always there and are not among them."""
+    """The series of a file; the scales of their first axes, such as the sample times ``/t``, are not among
+    them."""
 
     series: tuple[Series, ...]
+    scales: tuple[str, ...] = ("t",)
 
     def chunk_rows(self, expected: int) -> int:
         """Samples per chunk for about ``expected`` samples: large, but bounded over all series."""
@@ -51,16 +59,24 @@ class Layout:
         """The numbers of components that occur among vectors of up to three, in ascending order."""
         return tuple(sorted({one.components for one in self.series if 0 < one.components <= len(AXES)}))
 
+    def taken(self) -> set[str]:
+        """The names that no further scale can have in every group of the file."""
+        return {part for one in self.series for part in one.path.split("/")}
+
     def indices(self) -> dict[tuple[str, int], str]:
         """The families' axes, by name and length, and what each is called in the file: its name, with
         underscores behind it where something else has that name."""
-        taken = {part for one in self.series for part in one.path.split("/")}
-        taken |= {"t", *(AXES[:size] for size in self.vector_sizes())}
+        taken = self.taken() | {*self.scales, *(AXES[:size] for size in self.vector_sizes())}
         found: dict[tuple[str, int], str] = {}
         for axis in (pair for one in self.series for pair in zip(one.axes, one.shape)):
-            name = found.get(axis, axis[0])
-            while axis not in found and name in taken:
-                name += "_"
-            found[axis] = name
-            taken.add(name)
+            if axis not in found:
+                found[axis] = free_name(axis[0], taken)
+                taken.add(found[axis])
         return found
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """The name, with underscores behind it where it is taken."""
+    while name in taken:
+        name += "_"
+    return name

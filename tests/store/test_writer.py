@@ -53,7 +53,7 @@ def write(path: Path, *, pieces: tuple[int, ...] = (3, 0, 4), force: bool = Fals
         for count in pieces:
             writer.append(chunk_of(start, count))
             start += count
-        writer.finish(ATTRIBUTES)
+        writer.close(ATTRIBUTES)
 
 
 def test_what_is_appended_in_pieces_is_read_back_whole(tmp_path):
@@ -143,7 +143,7 @@ def test_a_file_that_appears_meanwhile_is_kept_and_the_result_too(tmp_path):
     ):
         writer.append(chunk_of(0, 3))
         out.write_text("another's")
-        writer.finish(ATTRIBUTES)
+        writer.close(ATTRIBUTES)
     assert out.read_text() == "another's"
     with h5py.File(tmp_path / f".out.h5.{os.getpid()}.part") as file:
         assert len(file["t"]) == 3
