@@ -16,7 +16,9 @@ from lagrange_cli.expression.vocabulary import FUNCTIONS
 class NumberAlgebra:
     """``Algebra[float]``; a symbol is the number that ``values`` has for it."""
 
-    FUNCTIONS: ClassVar[Mapping[str, Callable[..., float]]] = {name: getattr(math, name) for name in FUNCTIONS}
+    FUNCTIONS: ClassVar[Mapping[str, Callable[..., float]]] = {
+        name: getattr(math, name) for name in FUNCTIONS
+    }
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:
         self.values = values or {}

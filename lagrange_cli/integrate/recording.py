@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING, Any
 
@@ -47,8 +48,9 @@ class Dataset:
         """The name of what a member's balance subtracts: the dataset's path with the member's index."""
         return self.path + "".join(source.partition("[")[1:])
 
-    def make(self, observed: Series, integrals: Series, first: Mapping[str, float]) -> Array:
-        """Its samples (c, *shape); ``first`` holds the observed quantities at the start."""
+    def make(self, observed: Series, integrals: Series, first: Mapping[str, float | Array]) -> Array:
+        """Its samples (c, *shape); ``first`` holds the observed quantities at the start, one number each, or
+        one for each sample where these are not all of one motion."""
         if self.making is Making.INTEGRAL:
             return integrals[self.path]
         rows = [observed[name] for name in self.sources]
@@ -81,6 +83,24 @@ class Recording:
     def datasets(self) -> tuple[Dataset, ...]:
         """Every dataset but ``t``, in the file's order."""
         return self.states + self.made
+
+    def series(
+        self, states: Array, integrals: Sequence[str], observed: Series, first: Mapping[str, float | Array]
+    ) -> dict[str, Array]:
+        """The samples (c, *shape) of every dataset, by path.
+
+        ``states`` (rows, c) holds q, v and the ``integrals``; for ``first`` see ``Dataset.make``.
+        """
+        found = {}
+        row = {"q": 0, "v": len(self.coordinates)}
+        for dataset in self.states:
+            kind, count = dataset.path[0], math.prod(dataset.shape)
+            found[dataset.path] = states[row[kind] : row[kind] + count].T.reshape(-1, *dataset.shape)
+            row[kind] += count
+        quadratures = dict(zip(integrals, states[2 * len(self.coordinates) :]))
+        for made in self.made:
+            found[made.path] = made.make(observed, quadratures, first)
+        return found
 
     def as_data(self) -> dict[str, Any]:
         """All of it in terms of JSON."""

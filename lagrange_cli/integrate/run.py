@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
@@ -81,16 +80,7 @@ class Samples:
             for name, drift in self._drift.items():
                 change = float(np.max(np.abs(observed[name] - self._first[name])))
                 self._drift[name] = max(drift, change)
-        chunk = {"t": times}
-        row = {"q": 0, "v": program.degrees}
-        for dataset in recording.states:
-            kind, count = dataset.path[0], math.prod(dataset.shape)
-            chunk[dataset.path] = states[row[kind] : row[kind] + count].T.reshape(-1, *dataset.shape)
-            row[kind] += count
-        integrals = dict(zip(program.integrals, states[2 * program.degrees :]))
-        for made in recording.made:
-            chunk[made.path] = made.make(observed, integrals, self._first)
-        self._emit(chunk)
+        self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
 
     def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
         machine = self._prepared.machine

@@ -97,9 +97,7 @@ class _Run:
         self.source = Source(spec.filename, spec.text)
         self.problems: list[Problem] = []
         self.places: set[Place] = set()
-        self.texts = {
-            settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()
-        }
+        self.texts = {settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()}
         self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
         """The trees of parameters and definitions, those of all members of a family together."""

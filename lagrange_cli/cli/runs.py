@@ -1,0 +1,197 @@
+"""What the commands that integrate share: their options, and the steps from a system to its output."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from functools import wraps
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+import lagrange_cli
+from lagrange_cli.cli.options import Command, parse_outputs, shared_options
+from lagrange_cli.cli.report import INTERRUPTED, stem
+from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS
+from lagrange_cli.cli.source import derive_system
+from lagrange_cli.errors import MotionError, UsageError
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import SolveDefaults
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.store.layout import Series
+    from lagrange_cli.store.target import Target
+
+EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
+"""The exit status for each way a motion can end; what was computed is written in every case."""
+
+MOST_DRIFTS = 8
+"""Momenta whose drifts are shown one by one."""
+
+OPTIONS = (
+    click.option("--stop", type=float, help="The time at which the motion ends."),
+    click.option(
+        "--samples", type=int, help=f"Write so many samples, evenly from start to stop [{DEFAULT_SAMPLES}]."
+    ),
+    click.option("--step", type=float, help="Write a sample every STEP instead."),
+    click.option(
+        "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
+    ),
+    click.option("--method", metavar="NAME", help=f"One of {', '.join(METHODS)} [{METHODS[0]}]."),
+    click.option(
+        "--force", is_flag=True, help="Replace an existing output; otherwise it is kept and reported."
+    ),
+    click.option(
+        "--no-cache", is_flag=True, help="Compile anew, and keep nothing ('lagrange cache --help')."
+    ),
+    click.option("--timings", is_flag=True, help="Say how long each stage took."),
+)
+
+
+@dataclass(frozen=True)
+class Request:
+    """What the command line asks of every system."""
+
+    options: SolveDefaults
+    overrides: dict[str, str]
+    sizes: dict[str, str]
+    output: str | None
+    force: bool
+    cache: bool
+    timings: bool
+    as_json: bool
+    quiet: bool
+
+
+def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
+    """The options of every command that integrates; the command gets them as one ``request``.
+
+    ``output`` and ``outputs`` are the help of the options of these names.
+    """
+
+    def decorate(command: Command) -> Command:
+        @wraps(command)
+        def gathered(
+            output: str | None, force: bool, no_cache: bool, timings: bool, overrides: dict[str, str],
+            sizes: dict[str, str], as_json: bool, quiet: bool, **given: Any,
+        ) -> Any:  # fmt: skip
+            names = ("stop", "samples", "step", "method", "tolerance", "outputs")
+            options = SolveDefaults(**{name: given.pop(name) for name in names})
+            request = Request(options, overrides, sizes, output, force, not no_cache, timings, as_json, quiet)
+            return command(request=request, **given)
+
+        decorated: Any = shared_options(gathered)
+        for option in (
+            *reversed(OPTIONS),
+            click.option("--outputs", metavar="LIST", callback=parse_outputs, help=outputs),
+            click.option("-o", "--output", metavar="FILE.h5", help=output),
+        ):
+            decorated = option(decorated)
+        return decorated  # type: ignore[no-any-return]
+
+    return decorate
+
+
+def list_of_outputs() -> str:
+    """For the help of ``--outputs``."""
+    return f"a comma list of {', '.join(OUTPUTS)}, or all [{','.join(DEFAULT_OUTPUTS)}]"
+
+
+def output_name(system: str, output: str | None, suffix: str = "") -> str:
+    """The file a system is written to."""
+    return f"{stem(system)}{suffix}.h5" if output is None else output
+
+
+def find_output(system: str, name: str, *, force: bool) -> Target:
+    """The output, checked before any work is done for it."""
+    from lagrange_cli.store.target import find_target
+
+    if name == "-":
+        raise UsageError("an HDF5 file cannot be written to standard output: give --output a name")
+    target = find_target(name, force=force)
+    if target.path.exists() and Path(system).exists() and target.path.samefile(system):
+        raise UsageError(f"{name} is the system file itself: give --output another name")
+    return target
+
+
+def prepare_run(
+    spec: Spec,
+    settings: Settings,
+    watch: Stopwatch,
+    *,
+    cached: bool,
+    meanwhile: Callable[[], object],
+) -> Prepared:
+    """What the run needs in compiled form, from an earlier run if ``cached`` and there is one; ``meanwhile``
+    loads what it needs from there on."""
+    with watch.stage("import"):
+        from lagrange_cli.integrate.prepare import prepare_system
+        from lagrange_cli.native.cache import find_cache
+    return prepare_system(
+        spec,
+        derive_system,
+        find_cache(wanted=cached),
+        method=settings.method,
+        tolerance=settings.tolerance,
+        outputs=settings.outputs,
+        stage=watch.stage,
+        meanwhile=meanwhile,
+    )
+
+
+def series_of(spec: Spec, prepared: Prepared) -> tuple[Series, ...]:
+    """The datasets of the run, with the units the file gives."""
+    from lagrange_cli.store.layout import Series
+
+    units = units_of(spec)
+    return tuple(
+        Series(
+            dataset.path,
+            dataset.shape,
+            units.get(dataset.path, ""),
+            dataset.long_name,
+            dataset.axes,
+            dataset.components,
+        )
+        for dataset in prepared.datasets
+        if dataset.path != "t"
+    )
+
+
+def units_of(spec: Spec) -> dict[str, str]:
+    """The units of coordinates and velocities, by path."""
+    from lagrange_cli.expression.vocabulary import family_name
+
+    units = {f"q/{family_name(each.name)}": each.unit for each in spec.coordinates}
+    return units | {f"v/{family_name(each.name)}": f"{each.unit}/s" for each in spec.coordinates if each.unit}
+
+
+def origin(spec: Spec, settings: Settings, parameters: dict[str, float]) -> dict[str, str | int | float]:
+    """The root's attributes that say what made the file."""
+    import json
+
+    return {
+        "generator": f"lagrange-cli {lagrange_cli.__version__}",
+        "name": spec.name,
+        "spec": spec.text,
+        "parameters": json.dumps(parameters),
+        **({"sizes": json.dumps(dict(spec.sizes))} if spec.sizes else {}),
+        "method": settings.method,
+        "tolerance": settings.tolerance,
+    }
+
+
+def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:
+    """The drifts as they are shown: where there are many momenta, only the one that drifted most."""
+    drifts = {} if h_drift is None else {"h": h_drift}
+    momenta = {f"p_{coordinate}": drift for coordinate, drift in p_drift}
+    if len(momenta) <= MOST_DRIFTS:
+        drifts |= momenta
+    else:
+        name = max(momenta, key=lambda one: momenta[one])
+        drifts[f"at most, of {len(momenta)} momenta, {name}"] = momenta[name]
+    return "drift: " + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked")
