@@ -16,6 +16,7 @@ from lagrange_cli.cli.report import complain, describe, discard_output
 
 COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
+    "sweep": "Integrate many motions, over grids, tables or random numbers.",
     "equations": "Print L, the equations of motion, p_k, h and what is conserved.",
     "check": "Validate; say what kind of system it is and what is skipped.",
     "cache": "Say what compiled programs are kept on disk, or clear them.",

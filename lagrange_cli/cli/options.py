@@ -14,14 +14,30 @@ def parse_overrides(
     context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
 ) -> dict[str, str]:
     """``("m=1", "theta=pi/2")`` as a mapping; the last of several values for one name holds."""
-    example = "--size N=50" if parameter.name == "sizes" else "--set m=0.5"
-    overrides = {}
+    return dict(parse_pairs(context, parameter, pairs))
+
+
+EXAMPLES = {
+    "sizes": "--size N=50",
+    "overrides": "--set m=0.5",
+    "over": "--over omega=0:10:101",
+    "random": "'--random theta=normal(0,0.1)'",
+}
+"""What a value of each such option may look like."""
+
+
+def parse_pairs(
+    context: click.Context, parameter: click.Parameter, pairs: tuple[str, ...]
+) -> tuple[tuple[str, str], ...]:
+    """``("m=1", "theta=pi/2")`` as pairs of names and texts."""
+    found = []
     for pair in pairs:
         name, equals, value = (part.strip() for part in pair.partition("="))
         if not (name and equals and value):
+            example = EXAMPLES[parameter.name or ""]
             raise click.BadParameter(f"{pair!r} is not NAME=VALUE, as in {example}", context, parameter)
-        overrides[name] = value
-    return overrides
+        found.append((name, value))
+    return tuple(found)
 
 
 def refuse(reason: str, *, unless: object = None) -> Callable[[click.Context, click.Parameter, Any], None]:
