@@ -1,0 +1,128 @@
+"""The elementary functions as LLVM IR of our own, for one double or for eight at a time.
+
+LLVM computes the sine of a vector by one call of the C library per lane. These functions compute all lanes
+together, sine and cosine share their reduction, and the low part of a compensated argument is taken in.
+In an emitter's function
+
+    sine, cosine = sin_cos(emitter, x, low, lanes=8)
+
+writes a call (x and low are operands, of type double for ``lanes=1``, else vectors; None is 0), and
+``definitions(text)`` returns the functions that a program's text calls and that are to be appended to it.
+
+Every number of lanes gives the same bits: the formulas are the same, and where a lane is not in a function's
+plain range (an angle beyond 10^6, an infinity, not-a-number) all are computed one by one, by the version
+for one double, which asks the C library for such arguments.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Sequence
+
+from lagrange_cli.native import formulas
+from lagrange_cli.native.arithmetic import Body, Real, kind
+from lagrange_cli.native.emitter import Emitter, Operand, Value, operand
+from lagrange_cli.records import dataclass
+
+Formula = Callable[..., list[Real]]
+
+
+@dataclass(frozen=True)
+class Function:
+    """One of our functions.
+
+    ``formula`` computes its results from its arguments where these are ``plain``; ``beyond``, for one double,
+    elsewhere.
+    """
+
+    arguments: int
+    results: int
+    plain: Callable[..., str]
+    formula: Formula
+    beyond: Formula
+
+
+FUNCTIONS = {
+    "sin_cos": Function(
+        2, 2, formulas.angle_is_plain, formulas.sine_and_cosine, formulas.library_sine_and_cosine
+    ),
+}
+ATTRIBUTES = 'nounwind noinline "min-legal-vector-width"="512" "prefer-vector-width"="512"'
+
+
+def sin_cos(emitter: Emitter, x: Value, low: Value = None, lanes: int = 1) -> tuple[Operand, Operand]:
+    """sin(x + low) and cos(x + low); ``low`` is at most some units in the last place of x."""
+    sine, cosine = call(emitter, "sin_cos", [x, low], lanes)
+    return sine, cosine
+
+
+def call(emitter: Emitter, name: str, arguments: Sequence[Value], lanes: int) -> list[Operand]:
+    """The results of a call of one of ``FUNCTIONS``."""
+    zero = operand(None) if lanes == 1 else "zeroinitializer"
+    return write_call(emitter, name, [zero if a is None else a for a in arguments], lanes)
+
+
+def definitions(text: str) -> str:
+    """The functions that ``text`` calls, and the declarations that they need and it lacks."""
+    called = set(re.findall(rf"@({'|'.join(FUNCTIONS)})\.(\d+)\(", text))
+    called |= {(name, "1") for name, _ in called}
+    parts: list[str] = []
+    declared: dict[str, str] = {}
+    for name, lanes in sorted(called):
+        body = Body(int(lanes))
+        parts.append(definition(body, name))
+        declared.update(body.declared)
+    present = set(re.findall(r"^ *declare .*@([\w.]+)\(", text, re.MULTILINE))
+    return "".join([line for name, line in declared.items() if name not in present] + parts)
+
+
+def definition(body: Body, name: str) -> str:
+    """The text of one function."""
+    function = FUNCTIONS[name]
+    arguments = [Real(body, f"%a{i}") for i in range(function.arguments)]
+    plain = body.all(function.plain(body, *arguments))
+    body.lines.append(f"  br i1 {plain}, label %plain, label %beyond\nplain:")
+    give_back(body, function.formula(body, *arguments))
+    body.lines.append("beyond:")
+    if body.lanes == 1:
+        give_back(body, function.beyond(body, *arguments))
+    else:
+        one_by_one(body, name, arguments)
+    head = ", ".join(f"{body.real} {a.name}" for a in arguments)
+    type, lines = result_type(name, body.lanes), "\n".join(body.lines)
+    return f"define internal {type} @{name}.{body.lanes}({head}) {ATTRIBUTES} {{\n{lines}\n}}\n"
+
+
+def one_by_one(body: Body, name: str, arguments: list[Real]) -> None:
+    """Compute each lane by the version for one double, and return."""
+    real, results = body.real, range(FUNCTIONS[name].results)
+    body.lines.append("  br label %lane\nlane:\n  %i = phi i64 [ 0, %beyond ], [ %next, %lane ]")
+    body.lines += [f"  %r{k} = phi {real} [ poison, %beyond ], [ %n{k}, %lane ]" for k in results]
+    lane = [body.define(f"extractelement {real} {a.name}, i64 %i") for a in arguments]
+    for k, one in enumerate(write_call(body, name, lane, 1)):
+        body.lines.append(f"  %n{k} = insertelement {real} %r{k}, double {one}, i64 %i")
+    body.lines.append(f"  %next = add i64 %i, 1\n  %more = icmp ult i64 %next, {body.lanes}")
+    body.lines.append("  br i1 %more, label %lane, label %done\ndone:")
+    give_back(body, [Real(body, f"%n{k}") for k in results])
+
+
+def write_call(writer: Emitter | Body, name: str, arguments: Sequence[Operand], lanes: int) -> list[Operand]:
+    """A call, and its results taken apart."""
+    type = result_type(name, lanes)
+    listed = ", ".join(f"{kind('double', lanes)} {a}" for a in arguments)
+    made = writer.define(f"call {type} @{name}.{lanes}({listed})")
+    return [writer.define(f"extractvalue {type} {made}, {k}") for k in range(FUNCTIONS[name].results)]
+
+
+def give_back(body: Body, results: list[Real]) -> None:
+    """Return them."""
+    type = f"{{ {', '.join([body.real] * len(results))} }}"
+    made = "poison"
+    for k, one in enumerate(results):
+        made = body.define(f"insertvalue {type} {made}, {body.real} {one.name}, {k}")
+    body.lines.append(f"  ret {type} {made}")
+
+
+def result_type(name: str, lanes: int) -> str:
+    """The type of a function's results together."""
+    return f"{{ {', '.join([kind('double', lanes)] * FUNCTIONS[name].results)} }}"
