@@ -93,8 +93,8 @@ def tables() -> dict[str, list[float]]:
     steep = ((mpmath.sqrt(2) - 1) / (mpmath.sqrt(2) + 1)) ** 2
     fits: dict[str, tuple[list[float], mpf]] = {
         "SINE": minimax(
-            lambda z: (mpmath.sin(mpmath.sqrt(z)) / mpmath.sqrt(z) - 1 + z / 6) / z**2,
-            lambda z: z**2, tiny, quarter, 6,
+            lambda z: (mpmath.sin(mpmath.sqrt(z)) / mpmath.sqrt(z) - 1) / z,
+            lambda z: z, tiny, quarter, 6,
         ),
         "COSINE": minimax(
             lambda z: (mpmath.cos(mpmath.sqrt(z)) - 1 + z / 2) / z**2, lambda z: z**2, tiny, quarter, 6
@@ -111,7 +111,6 @@ def tables() -> dict[str, list[float]]:
     for name, (_, error) in fits.items():
         print(f"# {name}: error 2^{float(error):.1f}", file=sys.stderr)
     made = {name: table for name, (table, _) in fits.items()}
-    made["SIXTH"] = parts(-mpf(1) / 6, [53, 53])
     made["HALF_PI"] = parts(mpmath.pi / 2, [53, 33, 53])
     made["LN_2"] = parts(mpmath.log(2), [42, 53])
     return made
