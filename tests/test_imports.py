@@ -42,6 +42,8 @@ def modules_imported_by(arguments: list[str], cwd: Path) -> set[str]:
         (["check", PENDULUM], {"click", "yaml"}),
         (["solve", PENDULUM], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
         (["solve", PENDULUM, "--outputs", "all"], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
+        (["sweep", "--help"], {"click"}),
+        (["sweep", PENDULUM, "--over", "m=1,2"], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
         (["equations", PENDULUM], {"click", "yaml", "sympy", "mpmath"}),
     ],
     ids=lambda value: " ".join(value).replace(PENDULUM, "pendulum.yaml") if isinstance(value, list) else None,

@@ -1,0 +1,141 @@
+"""``Ensemble``: many motions of a system, what their file holds, and what is said of them."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.cli.report import count_of, finite
+from lagrange_cli.cli.runs import drifts_shown, origin, series_of, units_of
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.members import Draws, Members
+    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.integrate.members import EnsembleOutcome
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.spec.ensemble import EnsembleValues
+    from lagrange_cli.spec.spec import Family, Spec
+    from lagrange_cli.store.layout import Series
+    from lagrange_cli.store.target import Target
+
+
+@dataclass(frozen=True)
+class Ensemble:
+    """An ensemble that is ready to go: the system, its members, and how each is to be run."""
+
+    spec: Spec
+    draws: Draws
+    members: Members
+    values: EnsembleValues
+    settings: Settings
+    sampled: bool
+    families: tuple[Family, ...]
+
+
+def series(ensemble: Ensemble, prepared: Prepared) -> tuple[Series, ...]:
+    """The datasets of the ensemble, in the file's order."""
+    from lagrange_cli.integrate.members import STATUS, drift_path
+    from lagrange_cli.records import replace
+    from lagrange_cli.store.layout import Series
+
+    spec, units = ensemble.spec, units_of(ensemble.spec)
+    found = [
+        Series(f"parameters/{one.name}", unit=one.unit, long_name=one.description or f"parameter {one.name}")
+        for one in spec.parameters
+        if one.name in ensemble.values.differing
+    ]
+    for kind, text in (("q", "coordinate {}"), ("v", "velocity d{}/dt")):
+        for family in ensemble.families:
+            unit, name = units.get(f"{kind}/{family.name}", ""), f"initial {text.format(family.label)}"
+            found.append(Series(f"initial/{kind}/{family.name}", family.shape, unit, name, axes=family.axes))
+    change = "max |{0} - {0}(0)|" if ensemble.sampled else "|{0} - {0}(0)| at the end"
+    found += [
+        Series("t_end", long_name="time at which the member ended"),
+        Series("steps", long_name="steps taken", kind="i8"),
+        Series("status", long_name="how the member ended, in a word", kind=STATUS),
+        *(Series(drift_path(name), (), "", change.format(name)) for name in prepared.recording.conserved),
+    ]
+    made = [replace(one, sampled=ensemble.sampled) for one in series_of(spec, prepared)]
+    return (*(replace(one, sampled=False) for one in found), *made)
+
+
+def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | int | float]:
+    """The root's attributes: everything that made the file, and how the members ended."""
+    draws = ensemble.draws
+    described: dict[str, Any] = {
+        "shape": dict(ensemble.members.shape),
+        "over": dict(draws.over),
+        "random": dict(draws.random),
+        "table": draws.table,
+        "seed": draws.seed if draws.random else None,
+    }
+    return {
+        **origin(ensemble.spec, ensemble.settings, ensemble.values.common),
+        "sweep": json.dumps({name: value for name, value in described.items() if value not in ({}, None)}),
+        "members": ensemble.values.members,
+        "steps": outcome.steps,
+        "status": outcome.status,
+        "message": sentence(ensemble, outcome),
+        "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
+        "p_drift": json.dumps(finite(outcome.p_drift)),
+    }
+
+
+def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
+    """How the members ended."""
+    members, failed = ensemble.values.members, outcome.count("failed")
+    if outcome.status == "complete":
+        return "the member reached the end" if members == 1 else f"all {members} members reached the end"
+    parts = []
+    if outcome.status == "interrupted":
+        parts.append(f"interrupted when {members - outcome.count('interrupted')} of {members} had ended")
+    if outcome.failed is not None:
+        member, how = outcome.failed
+        own = ", ".join(f"{name} = {x[member]:.6g}" for name, x in ensemble.members.columns.items())
+        those = "the first is" if failed > 1 else "it is"
+        parts.append(
+            f"{failed} of {members} could not be followed to the end; {those} {member} ({own}): {how}"
+        )
+    return "; ".join(parts)
+
+
+def as_object(
+    ensemble: Ensemble, target: Target, outcome: EnsembleOutcome, watch: Stopwatch
+) -> dict[str, Any]:
+    """The ensemble for ``--json``."""
+    return {
+        "name": ensemble.spec.name,
+        "output": target.shown,
+        "status": outcome.status,
+        "message": sentence(ensemble, outcome),
+        "members": ensemble.values.members,
+        **{status: outcome.count(status) for status in ("complete", "failed", "interrupted")},
+        "method": ensemble.settings.method,
+        "tolerance": ensemble.settings.tolerance,
+        "steps": outcome.steps,
+        "h_drift": outcome.h_drift,
+        "p_drift": dict(outcome.p_drift),
+        "seconds": watch.report(),
+    }
+
+
+def as_text(ensemble: Ensemble, target: Target, outcome: EnsembleOutcome, watch: Stopwatch) -> str:
+    """The ensemble in a few lines."""
+    settings, members = ensemble.settings, ensemble.values.members
+    shape = " x ".join(f"{length} {name}" for name, length in ensemble.members.shape.items())
+    ended = [f"{outcome.count('complete')} reached the end"]
+    ended += [f"{n} {status}" for status in ("failed", "interrupted") if (n := outcome.count(status))]
+    seeded = f", seed {ensemble.draws.seed}" if ensemble.draws.random else ""
+    seconds = watch.report()
+    return "\n".join(
+        (
+            f"{ensemble.spec.name}: {count_of(members, 'member')} ({shape}{seeded})",
+            f"  {', '.join(ended)}",
+            f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} in all, "
+            f"method {settings.method}",
+            f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
+            f"  wrote {target.shown} in {seconds['total']:.3f} s",
+        )
+    )

@@ -1,0 +1,239 @@
+"""``lagrange sweep``: integrate an ensemble of motions and write it to one HDF5 file."""
+
+from __future__ import annotations
+
+import os
+import time
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli.ensemble import Ensemble, as_object, as_text, attributes, sentence, series
+from lagrange_cli.cli.interrupts import Interrupts
+from lagrange_cli.cli.options import parse_pairs, system_argument
+from lagrange_cli.cli.progress import MembersProgress
+from lagrange_cli.cli.report import STANDARD_INPUT, complain, display_name, emit, emit_json, run_each
+from lagrange_cli.cli.runs import (
+    EXIT_STATUS,
+    Request,
+    find_output,
+    list_of_outputs,
+    output_name,
+    prepare_run,
+    run_options,
+)
+from lagrange_cli.cli.settings import resolve_settings
+from lagrange_cli.cli.source import read_bytes
+from lagrange_cli.cli.stopwatch import Stopwatch, as_table
+from lagrange_cli.errors import UsageError
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lagrange_cli.cli.members import Draws
+    from lagrange_cli.integrate.members import EnsembleOutcome
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.store.target import Target
+
+LARGEST = 2**26
+"""Bytes of one member's samples, which are kept in memory until it has ended."""
+
+
+@click.command("sweep")
+@system_argument
+@click.option(
+    "--over",
+    metavar="NAME=VALUES",
+    multiple=True,
+    callback=parse_pairs,
+    help="Run every value of START:STOP:COUNT (both ends included), log:START:STOP:COUNT or a list such as "
+    "1,2,5; repeatable, for every combination, the first slowest. NAME is one that --set takes.",
+)
+@click.option(
+    "--random",
+    metavar="NAME=DISTRIBUTION",
+    multiple=True,
+    callback=parse_pairs,
+    help="Draw normal(mean,deviation), uniform(low,high), lognormal(median,sigma) or loguniform(low,high) "
+    "for each member; repeatable.",
+)
+@click.option(
+    "--members", type=click.IntRange(min=1), help="How often --random is drawn (at every grid point)."
+)
+@click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    help="Another seed gives other random numbers; the same one gives the same [0].",
+)
+@click.option(
+    "--table",
+    metavar="FILE.csv",
+    help="Run a member for every row; the first line has the names, as in theta,theta_dot,theta[0].",
+)
+@click.option(
+    "--jobs", type=click.IntRange(min=1), help="Work on so many processors [all]; changes no result."
+)
+@run_options(
+    output="The file to write [SYSTEM_sweep.h5, in this directory].",
+    outputs=f"Write the trajectories too, at every sample: {list_of_outputs()}; else only each member's end.",
+)
+def sweep(
+    system: str,
+    request: Request,
+    over: tuple[tuple[str, str], ...],
+    random: tuple[tuple[str, str], ...],
+    members: int | None,
+    seed: int,
+    table: str | None,
+    jobs: int | None,
+) -> int:
+    """Integrate many motions of a system and write them to one HDF5 file.
+
+    Members differ in parameters or initial values: on a grid, by random numbers, or row by row of a table.
+
+    \b
+    lagrange sweep pendulum.yaml --over theta=0:3:31
+    lagrange sweep pendulum.yaml --over l=log:0.1:10:5 --over m=1,2
+    lagrange sweep pendulum.yaml --random 'theta=normal(0,0.1)' --members 1000
+    lagrange sweep pendulum.yaml --table runs.csv --outputs q,v --samples 101
+    """
+    from lagrange_cli.cli.members import Draws
+
+    draws = Draws(over, random, table, members, seed)
+    threads = processors() if jobs is None else jobs
+    return run_each(
+        (system,), lambda one: sweep_system(one, request, draws, threads), as_json=request.as_json
+    )
+
+
+def processors() -> int:
+    """How many processors this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> int:
+    """Read, derive, compile, integrate and write an ensemble; returns the exit status."""
+    began, watch = time.process_time(), Stopwatch()
+    with watch.stage("import"):
+        target = find_output(system, output_name(system, request.output, "_sweep"), force=request.force)
+    ensemble = read_ensemble(system, request, draws, watch)
+    prepared = prepare_run(
+        ensemble.spec, ensemble.settings, watch, cached=request.cache, meanwhile=import_the_rest
+    )
+    refuse_long_samples(ensemble, prepared)
+    outcome = follow_and_write(ensemble, prepared, target, watch, threads=threads, quiet=request.quiet)
+    if request.as_json:
+        emit_json(as_object(ensemble, target, outcome, watch))
+    elif not request.quiet:
+        emit(as_text(ensemble, target, outcome, watch))
+        if request.timings:
+            emit(as_table(watch.report(), began, cached=prepared.cached))
+    if outcome.status != "complete":
+        complain(f"{ensemble.spec.name}: {sentence(ensemble, outcome)}")
+    return EXIT_STATUS[outcome.status]
+
+
+def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch) -> Ensemble:
+    """The system, the numbers of its members, and how they are to be run."""
+    asked = request.options
+    sampled = asked.outputs is not None
+    if not sampled and (asked.samples is not None or asked.step is not None):
+        raise UsageError("only each member's end is written: say with --outputs q,v what to sample")
+    if draws.table == system == STANDARD_INPUT:
+        raise UsageError("the system and the table cannot both come from standard input")
+    content = read_bytes(system)
+    with watch.stage("import"):
+        from lagrange_cli.cli.members import draw_members
+        from lagrange_cli.spec.ensemble import resolve_ensemble
+        from lagrange_cli.spec.read import read_spec
+        from lagrange_cli.spec.spec import grouped
+    with watch.stage("parse"):
+        spec = read_spec(content, display_name(system), request.sizes)
+        settings = resolve_settings(spec, asked)
+        members = draw_members(spec, draws, request.overrides)
+        values = resolve_ensemble(spec, request.overrides, members.columns)
+        coordinates = [coordinate.name for coordinate in spec.coordinates]
+        families = grouped(coordinates, spec.families.get("coordinates", {}))
+        return Ensemble(spec, draws, members, values, settings, sampled, families)
+
+
+def import_the_rest() -> None:
+    """Load what the run needs from here on."""
+    import lagrange_cli.integrate.members
+    import lagrange_cli.integrate.taylor
+    import lagrange_cli.store.ensemble  # noqa: F401
+
+
+def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
+    """The samples of one member must fit into memory, and many times so."""
+    program, count = prepared.machine.program, ensemble.settings.count
+    most = LARGEST // (8 * (program.rows + len(program.observed)))
+    if ensemble.sampled and count > most:
+        raise UsageError(
+            f"{count} samples of each member are more than the {most} that a sweep keeps in memory: "
+            "ask for fewer --samples, or solve the members one by one"
+        )
+
+
+def follow_and_write(
+    ensemble: Ensemble, prepared: Prepared, target: Target, watch: Stopwatch, *, threads: int, quiet: bool
+) -> EnsembleOutcome:
+    """Follow all members into the output file, whatever way they end."""
+    from lagrange_cli.integrate.ending import Ending
+    from lagrange_cli.integrate.ensemble import ensemble_method
+    from lagrange_cli.integrate.members import follow_ensemble
+    from lagrange_cli.store.ensemble import EnsembleWriter
+    from lagrange_cli.store.layout import Layout
+
+    times, sampled = times_of(ensemble), ensemble.sampled
+    progress = MembersProgress(ensemble.spec.name, ensemble.values.members, quiet=quiet)
+    with Interrupts() as interrupted:
+        with watch.stage("write"):
+            writer = EnsembleWriter(
+                target,
+                Layout(series(ensemble, prepared)),
+                members=ensemble.values.members,
+                times=times.chunk(0, times.count) if sampled else None,
+            )
+
+        def write(index: np.ndarray, values: dict[str, Any]) -> None:
+            with watch.stage("write"):
+                writer.write(index, values)
+
+        def report(done: int) -> bool:
+            progress.show(done)
+            return interrupted()
+
+        with writer:
+            with watch.stage("integrate"):
+                outcome = follow_ensemble(
+                    prepared,
+                    ensemble_method(prepared),
+                    ensemble.values,
+                    ensemble.families,
+                    times,
+                    write,
+                    report,
+                    sampled=sampled,
+                    threads=threads,
+                )
+            progress.clear()
+            with watch.stage("write"):
+                sentences = [ending.value for ending in Ending]
+                writer.write_texts("message", "how the member ended", sentences, outcome.endings)
+                writer.close(attributes(ensemble, outcome))
+    return outcome
+
+
+def times_of(ensemble: Ensemble) -> Times:
+    """When members are sampled: as ``solve`` does, or only at start and end."""
+    from lagrange_cli.integrate.times import Times
+
+    settings = ensemble.settings
+    if ensemble.sampled:
+        return Times(settings.start, settings.stop, settings.count, settings.step)
+    return Times(settings.start, settings.stop, 2, settings.stop - settings.start)

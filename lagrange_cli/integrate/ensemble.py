@@ -1,0 +1,118 @@
+"""``EnsembleMethod``: what every way to follow many motions gives the run, batch after batch of members."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Protocol, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.motion import Array, Method
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.prepared import Prepared
+
+Index: TypeAlias = "NDArray[np.int64]"
+
+
+@dataclass(frozen=True)
+class Batch:
+    """Some members that have ended, in any order.
+
+    ``index`` (b,) says which; ``t`` (b,) and ``state`` (b, rows) with q, v and integrals where each ended,
+    ``steps`` (b,) what it took. ``samples`` (b, rows, n) are nan beyond where a member ended, the first
+    ``reached`` (b,) of them are not; None where none were asked for.
+    """
+
+    index: Index
+    ending: Sequence[Ending]
+    t: Array
+    state: Array
+    steps: Index
+    samples: Array | None
+    reached: Index
+
+
+class EnsembleMethod(Protocol):
+    """A way to follow many motions."""
+
+    def follow(
+        self,
+        parameters: Array,
+        states: Array,
+        times: Times,
+        sampled: bool,
+        accept: Callable[[Batch], None],
+        watch: Callable[[int], bool],
+        threads: int,
+    ) -> bool:
+        """Follow members from ``states`` (members, rows) with ``parameters`` (members, P); False if stopped.
+
+        ``accept`` is called in this thread and may keep what it is given. ``watch`` is told how many have
+        ended, several times a second; True stops them all. Results do not depend on ``threads``.
+        """
+        ...
+
+
+def ensemble_method(prepared: Prepared) -> EnsembleMethod:
+    """The method of ``prepared`` for many motions."""
+    return OneByOne(prepared.follower)
+
+
+@dataclass(frozen=True)
+class OneByOne:
+    """Follows one member after another, each as it would be alone."""
+
+    method: Method
+
+    def follow(
+        self,
+        parameters: Array,
+        states: Array,
+        times: Times,
+        sampled: bool,
+        accept: Callable[[Batch], None],
+        watch: Callable[[int], bool],
+        threads: int,
+    ) -> bool:
+        """See ``EnsembleMethod``."""
+        for member in range(len(states)):
+            batch = self._one(member, parameters[member], states[member], times, sampled, watch)
+            accept(batch)
+            if batch.ending[0] is Ending.INTERRUPTED or (watch(member + 1) and member + 1 < len(states)):
+                return False
+        return True
+
+    def _one(
+        self,
+        member: int,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        sampled: bool,
+        watch: Callable[[int], bool],
+    ) -> Batch:
+        samples = np.full((len(state), times.count if sampled else 0), np.nan)
+        reached = 0
+
+        def keep(when: Array, chunk: Array) -> None:
+            nonlocal reached
+            if sampled:
+                samples[:, reached : reached + len(when)] = chunk
+            reached += len(when)
+
+        end = self.method.follow(parameters, state, times, keep, lambda t: watch(member))
+        return Batch(
+            index=np.array([member]),
+            ending=[end.ending],
+            t=np.array([end.t]),
+            state=end.state[None],
+            steps=np.array([end.steps]),
+            samples=samples[None] if sampled else None,
+            reached=np.array([reached]),
+        )

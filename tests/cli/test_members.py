@@ -1,0 +1,173 @@
+"""Which members an ensemble has: grids, random numbers, tables, and what is wrong with them."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from lagrange_cli.cli.members import Draws, Members, draw_members, grid
+from lagrange_cli.errors import FileError, LagrangeError, UsageError
+from lagrange_cli.spec.read import read_spec
+from tests.cli.command import SYSTEMS
+
+HOOP = read_spec((SYSTEMS / "rotating_hoop.yaml").read_bytes(), "hoop.yaml")
+CHAIN = read_spec((SYSTEMS / "n_pendulum.yaml").read_bytes(), "chain.yaml")
+
+
+def members(*over: str, random: tuple[str, ...] = (), **draws: object) -> Members:
+    pairs = [tuple((name, text) for name, _, text in (x.partition("=") for x in xs)) for xs in (over, random)]
+    return draw_members(HOOP, Draws(*pairs, **draws), {})
+
+
+@pytest.mark.parametrize(
+    ("text", "values"),
+    [
+        ("0:10:11", range(11)),
+        (" -pi : pi : 3 ", [-math.pi, 0, math.pi]),
+        ("1:0:2", [1, 0]),
+        ("log:1e-3:10:5", [1e-3, 1e-2, 1e-1, 1, 10]),
+        ("1,2.5,pi/2,-1e3", [1, 2.5, math.pi / 2, -1000]),
+        ("3", [3]),
+    ],
+)
+def test_grids(text, values):
+    found = grid(text, "--over m")
+    np.testing.assert_allclose(found, list(values), rtol=1e-15)
+    assert (found[0], found[-1]) == (values[0], values[-1])  # the ends to the last bit
+
+
+def test_several_grids_make_every_combination_the_first_slowest():
+    found = members("omega=1,2", "theta=0:1:3", "m=5,7")
+    rows = list(zip(*(found.columns[name].tolist() for name in ("omega", "theta", "m"))))
+    assert rows == [(o, q, m) for o in (1, 2) for q in (0, 0.5, 1) for m in (5, 7)]
+    assert list(found.shape.items()) == [("omega", 2), ("theta", 3), ("m", 2)]
+
+
+def test_a_table_is_combined_with_grids_and_draws(tmp_path):
+    table = tmp_path / "runs.csv"
+    table.write_text("\ufeff theta, theta_dot\n# from the lowest point\n1, 2\n\n-3, 4e-1\n", encoding="utf-8")
+    found = members("omega=5,6", random=("m=uniform(1,2)",), members=3, table=str(table))
+    assert list(found.shape.values()) == [2, 2, 3]
+    assert found.columns["theta"].tolist() == [1] * 6 + [-3] * 6
+    assert found.columns["theta_dot"].tolist() == [2] * 6 + [0.4] * 6
+    assert found.columns["omega"].tolist() == ([5] * 3 + [6] * 3) * 2
+    assert len(set(found.columns["m"])) == 12
+
+
+def test_members_of_families_are_named_as_the_file_has_them(tmp_path):
+    table = tmp_path / "runs.csv"
+    table.write_text('"theta[0]","theta_dot[N - 1]"\n1,2\n')
+    found = draw_members(CHAIN, Draws(over=(("theta[2*1]", "1,2"),), table=str(table)), {})
+    assert set(found.columns) == {"theta[0]", "theta_dot[4]", "theta[2]"}
+
+
+DISTRIBUTIONS = {
+    "normal(2,0.5)": lambda x: (x - 2) / 0.5,
+    "lognormal(2,0.5)": lambda x: np.log(x / 2) / 0.5,
+    "uniform(-1,3)": lambda x: (x + 1) / 4,
+    "loguniform(0.1,10)": lambda x: np.log10(x / 0.1) / 2,
+}
+
+
+@pytest.mark.parametrize("text", DISTRIBUTIONS)
+def test_random_numbers_are_distributed_as_asked(text):
+    x = np.sort(DISTRIBUTIONS[text](members(random=(f"theta={text}",), members=20000).columns["theta"]))
+    normal = np.vectorize(math.erf)(x / math.sqrt(2)) / 2 + 0.5
+    expected = normal if "normal" in text else np.clip(x, 0, 1)
+    # Kolmogorov and Smirnov's distance: beyond 1.95/sqrt(n) once in a thousand seeds, and the seed is fixed
+    assert np.abs(expected - np.arange(0.5, 20000) / 20000).max() < 1.95 / math.sqrt(20000)
+
+
+def test_the_random_numbers_of_a_member_depend_on_its_name_and_the_seed_alone():
+    def drawn(*random, **draws):
+        return members(random=random, **draws).columns
+
+    few = drawn("theta=normal(0,1)", members=5)["theta"]
+    many = drawn("m=uniform(1,2)", "theta=normal(0,1)", "theta_dot=normal(0,1)", members=500)
+    assert few.tolist() == many["theta"][:5].tolist()
+    assert few.tolist() == drawn("theta=normal(0,1)", members=5, seed=0)["theta"].tolist()
+    assert not np.any(few == drawn("theta=normal(0,1)", members=5, seed=1)["theta"])
+    assert abs(np.corrcoef(many["theta"], many["theta_dot"])[0, 1]) < 0.2
+
+
+@pytest.mark.parametrize(
+    ("over", "random", "draws", "message"),
+    [
+        ((), (), {}, "there is nothing to sweep over"),
+        (("omga=1,2",), (), {}, "--over omga=1,2: unknown name 'omga'; did you mean 'omega'?"),
+        (("omega=1:2",), (), {}, "'1:2' is no grid; write START:STOP:COUNT"),
+        (("omega=1:2:x",), (), {}, "'1:2:x' is no grid"),
+        (("omega=1:2:2.5",), (), {}, "'1:2:2.5' is no grid"),
+        (("omega=1:2:1",), (), {}, "a grid has 2 values at least"),
+        (("omega=1:2:999999999",), (), {}, "999999999 values are more than the 1e+08"),
+        (("omega=0:1:10001", "m=0:1:10001"), (), {}, "1e+08 members are more than"),
+        (("omega=log:0:1:5",), (), {}, "the ends of a logarithmic grid must be greater than 0"),
+        (("omega=lin:0:1:5",), (), {}, "is no grid"),
+        (("omega=1,,2",), (), {}, "the expression is empty"),
+        (("omega=1,two",), (), {}, "'two' is not a number"),
+        (("omega=g:2*g:3",), (), {}, "'g' is not a number"),
+        (("omega=1,nan",), (), {}, "nan is not a finite number"),
+        (("omega=0:1e999:3",), (), {}, "1e999 is not a finite number"),
+        (("omega=1/0,2",), (), {}, "division by zero"),
+        (("omega=1,2", "omega=3,4"), (), {}, "'omega' is given more than once"),
+        (("theta=1,2",), ("theta=normal(0,1)",), {}, "'theta' is given more than once"),
+        ((), ("theta=normal(0,1)",), {}, "add --members 1000"),
+        (("theta=1,2",), (), {"members": 5}, "--members says how often --random is drawn"),
+        ((), ("theta=cauchy(0,1)",), {"members": 5}, "no distribution; known: normal(mean,deviation)"),
+        ((), ("theta=normal(0)",), {"members": 5}, "is no distribution"),
+        ((), ("theta=normal(0,0)",), {"members": 5}, "must be greater than 0, not 0"),
+        ((), ("theta=normal(0,x)",), {"members": 5}, "'x' is not a number"),
+        ((), ("theta=uniform(1,1)",), {"members": 5}, "the upper end must be greater"),
+        ((), ("theta=lognormal(0,1)",), {"members": 5}, "is greater than 0, and 0 is not"),
+        ((), ("theta=loguniform(-1,1)",), {"members": 5}, "is greater than 0, and -1 is not"),
+    ],
+)
+def test_what_makes_no_sense_is_refused(over, random, draws, message):
+    with pytest.raises(UsageError) as raised:
+        members(*over, random=random, **draws)
+    assert message in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_what_is_set_cannot_be_swept_and_sizes_neither():
+    with pytest.raises(UsageError, match="'omega' is given more than once"):
+        draw_members(HOOP, Draws(over=(("omega", "1,2"),)), {"omega": "3"})
+    with pytest.raises(UsageError, match=r"'N' is a size.*--size N="):
+        draw_members(CHAIN, Draws(over=(("N", "1,2"),)), {})
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty: its first line must name the columns"),
+        (b"\n\n", "is empty"),
+        (b"theta\n", "has no rows"),
+        (b"theta,theta\n1,2\n", ":1: two columns are called 'theta'"),
+        (b"theta,\n1,2\n", ":1: a column has no name"),
+        (b"thata\n1\n", "column 'thata': unknown name 'thata'; did you mean 'theta'?"),
+        (b"theta,m\n1,2\n\n1\n", ":4: there must be 2 values, and there are 1"),
+        (b"theta,m\n1,2\n1,2,3\n", ":3: there must be 2 values, and there are 3"),
+        (b"theta,m\n1,2\n1,two\n", ":3: m: 'two' is not a number"),
+        (b"theta,m\n1,2\n1,\n", ":3: m: '' is not a number"),
+        (b"theta\n1\n-inf\n", ":3: theta: -inf is not a finite number"),
+        (b"theta\n1\n1\x002\n", ":3: "),
+        (b'theta\n1\n"2\n', ":3: "),
+        (b"theta\n\xff\xfe\n", "it is not text in UTF-8"),
+        (b"\x89HDF\r\n\x1a\n", "it is not text in UTF-8"),
+    ],
+)
+def test_a_bad_table_is_refused_with_its_line(tmp_path, content, message):
+    path = tmp_path / "runs.csv"
+    path.write_bytes(content)
+    with pytest.raises(UsageError) as raised:
+        members(table=str(path))
+    assert message in str(raised.value) and "\n" not in str(raised.value)
+
+
+@pytest.mark.parametrize("name", ["nosuch.csv", ".", "x" * 5000, "a\0b"])
+def test_a_table_that_cannot_be_read(tmp_path, name):
+    with pytest.raises(LagrangeError) as raised:
+        members(table=str(Path(tmp_path) / name))
+    assert isinstance(raised.value, FileError) and "could not be read" in str(raised.value)
