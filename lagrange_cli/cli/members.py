@@ -43,8 +43,8 @@ class Draws:
 
 @dataclass(frozen=True)
 class Members:
-    """The members of an ensemble: what each is given, (members,) by name, and how they came about: the
-    lengths of what was combined, the first slowest."""
+    """The members of an ensemble: what each is given, (members,) by name, and the lengths of what was
+    combined, the first slowest."""
 
     columns: Mapping[str, Array]
     shape: Mapping[str, int]
@@ -66,7 +66,7 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     if draws.table is not None:
         table = read_table(draws.table)
         named = {name_of(spec, name, f"{draws.table}: column '{name}'"): rows for name, rows in table.items()}
-        axes.append((draws.table, named))
+        axes.append((f"rows of {draws.table}", named))
     for name, text in draws.over:
         label = f"--over {name}={text}"
         axes.append((name, {name_of(spec, name, label): grid(text, label)}))
@@ -85,7 +85,7 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     if draws.random:
         if draws.members is None and not axes:
             raise UsageError("it is not said how many members to draw: add --members 1000")
-        shape["draw"] = 1 if draws.members is None else draws.members
+        shape["draws of --random"] = 1 if draws.members is None else draws.members
     count = math.prod(shape.values())
     if count > MOST:
         raise UsageError(f"{count:.3g} members are more than the {MOST:.0e} that an ensemble can have")
