@@ -43,8 +43,15 @@ class Body:
 
     def function(self, name: str, *arguments: Real | float) -> Real:
         """One of LLVM's functions of doubles."""
-        name = f"llvm.{name}.{'' if self.lanes == 1 else f'v{self.lanes}'}f64"
-        self.declared[name] = f"declare {self.real} @{name}({', '.join([self.real] * len(arguments))})\n"
+        return self._call(f"llvm.{name}.{suffix(self.lanes)}", "", arguments)
+
+    def library(self, name: str, *arguments: Real) -> Real:
+        """One of the C library's functions of one double or two."""
+        return self._call(name, " memory(none)", arguments)
+
+    def _call(self, name: str, attributes: str, arguments: Sequence[Real | float]) -> Real:
+        kinds = ", ".join([self.real] * len(arguments))
+        self.declared[name] = f"declare {self.real} @{name}({kinds}){attributes}\n"
         listed = ", ".join(f"{self.real} {self.of(x)}" for x in arguments)
         return Real(self, self.define(f"call {self.real} @{name}({listed})"))
 
@@ -123,3 +130,14 @@ class Real:
 def kind(type: str, lanes: int) -> str:
     """The type of ``lanes`` of these."""
     return type if lanes == 1 else f"<{lanes} x {type}>"
+
+
+def suffix(lanes: int) -> str:
+    """What LLVM's names for functions of them end in."""
+    return "f64" if lanes == 1 else f"v{lanes}f64"
+
+
+def fast_sum(a: Real, b: Real) -> tuple[Real, Real]:
+    """a + b and its rounding error, for |a| >= |b| (T. J. Dekker, Numer. Math. 18, 1971)."""
+    total = a + b
+    return total, b - (total - a)

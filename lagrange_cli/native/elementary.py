@@ -6,12 +6,15 @@ In an emitter's function
 
     sine, cosine = sin_cos(emitter, x, low, lanes=8)
 
-writes a call (x and low are operands, of type double for ``lanes=1``, else vectors; None is 0), and
-``definitions(text)`` returns the functions that a program's text calls and that are to be appended to it.
+writes a call; x and low are operands, of type double for ``lanes=1``, else vectors; constants of one
+double stand for all lanes, None for 0. So do ``exponential``, ``logarithm`` and ``power``, and
+``emit_function`` for any function of the language.
+``definitions(text)`` returns the functions that a program's text calls, to be appended to it.
 
-Every number of lanes gives the same bits: the formulas are the same, and where a lane is not in a function's
-plain range (an angle beyond 10^6, an infinity, not-a-number) all are computed one by one, by the version
-for one double, which asks the C library for such arguments.
+Every number of lanes, on every processor, gives the same bits: the formulas are the same, and where a lane
+is not in a formula's range (an angle beyond 10^6, an infinity, not-a-number) all are computed one by one, by
+the version for one double, which asks the C library for such arguments. The functions that have no formula
+here (tan, atan2, ..) are the C library's, one lane after the other.
 """
 
 from __future__ import annotations
@@ -20,32 +23,28 @@ import re
 from collections.abc import Callable, Sequence
 
 from lagrange_cli.native import formulas
-from lagrange_cli.native.arithmetic import Body, Real, kind
+from lagrange_cli.native.arithmetic import Body, Real, kind, suffix
 from lagrange_cli.native.emitter import Emitter, Operand, Value, operand
+from lagrange_cli.native.scalars import LIBRARY
 from lagrange_cli.records import dataclass
-
-Formula = Callable[..., list[Real]]
 
 
 @dataclass(frozen=True)
 class Function:
-    """One of our functions.
-
-    ``formula`` computes its results from its arguments where these are ``plain``; ``beyond``, for one double,
-    elsewhere.
-    """
+    """A function: its formula, if any, and what computes it for one double where that does not hold."""
 
     arguments: int
     results: int
-    plain: Callable[..., str]
-    formula: Formula
-    beyond: Formula
+    formula: Callable[..., formulas.Results] | None
+    beyond: Callable[..., list[Real]]
 
 
 FUNCTIONS = {
-    "sin_cos": Function(
-        2, 2, formulas.angle_is_plain, formulas.sine_and_cosine, formulas.library_sine_and_cosine
-    ),
+    "sin_cos": Function(2, 2, formulas.sine_and_cosine, formulas.library_sine_and_cosine),
+    "exp": Function(2, 1, formulas.exponential, formulas.library_exponential),
+    "log": Function(1, 1, formulas.logarithm, formulas.library_logarithm),
+    "pow": Function(2, 1, formulas.power, formulas.library_power),
+    **{name: Function(count, 1, None, formulas.library(name)) for name, count in LIBRARY.items()},
 }
 ATTRIBUTES = 'nounwind noinline "min-legal-vector-width"="512" "prefer-vector-width"="512"'
 
@@ -56,10 +55,43 @@ def sin_cos(emitter: Emitter, x: Value, low: Value = None, lanes: int = 1) -> tu
     return sine, cosine
 
 
+def exponential(emitter: Emitter, x: Value, low: Value = None, lanes: int = 1) -> Operand:
+    """e^(x + low); ``low`` is at most some units in the last place of x."""
+    return call(emitter, "exp", [x, low], lanes)[0]
+
+
+def logarithm(emitter: Emitter, x: Value, lanes: int = 1) -> Operand:
+    """ln x."""
+    return call(emitter, "log", [x], lanes)[0]
+
+
+def power(emitter: Emitter, x: Value, y: Value, lanes: int = 1) -> Operand:
+    """x^y."""
+    return call(emitter, "pow", [x, y], lanes)[0]
+
+
+def emit_function(emitter: Emitter, name: str, arguments: Sequence[Value], lanes: int = 1) -> Operand:
+    """One of the expression language's functions. (Where sine and cosine are needed, use ``sin_cos``.)"""
+    if name in ("sin", "cos"):
+        return sin_cos(emitter, arguments[0], None, lanes)[name == "cos"]
+    if name == "sqrt":
+        vector = kind("double", lanes)
+        return emitter.define(
+            f"call {vector} @llvm.sqrt.{suffix(lanes)}({vector} {written(arguments[0], lanes)})"
+        )
+    given = [*arguments, None] if name == "exp" else arguments
+    return call(emitter, name, given, lanes)[0]
+
+
 def call(emitter: Emitter, name: str, arguments: Sequence[Value], lanes: int) -> list[Operand]:
     """The results of a call of one of ``FUNCTIONS``."""
-    zero = operand(None) if lanes == 1 else "zeroinitializer"
-    return write_call(emitter, name, [zero if a is None else a for a in arguments], lanes)
+    return write_call(emitter, name, [written(a, lanes) for a in arguments], lanes)
+
+
+def written(value: Value, lanes: int) -> Operand:
+    """A value as an instruction needs it: constants in every lane, 0 written out."""
+    one = operand(value)
+    return f"<{', '.join([f'double {one}'] * lanes)}>" if lanes > 1 and one.startswith("0x") else one
 
 
 def definitions(text: str) -> str:
@@ -72,6 +104,9 @@ def definitions(text: str) -> str:
         body = Body(int(lanes))
         parts.append(definition(body, name))
         declared.update(body.declared)
+    for lanes in re.findall(r"@llvm\.sqrt\.v(\d+)f64\(", text):
+        vector = kind("double", int(lanes))
+        declared[f"llvm.sqrt.v{lanes}f64"] = f"declare {vector} @llvm.sqrt.v{lanes}f64({vector})\n"
     present = set(re.findall(r"^ *declare .*@([\w.]+)\(", text, re.MULTILINE))
     return "".join([line for name, line in declared.items() if name not in present] + parts)
 
@@ -80,10 +115,13 @@ def definition(body: Body, name: str) -> str:
     """The text of one function."""
     function = FUNCTIONS[name]
     arguments = [Real(body, f"%a{i}") for i in range(function.arguments)]
-    plain = body.all(function.plain(body, *arguments))
-    body.lines.append(f"  br i1 {plain}, label %plain, label %beyond\nplain:")
-    give_back(body, function.formula(body, *arguments))
-    body.lines.append("beyond:")
+    if function.formula is None:
+        body.lines.append("  br label %beyond\nbeyond:")
+    else:
+        condition, made = function.formula(body, *arguments)
+        body.lines.append(f"  br i1 {body.all(condition)}, label %plain, label %beyond\nplain:")
+        give_back(body, made)
+        body.lines.append("beyond:")
     if body.lanes == 1:
         give_back(body, function.beyond(body, *arguments))
     else:

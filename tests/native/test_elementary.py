@@ -1,20 +1,30 @@
 """Our elementary functions against mpmath, in units in the last place, and lanes against single doubles."""
 
+import itertools
 import math
+import sys
+from collections.abc import Callable
 
+import llvmlite.binding as llvm
 import mpmath
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.native.elementary import definitions
+from lagrange_cli.expression.vocabulary import FUNCTIONS as LANGUAGE
+from lagrange_cli.native.elementary import FUNCTIONS, definitions, emit_function, power
+from lagrange_cli.native.emitter import literal
 from lagrange_cli.native.formulas import LARGEST_ANGLE
-from tests.native.calls import function, text
+from tests.native.calls import compiled, function, loaded, looped, text
 
 LANES = 8
-SIN_COS = function("sin_cos", 1)
-SIN_COS_LANES = function("sin_cos", LANES)
+SIN_COS, SIN_COS_LANES = (function("sin_cos", lanes) for lanes in (1, LANES))
+EXP, EXP_LANES = (function("exp", lanes) for lanes in (1, LANES))
+LOG, LOG_LANES = (function("log", lanes) for lanes in (1, LANES))
+POW, POW_LANES = (function("pow", lanes) for lanes in (1, LANES))
+ROUNDING = 0.31
+"""A bound for the root of the mean square error; rounding alone makes it 12^(-1/2) = 0.289."""
 COUNT = 400
 RANDOM = np.random.default_rng(20260101)
 
@@ -25,6 +35,7 @@ ANGLES = {
     "all sizes": np.ldexp(RANDOM.uniform(1, 2, COUNT), RANDOM.integers(-1074, 20, COUNT)),
     "beyond": np.ldexp(RANDOM.uniform(1, 2, COUNT), RANDOM.integers(20, 1023, COUNT)),
     "where the reduction changes": (RANDOM.integers(0, 1000, COUNT) + 0.5) * math.pi / 2,
+    "multiples of pi/2 beyond": RANDOM.integers(10**6, 10**10, COUNT) * math.pi / 2,
     "multiples of pi/2": RANDOM.integers(-600_000, 600_000, COUNT) * math.pi / 2,
     "first multiples of pi/2": np.arange(-COUNT // 2, COUNT // 2) * math.pi / 2,
 }
@@ -42,7 +53,7 @@ def test_sine_and_cosine(where: str) -> None:
         for found, exact in zip(SIN_COS(x, np.zeros(COUNT)), (mpmath.sin, mpmath.cos)):
             wrong = errors(found, [exact(mpmath.mpf(one)) for one in x])
             assert np.max(wrong) < 0.8
-            assert np.sqrt(np.mean(wrong**2)) < 0.31  # rounding alone: 12^(-1/2) = 0.289
+            assert np.sqrt(np.mean(wrong**2)) < ROUNDING
 
 
 @pytest.mark.parametrize("where", ["small", "some turns", "many turns", "where the reduction changes"])
@@ -77,17 +88,128 @@ def test_angles_that_are_none() -> None:
             assert abs(sine[7] ** 2 + cosine[7] ** 2 - 1) < 1e-15
 
 
-@given(
-    st.lists(st.floats(), min_size=LANES, max_size=LANES),
-    st.lists(st.floats(-1, 1), min_size=LANES, max_size=LANES),
-)
+EXPONENTS = {
+    "small": RANDOM.uniform(-0.4, 0.4, COUNT),
+    "medium": RANDOM.uniform(-20, 20, COUNT),
+    "all": RANDOM.uniform(-708, 708, COUNT),
+    "beyond": np.concatenate([RANDOM.uniform(-745, -708, COUNT // 2), RANDOM.uniform(708, 712, COUNT // 2)]),
+    "all sizes": np.ldexp(RANDOM.uniform(-1, 1, COUNT), RANDOM.integers(-1074, 0, COUNT)),
+}
+
+
+@pytest.mark.parametrize("where", EXPONENTS)
+def test_exponential(where: str) -> None:
+    """Beyond its formula's range the C library's is changed by the low part afterwards."""
+    x = EXPONENTS[where]
+    low = RANDOM.uniform(-0.5, 0.5, COUNT) * np.spacing(np.abs(x))
+    bounds = (2, 0.6) if where == "beyond" else (0.7, ROUNDING)
+    for rest in (np.zeros(COUNT), low):
+        with mpmath.workprec(300):
+            known = [mpmath.exp(mpmath.mpf(a) + mpmath.mpf(b)) for a, b in zip(x, rest)]
+            finite = np.array([abs(y) < sys.float_info.max for y in known])
+            wrong = errors(EXP(x, rest)[0][finite], list(itertools.compress(known, finite)))
+            assert np.max(wrong) < bounds[0]
+            assert np.sqrt(np.mean(wrong**2)) < bounds[1]
+
+
+POSITIVE = {
+    "near 1": 1 + RANDOM.uniform(-1, 1, COUNT) * np.ldexp(1.0, RANDOM.integers(-52, -1, COUNT)),
+    "medium": RANDOM.uniform(0.01, 30, COUNT),
+    "where the reduction changes": math.sqrt(2)
+    * RANDOM.uniform(0.97, 1.03, COUNT)
+    * RANDOM.choice([0.5, 1], COUNT),
+    "all": np.ldexp(RANDOM.uniform(1, 2, COUNT), RANDOM.integers(-1074, 1023, COUNT)),
+}
+
+
+@pytest.mark.parametrize("where", POSITIVE)
+def test_logarithm(where: str) -> None:
+    x = POSITIVE[where]
+    with mpmath.workprec(300):
+        wrong = errors(LOG(x)[0], [mpmath.log(mpmath.mpf(one)) for one in x])
+        assert np.max(wrong) < 0.52
+        assert np.sqrt(np.mean(wrong**2)) < ROUNDING
+
+
+@pytest.mark.parametrize("where", POSITIVE)
+@pytest.mark.parametrize("exponent", [-2.7, 0.3, 5.0, None])
+def test_power(where: str, exponent: float | None) -> None:
+    """Without an exponent given: with one for each base that makes the power very large or small."""
+    x = POSITIVE[where]
+    steep = RANDOM.uniform(600, 700, COUNT) * RANDOM.choice([-1, 1], COUNT)
+    y = np.full(COUNT, exponent) if exponent else steep / np.where(x == 1, 1, np.log(x))
+    with mpmath.workprec(300):
+        known = [mpmath.mpf(a) ** mpmath.mpf(b) for a, b in zip(x, y)]
+        normal = np.array([sys.float_info.min < value < sys.float_info.max for value in known])
+        wrong = errors(POW(x, y)[0][normal], list(itertools.compress(known, normal)))
+        assert np.max(wrong) < 0.7
+        assert np.sqrt(np.mean(wrong**2)) < ROUNDING
+
+
+SPECIAL = np.array([math.nan, math.inf, -math.inf, 0.0, -0.0, 1.0, -1.0, 2.0, -2.0, 0.5, 5e-324, 1e308, -3.5])
+
+
+@pytest.mark.parametrize("lanes", [(EXP, LOG, POW), (EXP_LANES, LOG_LANES, POW_LANES)], ids=["one", "eight"])
+def test_special_values_are_those_of_the_c_library(lanes: tuple[Callable[..., np.ndarray], ...]) -> None:
+    exp, log, pow = lanes
+    x, y = (axis.ravel()[: 21 * LANES] for axis in np.meshgrid(SPECIAL, SPECIAL))
+    with np.errstate(all="ignore"):
+        np.testing.assert_array_max_ulp(exp(x, np.zeros(len(x)))[0], np.exp(x))
+        np.testing.assert_array_max_ulp(log(x)[0], np.log(x))
+        np.testing.assert_array_max_ulp(pow(x, y)[0], np.power(x, y))
+        assert np.array_equal(np.signbit(pow(x, y)[0]), np.signbit(np.power(x, y)))
+
+
+FLOATS = st.lists(st.floats(), min_size=LANES, max_size=LANES)
+PARTS = st.lists(st.floats(-1, 1), min_size=LANES, max_size=LANES)
+
+
+@given(FLOATS, FLOATS, PARTS)
 @settings(max_examples=300)
-def test_lanes_have_the_bits_of_single_doubles(x: list[float], low: list[float]) -> None:
+def test_lanes_have_the_bits_of_single_doubles(x: list[float], y: list[float], part: list[float]) -> None:
     """Whatever their neighbours hold."""
-    arguments = np.array(x), np.array(low) * np.spacing(np.minimum(np.abs(x), 1e300))
-    single, together = SIN_COS(*arguments), SIN_COS_LANES(*arguments)
-    assert np.array_equal(single, together, equal_nan=True)
-    assert np.array_equal(np.signbit(single), np.signbit(together))
+    low = np.array(part) * np.spacing(np.minimum(np.abs(x), 1e300))
+    for one, eight, second in (
+        (SIN_COS, SIN_COS_LANES, [low]),
+        (EXP, EXP_LANES, [low]),
+        (LOG, LOG_LANES, []),
+        (POW, POW_LANES, [np.array(y)]),
+    ):
+        single, together = one(np.array(x), *second), eight(np.array(x), *second)
+        assert np.array_equal(single, together, equal_nan=True)
+        assert np.array_equal(np.signbit(single), np.signbit(together))
+
+
+@pytest.mark.parametrize("name", ["sin_cos", "exp", "log", "pow"])
+def test_the_simplest_processor_computes_the_same_bits(name: str) -> None:
+    """One without wide vectors and, on many platforms, without fma."""
+    here = llvm.Target.from_triple(llvm.get_process_triple())
+    plainest = here.create_target_machine(cpu="", features="", opt=1, jit=True)
+    program = llvm.parse_assembly(text(name, LANES))
+    simple = loaded(plainest.emit_object(program), FUNCTIONS[name].results)
+    x, y = RANDOM.uniform(0, 500, COUNT), RANDOM.uniform(-1, 1, COUNT)
+    arguments = [x, y if name == "pow" else 1e-14 * y][: FUNCTIONS[name].arguments]
+    assert np.array_equal(simple(*arguments), function(name, LANES)(*arguments))
+
+
+@pytest.mark.parametrize(("name", "count"), [*LANGUAGE.items(), ("pow", 2)])
+def test_every_function_of_the_language_in_lanes(name: str, count: int) -> None:
+    """The C library's tanh is off by 2 units itself."""
+    x, y = RANDOM.uniform(0.05, 0.95, (2, COUNT))
+    arguments = [x, y][:count]
+    program = looped(lambda e, values: [emit_function(e, name, values, LANES)], len(arguments), LANES)
+    found = compiled(program + definitions(program), 1)(*arguments)[0]
+    with mpmath.workprec(200):
+        exact = getattr(mpmath, {"pow": "power"}.get(name, name))
+        known = [exact(*map(mpmath.mpf, point)) for point in zip(*arguments)]
+        assert max(abs(a - b) / math.ulp(float(b) or 1.0) for a, b in zip(found, known)) < 3
+
+
+def test_constants_stand_for_all_lanes() -> None:
+    x = RANDOM.uniform(0.1, 9, COUNT)
+    program = looped(lambda e, values: [power(e, values[0], literal(1.7), LANES)], 1, LANES)
+    found = compiled(program + definitions(program), 1)(x)
+    assert np.array_equal(found, POW(x, np.full(COUNT, 1.7)))
 
 
 def test_only_what_is_called_is_defined() -> None:
