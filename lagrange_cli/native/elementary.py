@@ -11,10 +11,11 @@ double stand for all lanes, None for 0. So do ``exponential``, ``logarithm`` and
 ``emit_function`` for any function of the language.
 ``definitions(text)`` returns the functions that a program's text calls, to be appended to it.
 
-Every number of lanes, on every processor, gives the same bits: the formulas are the same, and where a lane
-is not in a formula's range (an angle beyond 10^6, an infinity, not-a-number) all are computed one by one, by
-the version for one double, which asks the C library for such arguments. The functions that have no formula
-here (tan, atan2, ..) are the C library's, one lane after the other.
+Every number of lanes gives the same bits, and within a formula's range so should every processor: each
+operation is rounded as IEEE 754 says. Where a lane is not in that range (an angle beyond 10^6, an infinity,
+not-a-number) all are computed one by one, by the version for one double, which asks the C library for such
+arguments. The functions that have no formula here (tan, atan2, ..) are the C library's, one lane after the
+other. The sign of a sine that is zero is lost: sin(-0) is 0.
 """
 
 from __future__ import annotations
