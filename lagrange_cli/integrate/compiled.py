@@ -34,7 +34,7 @@ def compiled_values(residual: Residual) -> CompiledValues:
     ) -> tuple[Array, Array, float]:
         constants, state, work = (
             aligned(max(1, program.constants)),
-            aligned(2 * program.rows),
+            aligned(program.memory),
             aligned(program.work),
         )
         given = np.array(parameters, dtype=np.float64)

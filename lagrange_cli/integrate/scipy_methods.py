@@ -45,7 +45,8 @@ class Equations:
     def rates(self, t: float, y: Array) -> Array:
         """y'; raises ``Singular`` or ``NotFinite``."""
         program, accelerate = self.machine.program, self.machine.accelerate
-        state = np.concatenate([y, np.zeros_like(y)])
+        state = np.zeros(program.memory)
+        state[: len(y)] = y
         result = np.empty(program.rows)
         n = program.degrees
         result[:n] = y[n : 2 * n]

@@ -67,9 +67,10 @@ class Stepper:
         self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
-        self._memory, self._work = aligned(2 * self._rows + 3), aligned(program.work)
+        self._memory, self._work = aligned(program.memory), aligned(program.work)
         self._trial = aligned(program.trial)
-        self._memory[: self._rows], self._memory[2 * self._rows] = state, times.start
+        self._clock = 2 * program.width
+        self._memory[: self._rows], self._memory[self._clock] = state, times.start
         self._info = np.zeros(2, dtype=np.int64)
         self._pause = 4 * FEWEST
         self.samples = np.empty((self._rows, size + LANES))
@@ -78,7 +79,7 @@ class Stepper:
     @property
     def t(self) -> float:
         """The time reached."""
-        return float(self._memory[2 * self._rows])
+        return float(self._memory[self._clock])
 
     @property
     def state(self) -> Array:

@@ -1,4 +1,4 @@
-; Rates of the velocities and integrals at one state (its low parts, zeros, follow its rows); 0 where the mass
+; Rates of the velocities and integrals at one state (its low parts are zeros); 0 where the mass
 ; matrix is singular. program.py fills in the @@names@@.
 define i64 @accelerate(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out) #0 {
 entry:
@@ -6,8 +6,7 @@ entry:
   br label %loop
 loop:
   %i = phi i64 [ 0, %entry ], [ %next, %loop ]
-  %offset = mul i64 %i, @@span@@
-  %place = add i64 %offset, @@slot@@
+  %place = add i64 %i, @@slot@@
   %aa = getelementptr inbounds double, ptr %work, i64 %place
   %a = load double, ptr %aa, align 8
   %oa = getelementptr inbounds double, ptr %out, i64 %i

@@ -7,6 +7,7 @@ that additions and multiplications with 0 are never written.
 from __future__ import annotations
 
 import struct
+from collections.abc import Iterable
 from typing import TypeAlias
 
 Operand: TypeAlias = str
@@ -36,6 +37,7 @@ class Emitter:
         self.operations = 0
         """Floating-point operations written so far."""
         self._count = 0
+        self._depth: dict[str, int] = {}
 
     def fresh(self) -> str:
         """A new name."""
@@ -52,26 +54,36 @@ class Emitter:
         self.lines.append(f"  {name} = {text}")
         return name
 
-    def _arithmetic(self, text: str) -> Operand:
+    def _arithmetic(self, text: str, *operands: Value) -> Operand:
         self.operations += 1
-        return self.define(text)
+        name = self.define(text)
+        self._depth[name] = 1 + max(map(self.depth, operands), default=0)
+        return name
+
+    def depth(self, value: Value) -> int:
+        """How many operations follow one another until ``value`` is known."""
+        return self._depth.get(value, 0) if value else 0
+
+    def set_depth(self, value: Operand, depth: int) -> None:
+        """Say so of a value that was not made by this class's arithmetic."""
+        self._depth[value] = depth
 
     def add(self, a: Value, b: Value) -> Value:
         if a is None:
             return b
         if b is None:
             return a
-        return self._arithmetic(f"fadd double {a}, {b}")
+        return self._arithmetic(f"fadd double {a}, {b}", a, b)
 
     def sub(self, a: Value, b: Value) -> Value:
         if b is None:
             return a
         if a is None:
             return self.neg(b)
-        return self._arithmetic(f"fsub double {a}, {b}")
+        return self._arithmetic(f"fsub double {a}, {b}", a, b)
 
     def neg(self, a: Value) -> Value:
-        return None if a is None else self._arithmetic(f"fneg double {a}")
+        return None if a is None else self._arithmetic(f"fneg double {a}", a)
 
     def mul(self, a: Value, b: Value) -> Value:
         if a is None or b is None:
@@ -80,12 +92,12 @@ class Emitter:
             return b
         if b == ONE:
             return a
-        return self._arithmetic(f"fmul double {a}, {b}")
+        return self._arithmetic(f"fmul double {a}, {b}", a, b)
 
     def div(self, a: Value, b: Value) -> Value:
         if a is None:
             return None
-        return self._arithmetic(f"fdiv double {a}, {operand(b)}")
+        return self._arithmetic(f"fdiv double {a}, {operand(b)}", a, b)
 
     def fma(self, a: Value, b: Value, c: Value) -> Value:
         """``a * b + c``, fused where the processor can."""
@@ -97,7 +109,7 @@ class Emitter:
             return self.add(b, c)
         if b == ONE:
             return self.add(a, c)
-        return self._arithmetic(f"call double @llvm.fmuladd.f64(double {a}, double {b}, double {c})")
+        return self._arithmetic(f"call double @llvm.fmuladd.f64(double {a}, double {b}, double {c})", a, b, c)
 
     def fms(self, a: Value, b: Value, c: Value) -> Value:
         """``c - a * b``, fused where the processor can."""
@@ -105,10 +117,19 @@ class Emitter:
             return c
         return self.fma(self.neg(a), b, c)
 
+    def total(self, terms: Iterable[tuple[Value, Value]], start: Value = None) -> Value:
+        """``start`` + sum of products, what is known last added last: so nothing waits for long."""
+        known = [(a, b) for a, b in [(start, ONE), *terms] if a is not None and b is not None]
+        known.sort(key=lambda term: max(self.depth(term[0]), self.depth(term[1])))
+        result: Value = None
+        for a, b in known:
+            result = self.fma(a, b, result)
+        return result
+
     def call(self, function: str, *arguments: Value) -> Operand:
         """A call of a declared function of doubles."""
         listed = ", ".join(f"double {operand(a)}" for a in arguments)
-        return self._arithmetic(f"call double @{function}({listed})")
+        return self._arithmetic(f"call double @{function}({listed})", *arguments)
 
     def load(self, pointer: str, index: int | str) -> Operand:
         """``pointer[index]``."""

@@ -7,7 +7,8 @@ from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, Series, SeriesProgram
 from lagrange_cli.native.emitter import ONE, Emitter, Value
-from lagrange_cli.native.layout import Layout
+from lagrange_cli.native.groups import Pair
+from lagrange_cli.native.layout import Group, Layout
 from lagrange_cli.native.linear import Factored, factor_block
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
 from lagrange_cli.records import dataclass, field
@@ -35,18 +36,19 @@ class Expansion:
     unrounded: dict[Node, Value] = field(default_factory=dict)
     """Functions of a coordinate before its low part is added."""
     regular: str = "true"
+    lowest: dict[Group, Pair] = field(default_factory=dict)
+    """Coefficients 1 of the operands of dot products."""
+    newest: dict[Group, Pair] = field(default_factory=dict)
+    """Their highest coefficients, after the last stage that was written."""
+    highest: dict[int, Value] = field(default_factory=dict)
+    """Those of q."""
 
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]
         for kind, indices in enumerate((self.program.coordinates, self.program.velocities)):
             for i, index in enumerate(indices):
                 row = kind * len(indices) + i
-                self.low[index] = self.emitter.load("%state", self.rows + row)
-
-    @property
-    def rows(self) -> int:
-        """Rows of the state: q, v and the integrals; their low parts follow them."""
-        return 2 * len(self.program.coordinates) + len(self.program.integrals)
+                self.low[index] = self.emitter.load("%state", self.layout.width + row)
 
     def start(self, index: int) -> Value:
         """Coefficient 0 of a series whose operation has a closed form at order 0."""
@@ -137,6 +139,16 @@ class Expansion:
                 for j, value in zip(block, factor.solve(self.emitter, right)):
                     result[j] = value
         return result
+
+    def linear(self, one: Series, values: list[Value], start: Value = None) -> Value:
+        """``start`` + what the ``values`` of a LINEAR series' operands add to it, as they are known."""
+        emitter = self.emitter
+        assert isinstance(one.data, tuple)
+        terms = [(None, start), *zip(one.data[1], values)]
+        total: Value = None
+        for scale, value in sorted(terms, key=lambda term: emitter.depth(term[1])):
+            total = emitter.add(total, value) if scale is None else self.add_scaled(scale, value, total)
+        return total
 
     def add_scaled(self, scale: Node, value: Value, total: Value) -> Value:
         """``total + scale * value``; nothing is loaded for a value of 0."""

@@ -14,6 +14,11 @@ STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
 
 
+def width_of(rows: int) -> int:
+    """Doubles that so many rows of the state take: one vector, or several whole ones."""
+    return next((width for width in (2, 4) if width >= rows), LANES * -(-rows // LANES))
+
+
 class Stop(IntEnum):
     """Why ``@advance`` returned."""
 
@@ -41,7 +46,6 @@ class Interface:
     observed: tuple[str, ...]
     constants: int
     work: int
-    span: int
 
     @property
     def rows(self) -> int:
@@ -49,9 +53,19 @@ class Interface:
         return 2 * self.degrees + len(self.integrals)
 
     @property
+    def width(self) -> int:
+        """Doubles from the state's rows to their low parts, and from there to t."""
+        return width_of(self.rows)
+
+    @property
+    def memory(self) -> int:
+        """Doubles of the state: the rows, their low parts, t, its low part, the last step, some room."""
+        return 3 * self.width + LANES
+
+    @property
     def trial(self) -> int:
         """Doubles of scratch that ``@advance`` needs to look ahead."""
-        return LANES * -(-2 * self.rows // LANES) + self.work
+        return LANES * -(-2 * self.width // LANES) + self.work
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

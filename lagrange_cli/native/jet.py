@@ -1,24 +1,28 @@
 """The function ``@jet``: all Taylor coefficients of one step, order by order.
 
-The first stages are written out; the later ones are loops over the stage k. (Written out in full, the
-code of the double pendulum takes five times as long to compile and runs no faster; docs/benchmarks.md.)
+The first stages are written out; the later ones are loops over the stage k.
 """
 
 from __future__ import annotations
 
+import itertools
+
 from lagrange_cli.mechanics.series import Op
+from lagrange_cli.native.emitter import operand
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.layout import LANES
-from lagrange_cli.native.looped import SECOND, Loop, Looped, Window
+from lagrange_cli.native.groups import store_rows, vector
+from lagrange_cli.native.looped import Looped
 from lagrange_cli.native.written_out import WrittenOut
 
-FEW_STAGES, MANY_STAGES = 3, 10
-"""Stages (besides the two that start the series) that are written out, in large and in small systems.
+WRITTEN_OUT = 3
+"""Stages, besides the two that start the series, that are written out.
 
 More are, where a convolution starts late.
 """
-SMALL = 12
-"""Convolutions of a small system."""
+FEW_GROUPS = 3
+"""Groups up to which dot products are written out."""
+SHORT_LOOP = 9
+"""Stages of a loop whose sums are written out, at most: few zeros are summed, and few loops compiled."""
 LOWEST = 3
 """In a loop every convolution is at this index or above, where the pairs with index 1 are two."""
 
@@ -27,17 +31,20 @@ def write_jet(expansion: Expansion) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
     emitter = expansion.emitter
     last = expansion.layout.order - 2
-    written_out = FEW_STAGES if expansion.program.convolutions > SMALL else MANY_STAGES
+    written_out = WRITTEN_OUT
     for one in expansion.program.series:
         if one.op in (Op.MULTIPLY, Op.POWER):
             written_out = max(written_out, LOWEST - one.level)
     for k in range(-2, min(last + 1, written_out)):
         WrittenOut(expansion, k).write()
-    if last >= written_out:
-        label, windows = "written", dict[Window, str]()
-        emitter.line(f"  br label %{label}\n{label}:")
-        for start, stop in segments(written_out, last):
-            label, windows = write_loop(expansion, start, stop, label, windows)
+    padded = len(expansion.layout.groups) <= FEW_GROUPS
+    length = SHORT_LOOP if padded else last
+    expansion.highest = {
+        i: expansion.table[i].get(min(last + 1, written_out) + 1) for i in expansion.program.coordinates
+    }
+    for start, stop in split(written_out, last, length):
+        write_loop(expansion, start, stop, padded)
+    finish(expansion)
     body = "\n".join(emitter.lines)
     return (
         "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work)"
@@ -45,25 +52,40 @@ def write_jet(expansion: Expansion) -> str:
     )
 
 
-def write_loop(
-    expansion: Expansion, start: int, stop: int, before: str, windows: dict[Window, str]
-) -> tuple[str, dict[Window, str]]:
-    """A loop over the stages start .. stop; returns the label after it and what its windows hold then."""
-    emitter = expansion.emitter
-    head, after = f"stages{start}", f"after{stop}"
-    loop = Loop(f"%k{start}", start, stop, windows)
-    place = len(emitter.lines)
-    Looped(expansion, loop, (before, head)).write()
-    body = emitter.lines[place:]
-    counter = f"  {loop.k} = phi i64 [ {start}, %{before} ], [ %next{start}, %{head} ]"
-    emitter.lines[place:] = [*loop.entry, f"  br label %{head}\n{head}:", counter, *loop.phis, *body]
-    emitter.line(f"  %next{start} = add nuw nsw i64 {loop.k}, 1")
-    emitter.line(f"  %more{start} = icmp ule i64 %next{start}, {stop}")
-    emitter.line(f"  br i1 %more{start}, label %{head}, label %{after}\n{after}:")
-    return after, {window: following for window, (_, following) in loop.windows.items()}
+def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> None:
+    """A loop over the stages start .. stop."""
+    emitter, k = expansion.emitter, f"%k{start}"
+    emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
+    place, before, highest = len(emitter.lines), dict(expansion.newest), dict(expansion.highest)
+    stage = Looped(expansion, k, start, stop, padded)
+    latch = stage.write(f"stages{start}")
+    phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
+    for group, pair in stage.before.items():
+        for name, first, then in (
+            (pair.first, before[group].first, expansion.newest[group].first),
+            (pair.second, before[group].second, expansion.newest[group].second),
+        ):
+            phis.append(f"  {name} = phi {vector(group)} [ {first}, %before{start} ], [ {then}, %{latch} ]")
+    for index, name in stage.coordinates.items():
+        expansion.highest[index] = stage.top[index]
+        ways = f"[ {operand(highest[index])}, %before{start} ], [ {operand(stage.top[index])}, %{latch} ]"
+        phis.append(f"  {name} = phi double {ways}")
+    emitter.lines[place:place] = phis
+    emitter.line(
+        f"  %next{start} = add nuw nsw i64 {k}, 1\n  %more{start} = icmp ule i64 %next{start}, {stop}"
+    )
+    emitter.line(f"  br i1 %more{start}, label %stages{start}, label %after{start}\nafter{start}:")
 
 
-def segments(start: int, last: int) -> list[tuple[int, int]]:
-    """Split the looped stages where convolutions outgrow a vector: (first stage, last stage)."""
-    cuts = [k for k in (SECOND - 1, SECOND + LANES - 1) if start <= k < last]
-    return list(zip([start, *(cut + 1 for cut in cuts)], [*cuts, last]))
+def finish(expansion: Expansion) -> None:
+    """Store q's last coefficients, which are one order ahead of the velocities'."""
+    layout = expansion.layout
+    values = [expansion.highest.get(index) for index in layout.state]
+    store_rows(expansion.emitter, layout.width, values, "%work", layout.width * layout.order)
+
+
+def split(start: int, last: int, length: int) -> list[tuple[int, int]]:
+    """The stages start .. last in as few parts of at most ``length`` as there can be, all about as long."""
+    parts = max(0, -(-(last + 1 - start) // max(1, length)))
+    cuts = [start + (last + 1 - start) * part // parts for part in range(parts + 1)] if parts else []
+    return [(a, b - 1) for a, b in itertools.pairwise(cuts)]

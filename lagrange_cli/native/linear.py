@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
-from lagrange_cli.native.layout import LANES
+from lagrange_cli.native.interface import LANES
 from lagrange_cli.records import dataclass
 
 WRITTEN_OUT = {"definite": 20, "general": 5}

@@ -11,9 +11,9 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.interface import STEPPING, Interface
+from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.jet import write_jet
-from lagrange_cli.native.layout import LANES, ZERO_SLOT, arrange
+from lagrange_cli.native.layout import arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
 from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
@@ -31,12 +31,13 @@ class Program(Interface):
 
 
 def order_for(tolerance: float) -> int:
-    """The order of q's series at ``tolerance``: that of Jorba and Zou (2005, sec. 3.1) and one more for q.
+    """The order of q's series at ``tolerance``: half as high again as Jorba and Zou's (2005, sec. 3.1).
 
-    Orders up to 28 are faster by some ten percent, as vectors make the cost grow more slowly than its
-    square, but their longer steps gather more rounding (docs/benchmarks.md).
+    They count operations, which grow with the order's square. Here most of them are done side by side, and
+    the time of an order is mostly that of its longest chain: longer steps of a higher order are cheaper
+    (docs/engine.md).
     """
-    return 2 + max(4, math.ceil(-0.52 * math.log(tolerance)))
+    return 2 + max(4, math.ceil(-0.74 * math.log(tolerance)))
 
 
 def write_program(
@@ -63,12 +64,13 @@ def write_program(
     layout = arrange(series, order)
     expansion = Expansion(residual, series, layout, constants)
     parts = [write_jet(expansion)]
-    degrees, rows = len(model.q), 2 * len(model.q) + len(integrands)
+    degrees = len(model.q)
+    work = LANES * -(-(layout.doubles + expansion.scratch) // LANES)
     if expansion.scratch:
         parts.append(fill_in("linear", {}))
     if order >= STEPPING:
-        parts.append(stepper(layout, degrees, rows, tolerance))
-    numbers = {"slot": layout.span * degrees + ZERO_SLOT + 1, "span": layout.span, "rates": rows - degrees}
+        parts.append(stepper(layout, degrees, work, tolerance))
+    numbers = {"slot": layout.width + degrees, "rates": len(layout.state) - degrees}
     parts.append(fill_in("accelerate", numbers))
     symbols = [*model.q, *model.v]
     observe, observe_operations = _values("observe", model.time, symbols, list(observed.values()), constants)
@@ -86,8 +88,7 @@ def write_program(
         integrals=tuple(integrands),
         observed=tuple(observed),
         constants=size,
-        work=layout.doubles + expansion.scratch,
-        span=layout.span,
+        work=work,
         series=series,
         operations={"jet": expansion.emitter.operations, "observe": observe_operations},
     )
@@ -132,13 +133,21 @@ def _tables(order: int) -> list[str]:
     return [f"@{name} = private constant [{size} x double] [{row}]" for name, row in listed.items()]
 
 
-_GLOBALS = f"""
-declare double @llvm.fma.f64(double, double, double)
-declare double @llvm.maxnum.f64(double, double)
-declare double @llvm.minnum.f64(double, double)
-declare double @llvm.vector.reduce.fadd.v{LANES}f64(double, <{LANES} x double>)
-declare <{LANES} x double> @llvm.fmuladd.v{LANES}f64(<{LANES} x double>, <{LANES} x double>, <{LANES} x
-double>) declare i8 @llvm.ctpop.i8(i8)
-"""
+_GLOBALS = "\n".join(
+    [
+        *(
+            f"declare {kind} @llvm.{name}.{tag}({', '.join([kind] * count)})"
+            for name, count in (("fmuladd", 3), ("fma", 3), ("fabs", 1), ("maxnum", 2), ("minnum", 2))
+            for kind, tag in (("double", "f64"), *((f"<{n} x double>", f"v{n}f64") for n in (2, 4, LANES)))
+            if (name, tag) not in (("fmuladd", "f64"), ("fabs", "f64"))
+        ),
+        *(
+            f"declare double @llvm.vector.reduce.{name}.v{n}f64({first}<{n} x double>)"
+            for name, first in (("fadd", "double, "), ("fmax", ""))
+            for n in (2, 4, LANES)
+        ),
+        "declare i8 @llvm.ctpop.i8(i8)",
+    ]
+)
 
 _ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'

@@ -8,32 +8,34 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.expression.graph import Kind, Node
+from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.series import Op, Series
-from lagrange_cli.native.emitter import Value, literal
+from lagrange_cli.native.emitter import ONE, Value, literal
 from lagrange_cli.native.expansion import Expansion
+from lagrange_cli.native.groups import Pair, assemble
+from lagrange_cli.native.layout import Group, reciprocal
 from lagrange_cli.records import dataclass, field
 
 
 @dataclass
 class Stage:
-    """What written-out and looped stages share: the recurrences. ``ahead`` is an index relative to k."""
+    """What written-out and looped stages share: the recurrences. ``ahead`` is an index relative to k.
+
+    ``sums`` holds the dot products of the stage that were made side by side: by series, and whether weighted.
+    """
 
     expansion: Expansion
     top: dict[int, Value] = field(default_factory=dict)
     careful: bool = False
     """Whether what q and q_dot hold beyond their doubles still matters at this order."""
+    sums: dict[tuple[int, bool], Value] = field(default_factory=dict)
 
     def at(self, index: int, ahead: int) -> Value:
         """Coefficient k + ahead of a series."""
         raise NotImplementedError
 
-    def middle(self, a: int, b: int, ahead: int) -> Value:
-        """sum_{m=1}^{n-1} a[m] b[n-m] with n = k + ahead."""
-        raise NotImplementedError
-
-    def weighted(self, index: int, base: int, exponent: Value, ahead: int) -> Value:
-        """sum_{m=1}^{n-1} (exponent (n-m) - m) base[n-m] series[m] with n = k + ahead."""
+    def products(self, a: int, b: int, ahead: int) -> list[tuple[Value, Value, Value]]:
+        """(m, a[m], b[n-m]) for m = 1 .. n-1, n = k + ahead, as far as neither is 0."""
         raise NotImplementedError
 
     def number(self, ahead: int) -> Value:
@@ -47,16 +49,39 @@ class Stage:
         """
         raise NotImplementedError
 
-    def product(self, a: int, b: int, ahead: int) -> Value:
-        """Coefficient k + ahead (at least 1) of a product."""
-        emitter, table = self.expansion.emitter, self.expansion.table
-        total = self.middle(a, b, ahead)
+    def product(self, index: int, one: Series) -> Value:
+        """Coefficient k + level (at least 1) of a product."""
+        emitter, table, ahead = self.expansion.emitter, self.expansion.table, one.level
+        a, b = one.arguments
+        terms = [(table[a][0], self.at(b, ahead)), (self.at(a, ahead), table[b][0])]
         if self.careful:
             low = self.expansion.low
-            total = emitter.fma(low.get(a), self.at(b, ahead), total)
-            total = emitter.fma(self.at(a, ahead), low.get(b), total)
-        total = emitter.fma(table[a][0], self.at(b, ahead), total)
-        return emitter.fma(self.at(a, ahead), table[b][0], total)
+            terms += [(low.get(a), self.at(b, ahead)), (self.at(a, ahead), low.get(b))]
+        if (index, False) in self.sums:
+            return emitter.total(terms, self.sums[index, False])
+        return emitter.total([*((x, y) for _, x, y in self.products(a, b, ahead)), *terms])
+
+    def power(self, index: int, one: Series) -> Value:
+        """Coefficient k + level (at least 1) of a power p = x^e.
+
+        With n = k + level, n x[0] p[n] = sum_{m<n} (e (n-m) - m) x[n-m] p[m].
+        """
+        expansion, emitter, ahead, base = self.expansion, self.expansion.emitter, one.level, one.arguments[0]
+        assert isinstance(one.data, Node)
+        gain, inverse = expansion.gains[index]
+        if (index, False) in self.sums:
+            plain, weighted = self.sums[index, False], self.sums.get((index, True))
+        else:
+            products = self.products(index, base, ahead)
+            plain = emitter.total((x, y) for _, x, y in products)
+            weighted = emitter.total((emitter.mul(m, x), y) for m, x, y in products)
+        if reciprocal(one.data):
+            rest = emitter.neg(plain)
+        else:
+            exponent = expansion.constants.value(emitter, one.data)
+            weighted = emitter.mul(emitter.add(exponent, ONE), self.divided(weighted, ahead))
+            rest = emitter.sub(emitter.mul(exponent, plain), weighted)
+        return emitter.fma(gain, self.at(base, ahead), emitter.mul(rest, inverse))
 
     def recur(self, index: int) -> Value:
         """Coefficient k + level (at least 1) of a series from those of its operands."""
@@ -66,32 +91,22 @@ class Stage:
         if one.op in (Op.COORDINATE, Op.TIME):
             return literal(1.0) if one.op is Op.TIME and self.is_index(ahead, 1) else None
         if one.op is Op.LINEAR:
-            total: Value = None
-            for argument, scale in zip(one.arguments, linear_data(one)[1]):
-                total = expansion.add_scaled(scale, self.at(argument, ahead), total)
-            return total
+            return expansion.linear(one, [self.at(argument, ahead) for argument in one.arguments])
         if one.op is Op.MULTIPLY:
-            return self.product(one.arguments[0], one.arguments[1], ahead)
+            return self.product(index, one)
         if one.op is Op.DERIVATIVE:
             return emitter.mul(self.number(ahead + 1), self.at(one.arguments[0], ahead + 1))
         if one.op is Op.PRIMITIVE:
             return self.divided(self.at(one.arguments[0], ahead - 1), ahead)
-        assert one.op is Op.POWER and isinstance(one.data, Node)
-        gain, inverse = expansion.gains[index]
-        base = one.arguments[0]
-        if one.data.kind is Kind.NUMBER and one.data.data == -1.0:
-            rest = emitter.neg(emitter.mul(inverse, self.middle(index, base, ahead)))
-        else:
-            rest = self.weighted(index, base, expansion.constants.value(emitter, one.data), ahead)
-            rest = self.divided(emitter.mul(rest, inverse), ahead)
-        return emitter.fma(gain, self.at(base, ahead), rest)
+        assert one.op is Op.POWER
+        return self.power(index, one)
 
     def is_index(self, ahead: int, index: int) -> bool:
         """Whether k + ahead is ``index`` (in a loop it never is a small one)."""
         return False
 
-    def correction(self, index: int, change: dict[int, Value]) -> Value:
-        """What the change of the operands' newest coefficients adds to the newest one of a series."""
+    def correction(self, index: int, change: dict[int, Value], start: Value) -> Value:
+        """``start`` + what the change of the operands' newest coefficients adds to a series' newest one."""
         expansion, emitter = self.expansion, self.expansion.emitter
         one = expansion.program.series[index]
 
@@ -101,34 +116,43 @@ class Stage:
             return change.get(operand) if newest else None
 
         if one.op is Op.LINEAR:
-            total: Value = None
-            for argument, scale in zip(one.arguments, linear_data(one)[1]):
-                total = expansion.add_scaled(scale, changed(argument, one.level), total)
-            return total
+            return expansion.linear(one, [changed(argument, one.level) for argument in one.arguments], start)
         if one.op is Op.MULTIPLY:
             a, b = one.arguments
-            total = emitter.mul(expansion.table[b][0], changed(a, one.level))
-            return emitter.fma(expansion.table[a][0], changed(b, one.level), total)
+            terms = [
+                (expansion.table[b][0], changed(a, one.level)),
+                (expansion.table[a][0], changed(b, one.level)),
+            ]
+            return emitter.total(terms, start)
         if one.op is Op.DERIVATIVE:
-            return emitter.mul(self.number(one.level + 1), changed(one.arguments[0], one.level + 1))
+            return emitter.total(
+                [(self.number(one.level + 1), changed(one.arguments[0], one.level + 1))], start
+            )
         if one.op is Op.PRIMITIVE:
-            return self.divided(changed(one.arguments[0], one.level - 1), one.level)
+            return emitter.add(start, self.divided(changed(one.arguments[0], one.level - 1), one.level))
         if one.op is Op.POWER:
-            return emitter.mul(expansion.gains[index][0], changed(one.arguments[0], one.level))
+            return emitter.total([(expansion.gains[index][0], changed(one.arguments[0], one.level))], start)
         raise ValueError(f"{one.op} is never corrected")
 
     def solve(self) -> None:
         """The accelerations' coefficient k, and what it adds to everything that depends on it."""
-        expansion, emitter, program = self.expansion, self.expansion.emitter, self.expansion.program
+        expansion, program = self.expansion, self.expansion.program
         accelerations = expansion.accelerations([self.at(index, 0) for index in program.residual])
         change: dict[int, Value] = {}
         for coordinate, velocity, value in zip(program.coordinates, program.velocities, accelerations):
             change[velocity] = self.divided(value, 1)
             change[coordinate] = self.divided(change[velocity], 2)
-        for index in self.corrected():
-            if index not in change:
-                change[index] = self.correction(index, change)
-            self.set_top(index, emitter.add(self.at(index, program.series[index].level), change[index]))
+        given = set(change)
+        corrected = list(self.corrected())
+        read = {i for index in corrected for i in program.series[index].arguments}
+        for index in corrected:
+            old = self.at(index, program.series[index].level)
+            if index in given:
+                self.set_top(index, expansion.emitter.add(old, change[index]))
+                continue
+            if index in read:
+                change[index] = self.correction(index, change, None)
+            self.set_top(index, self.correction(index, change, old))
 
     def corrected(self) -> Iterable[int]:
         """Series that depend on the newest acceleration and are read again later."""
@@ -139,6 +163,18 @@ class Stage:
     def set_top(self, index: int, value: Value) -> None:
         """Set coefficient k + level of a series."""
         raise NotImplementedError
+
+    def gather(self, group: Group) -> Pair:
+        """What enters the vectors of ``group`` when this stage is done: coefficients k + level."""
+        emitter, ahead = self.expansion.emitter, group.level
+        first, second = ([self.at(i, ahead) for i in side] for side in zip(*((d.a, d.b) for d in group.dots)))
+        number = self.number(ahead)
+        scaled = [emitter.mul(number, x) if dot.weighted else x for dot, x in zip(group.dots, first)]
+        return Pair(assemble(emitter, group.width, scaled), assemble(emitter, group.width, second))
+
+    def state(self) -> list[Value]:
+        """Coefficients k + 1 of q, v and the integrals."""
+        return [self.at(index, 1) for index in self.expansion.layout.state]
 
 
 def linear_data(one: Series) -> tuple[Node, tuple[Node, ...]]:

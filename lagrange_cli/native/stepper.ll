@@ -1,5 +1,5 @@
 ; The stepping loop, with @@names@@ filled in by stepper.py
-; The size of velocity %i over a step %h: the largest of its value and the next three terms of its series.
+; The size of row %i over a step %h: the largest of its value and the next three terms of its series.
 define internal double @size(ptr noalias %state, ptr noalias %row, i64 %i, double %h) #0 {
   %va = getelementptr inbounds double, ptr %state, i64 %i
   %v = load double, ptr %va, align 8
@@ -32,79 +32,63 @@ define internal double @ratio(double %size, double %c) #0 {
   ret double %result
 }
 
-; log2 of a positive number to 0.01: its exponent, and a parabola through the mantissa. The step needs no more, and
-; this gives the same bits on every machine.
-define internal double @log2_roughly(double %x) #0 {
-  %bits = bitcast double %x to i64
-  %exponent = lshr i64 %bits, 52
-  %whole = sitofp i64 %exponent to double
-  %fraction = and i64 %bits, 4503599627370495
-  %scaled = or i64 %fraction, 4607182418800017408
-  %m = bitcast i64 %scaled to double
-  %p1 = call double @llvm.fmuladd.f64(double %m, double 0xBFD58FC504816F00, double 0x3FFFEB851EB851EC)
-  %p2 = call double @llvm.fmuladd.f64(double %m, double %p1, double 0xC0900298ADAB9F56)
-  %result = fadd double %whole, %p2
-  ret double %result
-}
-
-; 2^x to 0.3 percent, the inverse of the above.
-define internal double @exp2_roughly(double %x) #0 {
-  %low = call double @llvm.maxnum.f64(double %x, double -1000.0)
-  %bounded = call double @llvm.minnum.f64(double %low, double 1000.0)
-  %floor = call double @llvm.floor.f64(double %bounded)
-  %f = fsub double %bounded, %floor
-  %p1 = call double @llvm.fmuladd.f64(double %f, double 0x3FD5205BC01A36E3, double 0x3FE54395810624DD)
-  %p2 = call double @llvm.fmuladd.f64(double %f, double %p1, double 1.0)
-  %whole = fptosi double %floor to i64
-  %biased = add i64 %whole, 1023
-  %bits = shl i64 %biased, 52
-  %scale = bitcast i64 %bits to double
-  %result = fmul double %p2, %scale
-  ret double %result
-}
-
-; The step from the last two coefficients of the velocities, whose sizes are measured over a step %h. The sum of all
-; that was looked at is added to %total, which is not finite where any of it is not.
+; The step from the coefficients of the velocities, whose sizes are measured over a step %h. %total becomes infinite or no
+; number where a coefficient is.
+;
+; The root of a number is 2^(log2 / m): its logarithm is read off its bits (to 0.09), the power is an exponent and a parabola
+; (to 0.3 percent). The step needs no more, and this gives the same bits on every machine.
 define internal double @length(ptr noalias %state, ptr noalias %work, double %h, ptr %total) #0 {
 entry:
+@@splat_h@@
+  %reach = fmul double %h, @@farther@@
+@@splat_reach@@
   br label %loop
 loop:
-  %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
-  %least1 = phi double [ 0x7FF0000000000000, %entry ], [ %smaller1, %loop ]
-  %least2 = phi double [ 0x7FF0000000000000, %entry ], [ %smaller2, %loop ]
-  %sum = phi double [ 0.0, %entry ], [ %sum3, %loop ]
-  %base = mul i64 %i, @@span@@
-  %row = getelementptr inbounds double, ptr %work, i64 %base
-  %size = call double @size(ptr %state, ptr %row, i64 %i, double %h)
-  %ca = getelementptr inbounds double, ptr %row, i64 @@top_slot@@
-  %c = load double, ptr %ca, align 8
-  %da = getelementptr inbounds double, ptr %row, i64 @@below_slot@@
-  %d = load double, ptr %da, align 8
-  %r1 = call double @ratio(double %size, double %c)
-  %r2 = call double @ratio(double %size, double %d)
-  %smaller1 = call double @llvm.minnum.f64(double %least1, double %r1)
-  %smaller2 = call double @llvm.minnum.f64(double %least2, double %r2)
-  %c0 = call double @llvm.fabs.f64(double %c)
-  %d0 = call double @llvm.fabs.f64(double %d)
-  %sum1 = fadd double %sum, %size
-  %sum2 = fadd double %sum1, %c0
-  %sum3 = fadd double %sum2, %d0
-  %next = add nuw nsw i64 %i, 1
-  %more = icmp ult i64 %next, @@two_degrees@@
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %sum = phi @@vector@@ [ zeroinitializer, %entry ], [ %sum_next, %loop ]
+@@greatest@@
+  %row = getelementptr inbounds double, ptr %work, i64 %i
+  %ya = getelementptr inbounds double, ptr %state, i64 %i
+  %y = load @@vector@@, ptr %ya, align 8
+  %y0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %y)
+@@size@@
+@@splat_i@@
+  %velocity = add <@@lanes@@ x i64> %i_v, @@from_degrees@@
+  %is_velocity = icmp ult <@@lanes@@ x i64> %velocity, @@all_degrees@@
+  %is_moving = fcmp ogt @@vector@@ %size, zeroinitializer
+  %counts = and <@@lanes@@ x i1> %is_velocity, %is_moving
+  %inverse0 = fdiv @@vector@@ @@ones@@, %size
+  %inverse = select <@@lanes@@ x i1> %counts, @@vector@@ %inverse0, @@vector@@ zeroinitializer
+@@compare@@
+  %next = add nuw nsw i64 %i, @@lanes@@
+  %more = icmp ult i64 %next, @@width@@
   br i1 %more, label %loop, label %done
 done:
   %old = load double, ptr %total, align 8
-  %new = fadd double %old, %sum3
+  %new = call reassoc double @llvm.vector.reduce.fadd.@@tag@@(double %old, @@vector@@ %sum_next)
   store double %new, ptr %total, align 8
-  %l1 = call double @log2_roughly(double %smaller1)
-  %l2 = call double @log2_roughly(double %smaller2)
-  %e1 = fmul double %l1, @@root_top@@
-  %e2 = fmul double %l2, @@root_below@@
-  %e = call double @llvm.minnum.f64(double %e1, double %e2)
-  %radius = call double @exp2_roughly(double %e)
+@@gather@@
+  %bits = bitcast <8 x double> %greatest to <8 x i64>
+  %above = lshr <8 x i64> %bits, <i64 32, i64 32, i64 32, i64 32, i64 32, i64 32, i64 32, i64 32>
+  %upper = trunc <8 x i64> %above to <8 x i32>
+  %number = sitofp <8 x i32> %upper to <8 x double>
+  %roots = call <8 x double> @llvm.fmuladd.v8f64(<8 x double> %number, <8 x double> @@slopes@@, <8 x double> @@offsets@@)
+  %e = call nnan double @llvm.vector.reduce.fmax.v8f64(<8 x double> %roots)
+  %minus = fneg double %e
+  %low = call nnan double @llvm.maxnum.f64(double %minus, double -1000.0)
+  %bounded = call nnan double @llvm.minnum.f64(double %low, double 1000.0)
+  %floor = call double @llvm.floor.f64(double %bounded)
+  %f = fsub double %bounded, %floor
+  %q1 = call double @llvm.fmuladd.f64(double %f, double 0x3FD5205BC01A36E3, double 0x3FE54395810624DD)
+  %q2 = call double @llvm.fmuladd.f64(double %f, double %q1, double 1.0)
+  %integer = fptosi double %floor to i64
+  %biased = add i64 %integer, 1023
+  %power = shl i64 %biased, 52
+  %scale = bitcast i64 %power to double
+  %radius = fmul double %q2, %scale
   %step = fmul double %radius, @@safety@@
-  %both = call double @llvm.minnum.f64(double %smaller1, double %smaller2)
-  %endless = fcmp oeq double %both, 0x7FF0000000000000
+  %any = call nnan double @llvm.vector.reduce.fmax.v8f64(<8 x double> %greatest)
+  %endless = fcmp oeq double %any, 0.0
   %result = select i1 %endless, double 0x7FF0000000000000, double %step
   ret double %result
 }
@@ -116,8 +100,7 @@ entry:
 loop:
   %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
   %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
-  %base = mul i64 %i, @@span@@
-  %row = getelementptr inbounds double, ptr %work, i64 %base
+  %row = getelementptr inbounds double, ptr %work, i64 %i
   %size = call double @size(ptr %state, ptr %row, i64 %i, double %h)
   %ca = getelementptr inbounds double, ptr %row, i64 %slot
   %c = load double, ptr %ca, align 8
@@ -138,7 +121,7 @@ entry:
 loop:
   %m = phi i64 [ @@lowest@@, %entry ], [ %next, %loop ]
   %least = phi double [ 0x7FF0000000000000, %entry ], [ %smaller, %loop ]
-  %slot = add i64 %m, @@zero_slot@@
+  %slot = mul i64 %m, @@width@@
   %r = call double @least_ratio(ptr %state, ptr %work, double %guess, i64 %slot)
   %n = sitofp i64 %m to double
   %root = fdiv double 1.0, %n
@@ -152,16 +135,95 @@ done:
   ret double %result
 }
 
+; Zeros. (What is not finite would stay: sums take in more coefficients than there are, times 0.)
+define internal void @clear(ptr noalias %place, i64 %count) #0 {
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %at = getelementptr inbounds double, ptr %place, i64 %i
+  store <8 x double> zeroinitializer, ptr %at, align 64
+  %next = add nuw nsw i64 %i, 8
+  %more = icmp ult i64 %next, %count
+  br i1 %more, label %loop, label %done
+done:
+  ret void
+}
+
+; So near a singularity that the higher coefficients overflow: a step with the finite ones alone; the others are set to 0.
+; The result is 0 if fewer than @@fewest@@ are left.
+define internal double @shortened(ptr noalias %state, ptr noalias %work, double %guess) #0 {
+entry:
+  br label %order
+order:
+  %m = phi i64 [ 1, %entry ], [ %higher, %good ]
+  %base = mul i64 %m, @@width@@
+  br label %row
+row:
+  %i = phi i64 [ 0, %order ], [ %next, %row ]
+  %sum = phi double [ 0.0, %order ], [ %added, %row ]
+  %place = add i64 %base, %i
+  %ca = getelementptr inbounds double, ptr %work, i64 %place
+  %c = load double, ptr %ca, align 8
+  %c0 = call double @llvm.fabs.f64(double %c)
+  %added = fadd double %sum, %c0
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@two_degrees@@
+  br i1 %more, label %row, label %judge
+judge:
+  %finite = fcmp olt double %added, 0x7FF0000000000000
+  br i1 %finite, label %good, label %cut
+good:
+  %higher = add nuw nsw i64 %m, 1
+  %goes_on = icmp ule i64 %higher, @@order@@
+  br i1 %goes_on, label %order, label %cut
+cut:
+  %end = phi i64 [ %m, %judge ], [ %higher, %good ]
+  %enough = icmp ugt i64 %end, @@fewest@@
+  br i1 %enough, label %above, label %hopeless
+above:
+  %k = phi i64 [ %end, %cut ], [ %k_next, %zeroed ]
+  %is_above = icmp ule i64 %k, @@order@@
+  br i1 %is_above, label %zeros, label %step
+zeros:
+  %k_base = mul i64 %k, @@width@@
+  br label %zero
+zero:
+  %j = phi i64 [ 0, %zeros ], [ %j_next, %zero_next ]
+  %j_place = add i64 %k_base, %j
+  %j_at = getelementptr inbounds double, ptr %work, i64 %j_place
+  store double 0.0, ptr %j_at, align 8
+  br label %zero_next
+zero_next:
+  %j_next = add nuw nsw i64 %j, 1
+  %j_more = icmp ult i64 %j_next, @@width@@
+  br i1 %j_more, label %zero, label %zeroed
+zeroed:
+  %k_next = add nuw nsw i64 %k, 1
+  br label %above
+step:
+  %long = call double @cautious(ptr %state, ptr %work, double %guess)
+  %last = sub i64 %end, 2
+  %number = sitofp i64 %last to double
+  %inverse = fdiv double 1.0, %number
+  %exponent = fsub double %inverse, @@inverse_top@@
+  %less = call double @llvm.pow.f64(double @@last_term@@, double %exponent)
+  %result = fmul double %long, %less
+  ret double %result
+hopeless:
+  ret double 0.0
+}
+
 ; whether the series, followed to the end of the step %h, still satisfies the equations there (up to what changes
 ; coordinates by 2^-45 of themselves: a coordinate in equilibrium has accelerations that are nothing but rounding)
 define internal i1 @holds(ptr noalias %constants, ptr noalias %state, ptr noalias %work, double %h, ptr noalias %trial) #0 {
 entry:
   %trial_work = getelementptr inbounds double, ptr %trial, i64 @@trial_offset@@
+  call void @clear(ptr %trial, i64 @@trial_size@@)
   br label %rows
 rows:
   %i = phi i64 [ 0, %entry ], [ %next, %rows ]
-  %base = mul i64 %i, @@span@@
-  %row = getelementptr inbounds double, ptr %work, i64 %base
+  %row = getelementptr inbounds double, ptr %work, i64 %i
 @@horner@@
   %ya = getelementptr inbounds double, ptr %state, i64 %i
   %y = load double, ptr %ya, align 8
@@ -179,10 +241,9 @@ evaluate:
   br i1 %regular, label %compare, label %bad
 compare:
   %j = phi i64 [ @@degrees@@, %evaluate ], [ %jn, %better ]
-  %jb = mul i64 %j, @@span@@
-  %vrow = getelementptr inbounds double, ptr %work, i64 %jb
+  %vrow = getelementptr inbounds double, ptr %work, i64 %j
 @@horner_rate@@
-  %jb1 = add i64 %jb, @@slot_1@@
+  %jb1 = add i64 %j, @@slot_1@@
   %aa = getelementptr inbounds double, ptr %trial_work, i64 %jb1
   %a = load double, ptr %aa, align 8
   %difference = fsub double %rate, %a
@@ -227,8 +288,8 @@ entry:
   %stepsa = getelementptr inbounds i64, ptr %info, i64 1
   br label %step
 step:
-  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ]
-  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ]
+  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ], [ %sampled, %again ]
+  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ], [ %taken1, %again ]
   %enough = icmp uge i64 %taken, %pause
   br i1 %enough, label %paused, label %expand
 expand:
@@ -271,11 +332,16 @@ reject:
   %tries1 = add i64 %tries, 1
   br label %vet
 chosen:
-  %h = phi double [ %hu, %usual ], [ %hc, %vet ]
+  %h0 = phi double [ %hu, %usual ], [ %hc, %vet ]
   %met = load double, ptr %total, align 8
   %finite = fcmp olt double %met, 0x7FF0000000000000
-  br i1 %finite, label %long, label %notfinite
+  br i1 %finite, label %long, label %rescue
+rescue:
+  %hr = call double @shortened(ptr %state, ptr %work, double %h0)
+  %rescued = fcmp ogt double %hr, 0.0
+  br i1 %rescued, label %long, label %notfinite
 long:
+  %h = phi double [ %h0, %chosen ], [ %hr, %rescue ]
   %ts = call double @llvm.fabs.f64(double %tn)
   %ulp = fmul double %ts, 0x3CC0000000000000
   %floor = fadd double %ulp, 0x0010000000000000
@@ -287,46 +353,40 @@ long:
 sampling:
   %at = phi i64 [ %index, %long ], [ %atn, %stored ]
   %sa = getelementptr inbounds double, ptr %times, i64 %at
-  %s = load @@vector@@, ptr %sa, align 8
-  %t_i = insertelement @@vector@@ poison, double %t, i64 0
-  %t_v = shufflevector @@vector@@ %t_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
-  %tl_i = insertelement @@vector@@ poison, double %tl, i64 0
-  %tl_v = shufflevector @@vector@@ %tl_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
-  %h_i = insertelement @@vector@@ poison, double %h, i64 0
-  %h_v = shufflevector @@vector@@ %h_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
-  %dt1 = fsub @@vector@@ %s, %t_v
-  %dt = fsub @@vector@@ %dt1, %tl_v
-  %within = fcmp ole @@vector@@ %dt, %h_v
-  %mask = bitcast <@@lanes@@ x i1> %within to i8
+  %s = load <8 x double>, ptr %sa, align 8
+@@splat8_t@@
+@@splat8_tl@@
+@@splat8_h@@
+  %dt1 = fsub <8 x double> %s, %t_v
+  %dt = fsub <8 x double> %dt1, %tl_v
+  %within = fcmp ole <8 x double> %dt, %h_v
+  %mask = bitcast <8 x i1> %within to i8
   %ones = call i8 @llvm.ctpop.i8(i8 %mask)
   %hits = zext i8 %ones to i64
   %any = icmp ne i64 %hits, 0
   br i1 %any, label %dense, label %sampledall
 dense:
   %di = phi i64 [ 0, %sampling ], [ %dnext, %dense ]
-  %dbase = mul i64 %di, @@span@@
-  %srow = getelementptr inbounds double, ptr %work, i64 %dbase
+  %srow = getelementptr inbounds double, ptr %work, i64 %di
 @@horner_vector@@
   %dya = getelementptr inbounds double, ptr %state, i64 %di
   %dy = load double, ptr %dya, align 8
   %dla = getelementptr inbounds double, ptr %low, i64 %di
   %dl = load double, ptr %dla, align 8
-  %dy_i = insertelement @@vector@@ poison, double %dy, i64 0
-  %dy_v = shufflevector @@vector@@ %dy_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
-  %dl_i = insertelement @@vector@@ poison, double %dl, i64 0
-  %dl_v = shufflevector @@vector@@ %dl_i, @@vector@@ poison, <@@lanes@@ x i32> zeroinitializer
-  %change = fadd @@vector@@ %srow.poly, %dl_v
-  %value = fadd @@vector@@ %dy_v, %change
+@@splat8_dy@@
+@@splat8_dl@@
+  %change = fadd <8 x double> %srow.poly, %dl_v
+  %value = fadd <8 x double> %dy_v, %change
   %orow = mul i64 %di, %stride
   %oplace = add i64 %orow, %at
   %oa = getelementptr inbounds double, ptr %out, i64 %oplace
-  store @@vector@@ %value, ptr %oa, align 8
+  store <8 x double> %value, ptr %oa, align 8
   %dnext = add nuw nsw i64 %di, 1
   %dmore = icmp ult i64 %dnext, @@rows@@
   br i1 %dmore, label %dense, label %stored
 stored:
   %atn = add i64 %at, %hits
-  %full = icmp eq i64 %hits, @@lanes@@
+  %full = icmp eq i64 %hits, 8
   br i1 %full, label %sampling, label %sampledall
 sampledall:
   %sampled = phi i64 [ %at, %sampling ], [ %atn, %stored ]
@@ -344,37 +404,35 @@ move:
   %hs = select i1 %ending, double %left2, double %h
   br label %update
 update:
-  %ui = phi i64 [ 0, %move ], [ %unext, %updated ]
-  %ubase = mul i64 %ui, @@span@@
-  %row = getelementptr inbounds double, ptr %work, i64 %ubase
+  %ui = phi i64 [ 0, %move ], [ %unext, %update ]
+  %row = getelementptr inbounds double, ptr %work, i64 %ui
+@@splat_hs@@
 @@horner_update@@
-  %isq = icmp ult i64 %ui, @@degrees@@
-  br i1 %isq, label %withlow, label %updated
-withlow:
   %vi = add i64 %ui, @@degrees@@
   %vla = getelementptr inbounds double, ptr %low, i64 %vi
-  %vl = load double, ptr %vla, align 8
-  %vlh = fmul double %vl, %hs
-  br label %updated
-updated:
-  %extra = phi double [ 0.0, %update ], [ %vlh, %withlow ]
+  %vl = load @@vector@@, ptr %vla, align 8
+  %vlh = fmul @@vector@@ %vl, %hs_v
+@@splat_ui@@
+  %urows = add <@@lanes@@ x i64> %ui_v, @@counted@@
+  %isq = icmp ult <@@lanes@@ x i64> %urows, @@all_degrees@@
+  %extra = select <@@lanes@@ x i1> %isq, @@vector@@ %vlh, @@vector@@ zeroinitializer
   %uya = getelementptr inbounds double, ptr %state, i64 %ui
   %ula = getelementptr inbounds double, ptr %low, i64 %ui
-  %uy = load double, ptr %uya, align 8
-  %ul = load double, ptr %ula, align 8
-  %rest0 = fadd double %ul, %extra
-  %rest = fadd double %rest0, %row.rest
-  %delta = fadd double %row.poly, %rest
-  %sum = fadd double %uy, %delta
-  %back = fsub double %sum, %uy
-  %e1 = fsub double %sum, %back
-  %e2 = fsub double %uy, %e1
-  %e3 = fsub double %delta, %back
-  %error = fadd double %e2, %e3
-  store double %sum, ptr %uya, align 8
-  store double %error, ptr %ula, align 8
-  %unext = add nuw nsw i64 %ui, 1
-  %umore = icmp ult i64 %unext, @@rows@@
+  %uy = load @@vector@@, ptr %uya, align 8
+  %ul = load @@vector@@, ptr %ula, align 8
+  %rest0 = fadd @@vector@@ %ul, %extra
+  %rest = fadd @@vector@@ %rest0, %row.rest
+  %delta = fadd @@vector@@ %row.poly, %rest
+  %sum = fadd @@vector@@ %uy, %delta
+  %back = fsub @@vector@@ %sum, %uy
+  %e1 = fsub @@vector@@ %sum, %back
+  %e2 = fsub @@vector@@ %uy, %e1
+  %e3 = fsub @@vector@@ %delta, %back
+  %error = fadd @@vector@@ %e2, %e3
+  store @@vector@@ %sum, ptr %uya, align 8
+  store @@vector@@ %error, ptr %ula, align 8
+  %unext = add nuw nsw i64 %ui, @@lanes@@
+  %umore = icmp ult i64 %unext, @@width@@
   br i1 %umore, label %update, label %clock
 clock:
   %th = fadd double %tl, %hs
@@ -390,6 +448,9 @@ clock:
 advanced:
   store double %h, ptr %hpa, align 8
   %taken1 = add i64 %taken, 1
+  br i1 %finite, label %step, label %again
+again:
+  call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
 ended:
   %taken2 = add i64 %taken, 1

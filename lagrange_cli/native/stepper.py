@@ -14,52 +14,96 @@ scales do not matter.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from lagrange_cli.native.emitter import literal, operand
-from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.layout import LANES, ZERO_SLOT, Layout
+from lagrange_cli.native.interface import LANES, STEPPING, Stop
+from lagrange_cli.native.layout import Layout
 from lagrange_cli.native.template import fill_in
-
-VECTOR = f"<{LANES} x double>"
-
 
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
 LAST_TERM = 0.01
 """Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
+BLOCKS = 8
+"""The coefficients that the step is taken from are compared in so many blocks, lanes of a vector."""
+MINUS_ZERO = "0x8000000000000000"
+LOWEST_TERM = 4
+"""The first coefficient that tells how far the series goes, rather than how fast the motion is now."""
+SLACK = 4
+"""Binary orders by which the lower coefficients may exceed what the radius of convergence allows.
+
+They are there to find series with gaps, and are often larger than the last ones let expect.
+"""
+FEW_TERMS = 8
+"""From this order of the velocities on the last coefficient is left out: so the step is known early."""
 
 
-def stepper(layout: Layout, degrees: int, rows: int, tolerance: float) -> str:
-    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``rows`` rows of state.
+def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
+    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``.
 
     The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
     """
-    order, span = layout.order, layout.span
+    order, width = layout.order, layout.width
     top = order - 1  # velocities are known to this order
-    values = {
+    lanes = min(width, LANES)
+    vector = f"<{lanes} x double>"
+    safety = (LAST_TERM * tolerance) ** (1.0 / top)
+    blocks = split_terms(top)
+    trial_offset = LANES * -(-2 * width // LANES)
+    values: dict[str, object] = {
         "degrees": degrees,
         "two_degrees": 2 * degrees,
-        "rows": rows,
-        "low": rows,
-        "time": 2 * rows,
-        "span": span,
+        "rows": len(layout.state),
+        "width": width,
+        "low": width,
+        "time": 2 * width,
         "top": top,
-        "top_slot": ZERO_SLOT + top,
-        "below_slot": ZERO_SLOT + top - 1,
-        "lowest": 4,
-        "slot_1": ZERO_SLOT + 1,
-        "slot_2": ZERO_SLOT + 2,
-        "slot_3": ZERO_SLOT + 3,
-        "zero_slot": ZERO_SLOT,
-        "root_top": operand(literal(1.0 / top)),
-        "root_below": operand(literal(1.0 / (top - 1))),
-        "safety": operand(literal((LAST_TERM * tolerance) ** (1.0 / top))),
-        "horner": _horner(order, "double", "%h", "%row"),
-        "horner_update": _careful_horner(order, "%hs", "%row"),
-        "trial_offset": LANES * -(-2 * rows // LANES),
-        "horner_vector": _horner(order, VECTOR, "%dt", "%srow"),
-        "horner_rate": _horner_rate(top, "%h", "%vrow"),
-        "lanes": LANES,
-        "vector": VECTOR,
+        "lowest": LOWEST_TERM,
+        "slot_1": width,
+        "slot_2": 2 * width,
+        "slot_3": 3 * width,
+        "safety": operand(literal(safety)),
+        "farther": operand(literal(1.0 / safety)),
+        "greatest": "\n".join(
+            f"  %most{i} = phi {vector} [ zeroinitializer, %entry ], [ %more{i}, %loop ]"
+            for i in range(BLOCKS)
+        ),
+        "size": _size(vector, lanes, width),
+        "compare": _compare(vector, lanes, width, blocks, top),
+        "gather": _gather(vector, lanes),
+        "slopes": _constant([operand(literal(2.0**-20 / block[0])) for block in blocks], "double"),
+        "offsets": _constant(
+            [
+                operand(literal((-1023.0 - (SLACK if block[-1] < 0.75 * top else 0)) / block[0]))
+                for block in blocks
+            ],
+            "double",
+        ),
+        "ones": _constant([literal(1.0)] * lanes, "double"),
+        "from_degrees": _constant([lane - degrees for lane in range(lanes)], "i64"),
+        "all_degrees": _constant([degrees] * lanes, "i64"),
+        "counted": _constant(list(range(lanes)), "i64"),
+        "splat_h": _splat("%h", lanes),
+        "splat_reach": _splat("%reach", lanes),
+        "splat_hs": _splat("%hs", lanes),
+        "splat_i": _splat("%i", lanes, "i64"),
+        "splat_ui": _splat("%ui", lanes, "i64"),
+        **{f"splat8_{name}": _splat(f"%{name}", LANES) for name in ("t", "tl", "h", "dy", "dl")},
+        "horner": _horner(order, width, "double", "%h", "%row"),
+        "horner_update": _careful_horner(order, width, vector, "%hs_v", "%row"),
+        "trial_offset": trial_offset,
+        "trial_size": trial_offset + work,
+        "work_size": work,
+        "order": order,
+        "fewest": STEPPING,
+        "inverse_top": operand(literal(1.0 / top)),
+        "last_term": operand(literal(LAST_TERM * tolerance)),
+        "horner_vector": _horner(order, width, f"<{LANES} x double>", "%dt", "%srow"),
+        "horner_rate": _horner_rate(top, width, "%h", "%vrow"),
+        "lanes": lanes,
+        "vector": vector,
+        "tag": f"v{lanes}f64",
         "end": int(Stop.END),
         "samples": int(Stop.SAMPLES),
         "pause": int(Stop.PAUSE),
@@ -70,74 +114,172 @@ def stepper(layout: Layout, degrees: int, rows: int, tolerance: float) -> str:
     return fill_in("stepper", values)
 
 
-def _horner(order: int, kind: str, step: str, row: str, lowest: int = 1) -> str:
-    """``%poly`` = sum_{m=1}^{order} row[m] step^m by Horner's rule."""
+def _constant(values: Sequence[object], kind: str) -> str:
+    """A constant vector."""
+    return "<" + ", ".join(f"{kind} {value}" for value in values) + ">"
+
+
+def _splat(name: str, lanes: int, kind: str = "double") -> str:
+    """``%name_v``: a vector with %name in every lane."""
+    zeros = f"<{lanes} x i32> zeroinitializer"
+    return (
+        f"  {name}_1 = insertelement <{lanes} x {kind}> poison, {kind} {name}, i64 0\n"
+        f"  {name}_v = shufflevector <{lanes} x {kind}> {name}_1, <{lanes} x {kind}> poison, {zeros}"
+    )
+
+
+def _fabs(vector: str, lanes: int, value: str) -> str:
+    return f"call {vector} @llvm.fabs.v{lanes}f64({vector} {value})"
+
+
+def _maximum(vector: str, lanes: int, a: str, b: str) -> str:
+    return f"call nnan {vector} @llvm.maxnum.v{lanes}f64({vector} {a}, {vector} {b})"
+
+
+def _size(vector: str, lanes: int, width: int) -> str:
+    """``%size``: the largest of %y0 and of the next three terms, over a step of %h_v."""
+    lines, total = [], ""
+    for m in (3, 2, 1):
+        lines += [
+            f"  %a{m} = getelementptr inbounds double, ptr %row, i64 {m * width}",
+            f"  %c{m} = load {vector}, ptr %a{m}, align 8",
+            f"  %s{m} = {_fabs(vector, lanes, f'%c{m}')}",
+        ]
+        if total:
+            lines.append(f"  %x{m} = {_maximum(vector, lanes, total, f'%s{m}')}")
+        total = f"%t{m}"
+        lines.append(f"  {total} = fmul {vector} {f'%x{m}' if m < 3 else '%s3'}, %h_v")
+    lines.append(f"  %size = {_maximum(vector, lanes, '%y0', total)}")
+    return "\n".join(lines)
+
+
+def split_terms(top: int) -> list[list[int]]:
+    """The coefficients that the step is taken from, in ``BLOCKS`` blocks (the last ones may repeat)."""
+    terms = list(range(LOWEST_TERM, top if top >= FEW_TERMS else top + 1))
+    size = -(-len(terms) // BLOCKS)
+    blocks = [terms[start : start + size] for start in range(0, len(terms), size)]
+    return blocks + [blocks[-1]] * (BLOCKS - len(blocks))
+
+
+def _compare(vector: str, lanes: int, width: int, blocks: list[list[int]], top: int) -> str:
+    """``%moreI``: the largest coefficient of block I against %size, all brought to its first index by the
+    radius of convergence %reach; ``%sum_next``: %sum and what shows whether all are finite."""
+    lines: list[str] = []
+
+    def load(m: int) -> str:
+        lines.append(f"  %ta{m} = getelementptr inbounds double, ptr %row, i64 {width * m}")
+        lines.append(f"  %tc{m} = load {vector}, ptr %ta{m}, align 8")
+        lines.append(f"  %ts{m} = {_fabs(vector, lanes, f'%tc{m}')}")
+        return f"%ts{m}"
+
+    for i, block in enumerate(blocks):
+        if i and block == blocks[i - 1]:
+            lines.append(f"  %more{i} = fadd {vector} %most{i}, zeroinitializer")
+            continue
+        total = load(block[-1])
+        for m in reversed(block[:-1]):
+            lines.append(f"  %tm{m} = fmul {vector} {total}, %reach_v")
+            lines.append(f"  %tx{m} = {_maximum(vector, lanes, f'%tm{m}', load(m))}")
+            total = f"%tx{m}"
+        lines.append(f"  %tr{i} = fmul {vector} {total}, %inverse")
+        lines.append(f"  %more{i} = {_maximum(vector, lanes, f'%most{i}', f'%tr{i}')}")
+    last = load(top) if top not in blocks[-1] else f"%ts{top}"
+    lines.append(f"  %sum0 = fadd {vector} %size, {last}")
+    lines.append(f"  %sum_next = fadd {vector} %sum, %sum0")
+    return "\n".join(lines)
+
+
+def _gather(vector: str, lanes: int) -> str:
+    """``%greatest``: the largest lane of each."""
+    lines, whole = [], "poison"
+    for i in range(BLOCKS):
+        lines.append(f"  %g{i} = call nnan double @llvm.vector.reduce.fmax.v{lanes}f64({vector} %more{i})")
+        name = "%greatest" if i + 1 == BLOCKS else f"%gathered{i}"
+        lines.append(f"  {name} = insertelement <{BLOCKS} x double> {whole}, double %g{i}, i64 {i}")
+        whole = name
+    return "\n".join(lines)
+
+
+def _horner(order: int, width: int, kind: str, step: str, row: str) -> str:
+    """``%row.poly`` = sum_{m=1}^{order} c[m] step^m by Horner's rule; c[m] are doubles ``width`` apart."""
     fma = "llvm.fmuladd.f64" if kind == "double" else f"llvm.fmuladd.v{LANES}f64"
     tag = row[1:]
     lines, total = [], ""
-    for m in range(order, lowest - 1, -1):
-        lines.append(f"  %{tag}.a{m} = getelementptr inbounds double, ptr {row}, i64 {ZERO_SLOT + m}")
+    for m in range(order, 0, -1):
+        lines.append(f"  %{tag}.a{m} = getelementptr inbounds double, ptr {row}, i64 {width * m}")
         lines.append(f"  %{tag}.l{m} = load double, ptr %{tag}.a{m}, align 8")
         value = f"%{tag}.l{m}"
         if kind != "double":
-            lines.append(f"  %{tag}.i{m} = insertelement {kind} poison, double {value}, i64 0")
-            zeros = f"<{LANES} x i32> zeroinitializer"
-            lines.append(f"  %{tag}.c{m} = shufflevector {kind} %{tag}.i{m}, {kind} poison, {zeros}")
-            value = f"%{tag}.c{m}"
+            lines.append(_splat(value, LANES))
+            value = f"{value}_v"
         if total:
             lines.append(f"  %{tag}.s{m} = call {kind} @{fma}({kind} {total}, {kind} {step}, {kind} {value})")
             total = f"%{tag}.s{m}"
         else:
             total = value
-    if lowest == 1:
-        lines.append(f"  %{tag}.poly = fmul {kind} {total}, {step}")
-    else:
-        lines.append(f"  %{tag}.t = fadd {kind} {total}, 0x8000000000000000")
-    return "\n".join(lines)
+    return "\n".join([*lines, f"  %{tag}.poly = fmul {kind} {total}, {step}"])
 
 
-def _careful_horner(order: int, step: str, row: str) -> str:
-    """``%row.poly + %row.rest`` = sum_{m=1}^{order} row[m] step^m, the first terms free of rounding.
+def _careful_horner(order: int, width: int, vector: str, step: str, row: str) -> str:
+    """``%row.poly + %row.rest`` = sum_{m=1}^{order} c[m] step^m for a vector of rows, the first terms free of
+    rounding.
 
     (Compensated Horner scheme: Graillat, Langlois and Louvet 2005. It is what keeps the error of a step below
-    that of its coefficients.)
+    that of its coefficients.) The other terms are summed in two chains, the even and the odd.
     """
-    real, fma = "double", "call double @llvm.fma.f64(double {}, double {}, double {})"
-    lines = [_horner(order, real, step, row, lowest=CAREFUL + 1)]
-    total, rest = "%row.t", "0x0000000000000000"
+    tag = vector.replace("<", "v").replace(" x double>", "f64")
+    lines = [
+        line
+        for m in range(1, order + 1)
+        for line in (
+            f"  %c{m}.a = getelementptr inbounds double, ptr {row}, i64 {width * m}",
+            f"  %c{m}.c = load {vector}, ptr %c{m}.a, align 8",
+        )
+    ]
+
+    def fused(name: str, a: str, b: str, c: str, kind: str = "fma") -> str:
+        lines.append(f"  {name} = call {vector} @llvm.{kind}.{tag}({vector} {a}, {vector} {b}, {vector} {c})")
+        return name
+
+    lines.append(f"  %square = fmul {vector} {step}, {step}")
+    chains: list[str] = []
+    for start in (order, order - 1):
+        chain = f"%c{start}.c"
+        for m in range(start - 2, CAREFUL, -2):
+            chain = fused(f"%c{m}.t", chain, "%square", f"%c{m}.c", "fmuladd")
+        chains.append(chain)
+    odd, even = (
+        chains if (order - CAREFUL) % 2 == 0 else chains[::-1]
+    )  # the one that ends with CAREFUL + 2 first
+    total, rest = fused("%tail", odd, step, even, "fmuladd"), "zeroinitializer"
     for m in range(CAREFUL, -1, -1):
         name = f"%c{m}."
         product = f"{name}p"
-        lines += [
-            f"  {product} = fmul {real} {total}, {step}",
-            f"  {name}n = fneg {real} {product}",
-            f"  {name}e = {fma.format(total, step, name + 'n')}",
-            f"  {name}r = {fma.format(rest, step, name + 'e')}",
-        ]
-        total, rest = product, f"{name}r"
+        lines.append(f"  {product} = fmul {vector} {total}, {step}")
+        lines.append(f"  {name}n = fneg {vector} {product}")
+        rest = fused(f"{name}r", rest, step, fused(f"{name}e", total, step, f"{name}n"))
+        total = product
         if m:
             lines += [
-                f"  {name}a = getelementptr inbounds double, ptr {row}, i64 {ZERO_SLOT + m}",
-                f"  {name}c = load double, ptr {name}a, align 8",
-                f"  {name}s = fadd {real} {name}c, {product}",
-                f"  {name}b = fsub {real} {name}s, {name}c",
-                f"  {name}x = fsub {real} {name}s, {name}b",
-                f"  {name}y = fsub {real} {name}c, {name}x",
-                f"  {name}z = fsub {real} {product}, {name}b",
-                f"  {name}w = fadd {real} {name}y, {name}z",
-                f"  {name}q = fadd {real} {rest}, {name}w",
+                f"  {name}s = fadd {vector} {name}c, {product}",
+                f"  {name}b = fsub {vector} {name}s, {name}c",
+                f"  {name}x = fsub {vector} {name}s, {name}b",
+                f"  {name}y = fsub {vector} {name}c, {name}x",
+                f"  {name}z = fsub {vector} {product}, {name}b",
+                f"  {name}w = fadd {vector} {name}y, {name}z",
+                f"  {name}q = fadd {vector} {rest}, {name}w",
             ]
             total, rest = f"{name}s", f"{name}q"
-    lines.append(f"  %row.poly = fadd {real} {total}, 0x8000000000000000")
-    lines.append(f"  %row.rest = fadd {real} {rest}, 0x8000000000000000")
+    lines.append(f"  %row.poly = fadd {vector} {total}, {_constant([MINUS_ZERO] * int(vector[1]), 'double')}")
+    lines.append(f"  %row.rest = fadd {vector} {rest}, {_constant([MINUS_ZERO] * int(vector[1]), 'double')}")
     return "\n".join(lines)
 
 
-def _horner_rate(order: int, step: str, row: str) -> str:
-    """``%vrow.rate`` = sum_{m=1}^{order} m row[m] step^(m-1): the derivative at the step's end."""
+def _horner_rate(order: int, width: int, step: str, row: str) -> str:
+    """``%rate`` = sum_{m=1}^{order} m c[m] step^(m-1): the derivative at the step's end."""
     lines, total = [], ""
     for m in range(order, 0, -1):
-        lines.append(f"  %r.a{m} = getelementptr inbounds double, ptr {row}, i64 {ZERO_SLOT + m}")
+        lines.append(f"  %r.a{m} = getelementptr inbounds double, ptr {row}, i64 {width * m}")
         lines.append(f"  %r.l{m} = load double, ptr %r.a{m}, align 8")
         lines.append(f"  %r.m{m} = fmul double %r.l{m}, {operand(literal(m))}")
         if total:

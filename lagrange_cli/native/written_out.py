@@ -5,8 +5,12 @@ from __future__ import annotations
 from lagrange_cli.mechanics.series import Op, Series
 from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
+from lagrange_cli.native.groups import dots, store, store_rows, sum_written_out
+from lagrange_cli.native.layout import FIRST
 from lagrange_cli.native.stage import Stage, linear_data, reciprocal_rest
 
+SIDE_BY_SIDE = 4
+"""The lowest index from which on dot products are summed in lanes."""
 CAREFUL = 3
 """Stages whose products include the low parts of q and q_dot."""
 
@@ -24,21 +28,10 @@ class WrittenOut(Stage):
     def set_top(self, index: int, value: Value) -> None:
         self.expansion.table[index][self.k + self.expansion.program.series[index].level] = value
 
-    def middle(self, a: int, b: int, ahead: int) -> Value:
-        n, total = self.k + ahead, None
-        for m in range(1, n):
-            total = self.expansion.emitter.fma(
-                self.expansion.table[a].get(m), self.expansion.table[b].get(n - m), total
-            )
-        return total
-
-    def weighted(self, index: int, base: int, exponent: Value, ahead: int) -> Value:
-        n, emitter, table = self.k + ahead, self.expansion.emitter, self.expansion.table
-        total: Value = None
-        for m in range(1, n):
-            weight = emitter.sub(emitter.mul(exponent, literal(n - m)), literal(m))
-            total = emitter.fma(emitter.mul(weight, table[base].get(n - m)), table[index].get(m), total)
-        return total
+    def products(self, a: int, b: int, ahead: int) -> list[tuple[Value, Value, Value]]:
+        n, table = self.k + ahead, self.expansion.table
+        listed = ((m, table[a].get(m), table[b].get(n - m)) for m in range(1, n))
+        return [(literal(m), x, y) for m, x, y in listed if x is not None and y is not None]
 
     def number(self, ahead: int) -> Value:
         return literal(self.k + ahead)
@@ -54,6 +47,13 @@ class WrittenOut(Stage):
     def write(self) -> None:
         """Compute, solve (from stage 0 on) and store this stage's coefficients."""
         expansion = self.expansion
+        for group in expansion.layout.groups:
+            n = self.k + group.level
+            if n >= SIDE_BY_SIDE:
+                total = sum_written_out(expansion.emitter, group, n - FIRST, "%work", n)
+                self.sums |= dots(
+                    expansion.emitter, group, total, expansion.lowest[group], expansion.newest[group]
+                )
         for index, one in enumerate(expansion.program.series):
             if one.level + self.k == 0:
                 expansion.table[index][0] = self.begin(index, one)
@@ -70,10 +70,21 @@ class WrittenOut(Stage):
             expansion.factor()
         if self.k >= 0:
             self.solve()
+        for group in expansion.layout.groups:
+            m = self.k + group.level
+            if m >= 1:
+                expansion.newest[group] = self.gather(group)
+            if m == 1:
+                expansion.lowest[group] = expansion.newest[group]
+            elif m > 1:
+                store(expansion.emitter, group, expansion.newest[group], "%work", m)
+        layout = expansion.layout
+        if self.k >= 0:
+            store_rows(expansion.emitter, layout.width, self.state(), "%work", layout.width * (self.k + 1))
         for index, one in enumerate(expansion.program.series):
             m = self.k + one.level
-            if m >= 1 and index in expansion.layout.rows:
-                expansion.emitter.store(expansion.table[index][m], "%work", expansion.layout.slot(index, m))
+            if m >= 1 and index in layout.rows:
+                expansion.emitter.store(expansion.table[index][m], "%work", layout.slot(index, m))
 
     def begin(self, index: int, one: Series) -> Value:
         """Coefficient 0."""

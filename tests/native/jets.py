@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.motion import aligned
-from lagrange_cli.native.layout import ZERO_SLOT
 from tests.motion import prepared, values_of
 
 
@@ -24,7 +23,7 @@ def coefficients(
     machine, values = prepared(system, outputs=outputs).machine, values_of(system)
     program = machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters])
-    constants, state = aligned(max(1, program.constants)), aligned(2 * program.rows)
+    constants, state = aligned(max(1, program.constants)), aligned(program.memory)
     work, rates = aligned(program.work), np.empty(program.rows)
     machine.prepare(parameters.ctypes.data, constants.ctypes.data)
     state[: 2 * program.degrees] = [*(values.q if q is None else q), *(values.v if v is None else v)]
@@ -32,7 +31,7 @@ def coefficients(
         constants.ctypes.data, t, state.ctypes.data, work.ctypes.data, rates.ctypes.data
     )
     assert regular
-    rows = work[: program.span * program.rows].reshape(program.rows, program.span)
-    result = rows[:, ZERO_SLOT : ZERO_SLOT + program.order + 1].copy()
+    kept = work[: program.width * (program.order + 1)].reshape(program.order + 1, program.width)
+    result = kept[:, : program.rows].T.copy()
     result[:, 0] = state[: program.rows]
     return result

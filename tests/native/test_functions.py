@@ -11,7 +11,7 @@ import pytest
 from tests.motion import evaluate, follow
 from tests.native.jets import coefficients
 
-DIGITS = 70
+DIGITS = 90
 START, RATE, PULL = 0.3, 0.7, 0.4
 A, B = 1.7, -0.6
 

@@ -1,0 +1,152 @@
+"""Code for the dot products of a group: a lane for each, so that nothing is ever summed across a vector."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lagrange_cli.native.emitter import Emitter, Operand, Value
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.layout import FIRST, Group
+from lagrange_cli.records import dataclass
+
+CHAINS = 4
+"""Sums that a dot product is made of, so that its additions need not wait for each other."""
+TOGETHER = 8
+"""Groups that are summed in one loop: their sums stay in registers."""
+
+
+@dataclass(frozen=True)
+class Pair:
+    """One coefficient of a group's first and second operands: two vectors."""
+
+    first: Operand
+    second: Operand
+
+
+def vector(group: Group) -> str:
+    """The type of the group's vectors."""
+    return f"<{group.width} x double>"
+
+
+def assemble(emitter: Emitter, width: int, values: Sequence[Value]) -> Operand:
+    """A vector of ``width`` lanes, the first ones ``values``, the others 0."""
+    whole = "zeroinitializer"
+    for lane, value in enumerate(values):
+        if value is not None:
+            whole = emitter.define(f"insertelement <{width} x double> {whole}, double {value}, i64 {lane}")
+    return whole
+
+
+def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str, place: int) -> None:
+    """Store ``values`` as whole vectors of ``width`` lanes, or of 8 where that is more.
+
+    (What is stored one by one cannot be loaded as a vector until it has reached memory.)
+    """
+    lanes = min(width, LANES)
+    for start in range(0, width, lanes):
+        whole = assemble(emitter, lanes, values[start : start + lanes])
+        address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + start}")
+        emitter.line(f"  store <{lanes} x double> {whole}, ptr {address}, align {8 * lanes}")
+
+
+def store(emitter: Emitter, group: Group, pair: Pair, base: str, m: int) -> None:
+    """Keep coefficient m, counted from ``base``."""
+    for place, value in ((group.first, pair.first), (group.second, pair.second)):
+        address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + group.width * m}")
+        emitter.line(f"  store {vector(group)} {value}, ptr {address}, align {8 * group.width}")
+
+
+def load(emitter: Emitter, group: Group, base: str, offset: int) -> Operand:
+    """A vector of the group from memory."""
+    address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {offset}")
+    return emitter.define(f"load {vector(group)}, ptr {address}, align {8 * group.width}")
+
+
+def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: Operand | None) -> Operand:
+    """``a * b + total``, lane by lane."""
+    emitter.operations += len(group.dots)
+    kind = vector(group)
+    if total is None:
+        return emitter.define(f"fmul {kind} {a}, {b}")
+    return emitter.define(
+        f"call {kind} @llvm.fmuladd.v{group.width}f64({kind} {a}, {kind} {b}, {kind} {total})"
+    )
+
+
+def sum_written_out(emitter: Emitter, group: Group, last: int, base: str, n: int) -> Operand | None:
+    """sum_{m=2}^{last} a[m] b[n-m] in each lane, ``n`` counted from ``base``; None for no terms.
+
+    It begins with the coefficients in the middle, which have been known for longest.
+    """
+    totals: list[Operand | None] = [None] * CHAINS
+    for turn, m in enumerate(sorted(range(FIRST, last + 1), key=lambda m: max(m, last + FIRST - m))):
+        a = load(emitter, group, "%work", group.first + group.width * m)
+        b = load(emitter, group, base, group.second + group.width * (n - m))
+        totals[turn % CHAINS] = multiply_add(emitter, group, a, b, totals[turn % CHAINS])
+    some = [total for total in totals if total is not None]
+    while len(some) > 1:
+        some.append(emitter.define(f"fadd {vector(group)} {some.pop(0)}, {some.pop(0)}"))
+    return some[0] if some else None
+
+
+def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: str, label: str) -> tuple[list[Operand], str]:
+    """sum_{m=2}^{n-2} a[m] b[n-m] in each lane with n = ``k`` + level of each group.
+
+    Written into the block ``label``; returns the label of the block that goes on.
+    """
+    lowest = min(group.level for group in groups)
+    name = emitter.fresh()
+    loop, after = f"{name[1:]}.sum", f"{name[1:]}.summed"
+    m, following, more, some = (f"{name}.{part}" for part in ("m", "next", "more", "some"))
+    last = emitter.define(f"add i64 {k}, {lowest - FIRST}")
+    emitter.line(
+        f"  {some} = icmp sge i64 {last}, {FIRST}\n  br i1 {some}, label %{loop}, label %{after}\n{loop}:"
+    )
+    emitter.line(f"  {m} = phi i64 [ {FIRST}, %{label} ], [ {following}, %{loop} ]")
+    before, place = [emitter.fresh() for _ in groups], len(emitter.lines)
+    opposite = emitter.define(f"sub i64 {k}, {m}")
+    totals: list[Operand] = []
+    bases = {
+        group.width: (moved(emitter, m, group.width), moved(emitter, opposite, group.width))
+        for group in groups
+    }
+    for group, total in zip(groups, before):
+        first, second = bases[group.width]
+        a = load(emitter, group, first, group.first)
+        b = load(emitter, group, second, group.second + group.width * group.level)
+        totals.append(multiply_add(emitter, group, a, b, total))
+    ways = [f"[ zeroinitializer, %{label} ], [ {total}, %{loop} ]" for total in totals]
+    emitter.lines[place:place] = [
+        f"  {name} = phi {vector(group)} {way}" for group, name, way in zip(groups, before, ways)
+    ]
+    emitter.line(f"  {following} = add nuw nsw i64 {m}, 1\n  {more} = icmp sle i64 {following}, {last}")
+    emitter.line(f"  br i1 {more}, label %{loop}, label %{after}\n{after}:")
+    sums = [emitter.define(f"phi {vector(group)} {way}") for group, way in zip(groups, ways)]
+    for i, group in enumerate(groups):
+        for ahead in range(lowest - 1, group.level - 1):  # m = k + ahead
+            a = load(emitter, group, moved(emitter, k, group.width), group.first + group.width * ahead)
+            b = load(emitter, group, "%work", group.second + group.width * (group.level - ahead))
+            sums[i] = multiply_add(emitter, group, a, b, sums[i])
+    return sums, after
+
+
+def moved(emitter: Emitter, index: str, width: int) -> Operand:
+    """``%work`` moved on by so many vectors."""
+    doubles = emitter.define(f"mul i64 {index}, {width}")
+    return emitter.define(f"getelementptr inbounds double, ptr %work, i64 {doubles}")
+
+
+def dots(
+    emitter: Emitter, group: Group, total: Operand | None, lowest: Pair, newest: Pair
+) -> dict[tuple[int, bool], Value]:
+    """The dot products of a group, by series and whether weighted.
+
+    To ``total``, their sum over m = 2 .. n-2, come the pairs of coefficients 1 (``lowest``) and n-1
+    (``newest``).
+    """
+    whole = multiply_add(emitter, group, lowest.first, newest.second, total)
+    whole = multiply_add(emitter, group, newest.first, lowest.second, whole)
+    return {
+        (dot.index, dot.weighted): emitter.define(f"extractelement {vector(group)} {whole}, i64 {lane}")
+        for lane, dot in enumerate(group.dots)
+    }
