@@ -24,8 +24,18 @@ class Engine:
 def compile_text(text: str, optimize: int) -> bytes:
     """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3."""
     machine = target_machine(optimize)
-    code: bytes = machine.emit_object(llvm.parse_assembly(text))
+    code: bytes = machine.emit_object(llvm.parse_assembly(fused(text)))
     return code
+
+
+def fused(text: str) -> str:
+    """``text`` with ``fmuladd`` made ``fma`` where the processor can: so all levels give the same bits."""
+    machine = llvm.get_process_triple().partition("-")[0]
+    if "+fma," not in features() and machine not in ("aarch64", "arm64"):
+        return text
+    lines = text.replace("@llvm.fmuladd.", "@llvm.fma.").split("\n")
+    declared = dict.fromkeys(line for line in lines if line.startswith("declare"))
+    return "\n".join([*declared, *(line for line in lines if not line.startswith("declare"))])
 
 
 def load_with_llvm(code: bytes) -> Engine:

@@ -65,7 +65,7 @@ loop:
   br i1 %more, label %loop, label %done
 done:
   %old = load double, ptr %total, align 8
-  %new = call reassoc double @llvm.vector.reduce.fadd.@@tag@@(double %old, @@vector@@ %sum_next)
+  %new = call double @llvm.vector.reduce.fadd.@@tag@@(double %old, @@vector@@ %sum_next)
   store double %new, ptr %total, align 8
 @@gather@@
   %bits = bitcast <8 x double> %greatest to <8 x i64>
