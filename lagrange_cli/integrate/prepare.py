@@ -12,13 +12,14 @@ from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.native.interface import Interface
-from lagrange_cli.native.machine import OPTIMIZATION, Machine, compile_object, load_machine
+from lagrange_cli.native.machine import FULL, Machine, compile_object, first_level, load_machine
 from lagrange_cli.spec.structure import structure
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.motion import Method
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.native.cache import Cache
+    from lagrange_cli.native.program import Program
     from lagrange_cli.spec.spec import Spec
 
 Stage = Callable[[str], AbstractContextManager[None]]
@@ -63,6 +64,15 @@ def prepare_system(
         with stage("import"):
             meanwhile()
 
+    def write() -> tuple[Program, Recording]:
+        from lagrange_cli.integrate.writing import write_run
+
+        return write_run(derive(spec), method=method, tolerance=tolerance, outputs=outputs)
+
+    def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
+        if cache is not None and key is not None:
+            cache.store(key, pack(program, recording, code, level))
+
     kept, key = None, None
     with stage("cache"):
         if cache is not None:
@@ -70,32 +80,42 @@ def prepare_system(
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
         if kept is not None:
-            machine, recording = load_machine(kept[2], kept[0]), kept[1]
+            machine, recording, level = load_machine(kept[2], kept[0]), kept[1], kept[3]
     if kept is None:
         with stage("import"):
-            from lagrange_cli.integrate.writing import write_run
+            import lagrange_cli.integrate.writing  # noqa: F401
         with stage("derive"):
-            residual = derive(spec)
-            program, recording = write_run(residual, method=method, tolerance=tolerance, outputs=outputs)
+            program, recording = write()
+        level = first_level(program)
         with stage("compile"):
-            code = alongside(lambda: compile_object(program), prepare_rest)
+            code = alongside(lambda: compile_object(program, level), prepare_rest)
             machine = load_machine(code, program)
         with stage("cache"):
-            if cache is not None and key is not None:
-                cache.store(key, pack(program, recording, code))
+            keep(program, recording, code, level)
     else:
         prepare_rest()
+
+    def improve() -> Machine:
+        better, recording = write() if kept is not None else (program, machine_recording)
+        code = compile_object(better, FULL)
+        keep(better, recording, code, FULL)
+        return load_machine(code, better)
+
+    machine_recording = recording
     with stage("import"):
-        following = follower(machine, method, tolerance)
+        following = follower(machine, method, tolerance, improve if level != FULL else None)
     return Prepared(recording, machine, method, tolerance, following, cached=kept is not None)
 
 
-def follower(machine: Machine, method: str, tolerance: float) -> Method:
-    """The method of that name on compiled equations."""
+def follower(
+    machine: Machine, method: str, tolerance: float, improve: Callable[[], Machine] | None = None
+) -> Method:
+    """The method of that name on compiled equations; ``improve`` makes better code for a long run, if any."""
     if method == TAYLOR:
+        from lagrange_cli.integrate.better import Better
         from lagrange_cli.integrate.taylor import TaylorMethod
 
-        return TaylorMethod(machine)
+        return TaylorMethod(machine, None if improve is None else Better(improve))
     from lagrange_cli.integrate.scipy_methods import ScipyMethod
 
     return ScipyMethod(machine, method, tolerance)
@@ -113,22 +133,23 @@ def key_of(spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str]
     except OSError:
         return None
     kind = ["taylor", tolerance.hex()] if method == TAYLOR else ["rates", method in IMPLICIT]
-    return json.dumps([structure(spec), kind, sorted(outputs), OPTIMIZATION, made_by])
+    return json.dumps([structure(spec), kind, sorted(outputs), made_by])
 
 
-def pack(interface: Interface, recording: Recording, code: bytes) -> bytes:
-    """What a later run needs: a line of JSON, then the object code."""
-    head = json.dumps({"interface": interface.as_data(), "recording": recording.as_data()})
+def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:
+    """What a later run needs: a line of JSON, then the object code, compiled at ``level``."""
+    head = json.dumps({"interface": interface.as_data(), "recording": recording.as_data(), "level": level})
     return head.encode() + b"\n" + code
 
 
-def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes] | None:
+def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes, int] | None:
     """What ``pack`` was given; None where there is nothing, or nothing that can be read."""
     if payload is None:
         return None
     head, _, code = payload.partition(b"\n")
     try:
         data: dict[str, Any] = json.loads(head)
-        return Interface.from_data(data["interface"]), Recording.from_data(data["recording"]), code
+        interface, recording = Interface.from_data(data["interface"]), Recording.from_data(data["recording"])
+        return interface, recording, code, int(data["level"])
     except (ValueError, KeyError, TypeError):
         return None

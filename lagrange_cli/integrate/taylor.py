@@ -6,6 +6,7 @@ import time
 
 import numpy as np
 
+from lagrange_cli.integrate.better import Better
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
@@ -30,12 +31,14 @@ class TaylorMethod:
     """Follows a motion by its Taylor series (``native.stepper``); steps do not depend on sample times."""
 
     machine: Machine
+    better: Better | None = None
+    """Code for long runs, where that of ``machine`` was compiled in a hurry."""
 
     def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
         """See ``motion.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.rows + len(program.observed)), times.count)
-        stepper = Stepper(self.machine, parameters, state, times, size)
+        stepper = Stepper(self.machine, parameters, state, times, size, self.better)
         first, ending = 0, None
         while ending is None:
             wanted = times.chunk(first, size)
@@ -60,10 +63,17 @@ class Stepper:
     """The arrays that ``@advance`` works on; ``samples`` (rows, size + LANES) holds what ``fill`` has
     made."""
 
-    def __init__(self, machine: Machine, parameters: Array, state: Array, times: Times, size: int) -> None:
+    def __init__(
+        self,
+        machine: Machine,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        size: int,
+        better: Better | None = None,
+    ) -> None:
         program = machine.program
-        assert machine.advance is not None
-        self._advance, self._accelerate = machine.advance, machine.accelerate
+        self._machine, self._better = machine, better
         self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
@@ -89,7 +99,7 @@ class Stepper:
     def finite(self) -> bool:
         """Whether the accelerations are finite at the state reached."""
         rates = np.empty(self._rows)
-        self._accelerate(
+        self._machine.accelerate(
             self._constants.ctypes.data,
             self.t,
             self._memory.ctypes.data,
@@ -101,12 +111,13 @@ class Stepper:
     def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
         """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how
         many are."""
+        assert self._machine.advance is not None
         padded = np.concatenate([wanted, np.full(LANES, np.nan)])
         done = 0
         while True:
             began = time.perf_counter()
             stop = Stop(
-                self._advance(
+                self._machine.advance(
                     self._constants.ctypes.data, self._memory.ctypes.data, self._work.ctypes.data,
                     self._trial.ctypes.data, self._stop, padded.ctypes.data + 8 * done, len(wanted) - done,
                     self.samples.ctypes.data + 8 * done, self.samples.shape[1], last, self._pause,
@@ -117,4 +128,7 @@ class Stepper:
             if stop is not Stop.PAUSE or watch(self.t):
                 return stop, done
             spent = time.perf_counter() - began
+            if self._better is not None:
+                self._machine = self._better.after(spent) or self._machine
+                assert self._machine.advance is not None
             self._pause = int(max(FEWEST, min(4 * self._pause, self._pause * BREATH / max(spent, 1e-6))))

@@ -188,8 +188,8 @@ def test_an_entry_that_makes_no_sense_is_rebuilt_in_silence(payload, cache):
 
 def test_what_is_packed_is_unpacked(cache):
     program, recording = write_run(residual_of(read_spec(PENDULUM, "a")), **RUN | {"outputs": MANY})
-    interface, again, code = unpack(pack(program, recording, b"\n\0code"))
-    assert again == recording and code == b"\n\0code"
+    interface, again, code, level = unpack(pack(program, recording, b"\n\0code", 1))
+    assert (again, code, level) == (recording, b"\n\0code", 1)
     assert interface.as_data() == program.as_data()
     assert (interface.rows, interface.trial) == (program.rows, program.trial)
 

@@ -1,0 +1,105 @@
+"""Code of several levels of optimization: quick to compile or quick to run, and the same bits from all."""
+
+import numpy as np
+import pytest
+
+from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
+from lagrange_cli.integrate import better, taylor
+from lagrange_cli.integrate import prepare as module
+from lagrange_cli.integrate.prepare import prepare_system, unpack
+from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.native import machine
+from lagrange_cli.native.cache import Cache
+from tests.cli.command import SYSTEMS
+from tests.symbolic.systems import SIZES
+
+RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h", "ledger"})}
+
+
+def residual_of(spec):
+    return derive(build_model(spec, GraphAlgebra()))
+
+
+def bytes_of(spec, prepared, stop):
+    chunks = []
+
+    def emit(chunk):
+        chunks.append({path: np.array(series) for path, series in chunk.items()})
+
+    outcome = integrate(
+        prepared, resolve_values(spec), Times(0.0, stop, 101, stop / 100), emit, lambda: False
+    )
+    return outcome, {path: b"".join(chunk[path].tobytes() for chunk in chunks) for path in chunks[0]}
+
+
+@pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
+def test_every_level_gives_the_same_bits(path, monkeypatch):
+    spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
+    residual, runs = residual_of(spec), []
+    for level in (machine.QUICK, machine.FULL):
+        monkeypatch.setattr(
+            module, "compile_object", lambda program, level=level: machine.compile_object(program, level)
+        )
+        runs.append(bytes_of(spec, prepare(residual, **RUN), 3.0))
+    assert runs[0] == runs[1]
+
+
+def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
+    """It is asked for once, used as soon as it is there, kept for the next run, and changes no bit."""
+    spec = read_spec((SYSTEMS / "double_pendulum.yaml").read_bytes(), "double_pendulum.yaml")
+    plain = bytes_of(spec, prepare(residual_of(spec), **RUN), 100.0)
+    cache = Cache(str(tmp_path))
+    monkeypatch.setattr(machine, "LARGE", 0)
+    monkeypatch.setattr(better, "PATIENCE", 0.0)
+    monkeypatch.setattr(taylor, "FEWEST", 1)
+    monkeypatch.setattr(taylor, "BREATH", 1e-9)
+    levels, used = [], []
+    compile_object, load_machine = module.compile_object, module.load_machine
+
+    def compiled(program, level):
+        levels.append(level)
+        return compile_object(program, level)
+
+    def loaded(code, program):
+        made = load_machine(code, program)
+        advance = made.advance
+        number = len(levels)
+
+        def counted(*arguments):
+            used.append(number)
+            return advance(*arguments)
+
+        object.__setattr__(made, "advance", counted)
+        return made
+
+    monkeypatch.setattr(module, "compile_object", compiled)
+    monkeypatch.setattr(module, "load_machine", loaded)
+    prepared = prepare_system(spec, residual_of, cache, **RUN)
+    assert levels == [machine.QUICK]
+    assert bytes_of(spec, prepared, 100.0) == plain
+    prepared.follower.better._work.join()
+    assert levels == [machine.QUICK, machine.FULL]
+    assert bytes_of(spec, prepared, 100.0) == plain
+    assert used[0] == 1
+    assert used[-1] == 2
+    key = module.key_of(spec, **RUN)
+    assert unpack(cache.load(key))[3] == machine.FULL
+    again = prepare_system(spec, None, cache, **RUN)
+    assert again.cached
+    assert again.follower.better is None
+    assert bytes_of(spec, again, 100.0) == plain
+
+
+def test_quick_code_from_the_cache_is_improved_as_well(tmp_path, monkeypatch):
+    spec = read_spec((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml")
+    cache = Cache(str(tmp_path))
+    monkeypatch.setattr(machine, "LARGE", 0)
+    prepare_system(spec, residual_of, cache, **RUN)
+    second = prepare_system(spec, residual_of, cache, **RUN)
+    assert second.cached
+    assert second.follower.better is not None
+    monkeypatch.setattr(better, "PATIENCE", 0.0)
+    assert second.follower.better.after(1.0) is None
+    second.follower.better._work.join()
+    assert second.follower.better.after(0.0).advance is not None
+    assert unpack(cache.load(module.key_of(spec, **RUN)))[3] == machine.FULL
