@@ -210,12 +210,22 @@ class Graph:
         return constant
 
     def split_coefficient(self, node: Node) -> Scaled:
-        """``node`` as a number times a node that carries no numerical factor."""
+        """``node`` as a number times a node that carries no numerical factor.
+
+        Out of a sum comes what its first term has of a sign and powers of two, which is exact: y - x and
+        2*x - 2*y are multiples of x - y.
+        """
         if node.kind is Kind.NUMBER:
             return Scaled(node.data, self.one)
-        if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0.0:
-            return Scaled(node.data[1][0], node.arguments[0])
-        return Scaled(1.0, node)
+        if node.kind is not Kind.SUM:
+            return Scaled(1.0, node)
+        constant, (first, *others) = node.data
+        if not others and constant == 0.0:
+            return Scaled(first, node.arguments[0])
+        if first == 1.0 or abs(math.frexp(first)[0]) != 0.5:
+            return Scaled(1.0, node)
+        data = (constant / first + 0.0, (1.0, *(coefficient / first for coefficient in others)))
+        return Scaled(first, self._make(Kind.SUM, data, node.arguments))
 
     # ------------------------------------------------------------------ products and powers
 

@@ -116,20 +116,6 @@ def program(system):
     return write_program(residual_of(system), order_for(FULL), {}, {})
 
 
-def test_convolutions_per_order():
-    """The measure of a formulation: ceilings that a change should not raise."""
-    expected = {
-        "pendulum": 2,
-        "double_pendulum": 8,
-        "rotating_hoop": 3,
-        "central_force": 5,
-        "rotating_rod": 0,
-        "harmonic_oscillator": 0,
-        "spherical_pendulum": 7,
-    }
-    assert {name: program(name).series.convolutions for name in expected} == expected
-
-
 def test_time_is_absent_where_the_equations_do_not_contain_it():
     assert all(one.op is not Op.TIME for one in program("rotating_hoop").series.series)  # it cancels
     assert any(one.op is Op.TIME for one in program("driven_damped_pendulum").series.series)
