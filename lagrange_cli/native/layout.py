@@ -66,7 +66,8 @@ class Layout:
     def doubles(self) -> int:
         """Size of ``%work``."""
         plain = LANES * -(-(self.width + len(self.rows)) * (self.order + 1) // LANES)
-        return plain + sum(group.width * (2 * self.order + PADDING) for group in self.groups)
+        grouped = sum(group.width * (2 * self.order + PADDING) for group in self.groups)
+        return plain + LANES * -(-grouped // LANES)
 
     def stride(self, series: int) -> int:
         """Doubles from one of its coefficients to the next."""

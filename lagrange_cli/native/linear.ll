@@ -1,9 +1,8 @@
 ; Factorization and solution of one large diagonal block of the mass matrix, in place.
 ;
 ; @factor_definite: the upper triangle of a symmetric positive matrix becomes D L^T (row j: d_j, then d_j L_ij), and
-; %reciprocal, which holds the diagonal, the 1/d_j. @solve_definite: M x = b with it; b becomes x. Rows are %stride
-; doubles long, a multiple of 8; below the diagonal and beyond column %n they are zero, so that whole vectors can be
-; read and written.
+; %reciprocal, which holds the diagonal, the 1/d_j (definite.ll solves with it). Rows are %stride doubles long, a multiple
+; of 8; whole vectors are read and written.
 ;
 ; @factor_general and @solve_general do the same for any matrix by P M = L U with partial pivoting; %swaps becomes
 ; the row that each row was exchanged with.
@@ -67,74 +66,8 @@ rows_done:
   %jmore = icmp ult i64 %jn, %n
   br i1 %jmore, label %pivot, label %done
 done:
+  call void @arrange_definite(ptr %a, ptr %reciprocal, i64 %stride)
   ret i1 %regular1
-}
-
-define internal void @solve_definite(ptr noalias %a, ptr noalias %reciprocal, ptr noalias %b, i64 %n, i64 %stride) #0 {
-entry:
-  br label %forward
-forward:
-  %j = phi i64 [ 0, %entry ], [ %jn, %forward_done ]
-  %bjp = getelementptr inbounds double, ptr %b, i64 %j
-  %bj = load double, ptr %bjp, align 8
-  %rp = getelementptr inbounds double, ptr %reciprocal, i64 %j
-  %r = load double, ptr %rp, align 8
-  %z = fmul double %bj, %r
-  %nz = fneg double %z
-  %zi = insertelement <8 x double> poison, double %nz, i64 0
-  %zv = shufflevector <8 x double> %zi, <8 x double> poison, <8 x i32> zeroinitializer
-  %jrow = mul i64 %j, %stride
-  %jp = getelementptr inbounds double, ptr %a, i64 %jrow
-  %from = and i64 %j, -8
-  br label %axpy
-axpy:
-  %k = phi i64 [ %from, %forward ], [ %kn, %axpy ]
-  %xp = getelementptr inbounds double, ptr %jp, i64 %k
-  %x = load <8 x double>, ptr %xp, align 64
-  %yp = getelementptr inbounds double, ptr %b, i64 %k
-  %y = load <8 x double>, ptr %yp, align 64
-  %w = call <8 x double> @llvm.fmuladd.v8f64(<8 x double> %zv, <8 x double> %x, <8 x double> %y)
-  store <8 x double> %w, ptr %yp, align 64
-  %kn = add i64 %k, 8
-  %kmore = icmp ult i64 %kn, %n
-  br i1 %kmore, label %axpy, label %forward_done
-forward_done:
-  store double %bj, ptr %bjp, align 8
-  %jn = add i64 %j, 1
-  %jmore = icmp ult i64 %jn, %n
-  br i1 %jmore, label %forward, label %backward
-backward:
-  %m1 = phi i64 [ %n, %forward_done ], [ %m, %backward_done ]
-  %m = sub i64 %m1, 1
-  %mrow = mul i64 %m, %stride
-  %mp = getelementptr inbounds double, ptr %a, i64 %mrow
-  %bmp = getelementptr inbounds double, ptr %b, i64 %m
-  %bm = load double, ptr %bmp, align 8
-  store double 0.0, ptr %bmp, align 8
-  %mfrom = and i64 %m, -8
-  br label %dot
-dot:
-  %l = phi i64 [ %mfrom, %backward ], [ %ln, %dot ]
-  %acc = phi <8 x double> [ zeroinitializer, %backward ], [ %acc1, %dot ]
-  %up = getelementptr inbounds double, ptr %mp, i64 %l
-  %u = load <8 x double>, ptr %up, align 64
-  %vp = getelementptr inbounds double, ptr %b, i64 %l
-  %v = load <8 x double>, ptr %vp, align 64
-  %acc1 = call <8 x double> @llvm.fmuladd.v8f64(<8 x double> %u, <8 x double> %v, <8 x double> %acc)
-  %ln = add i64 %l, 8
-  %lmore = icmp ult i64 %ln, %n
-  br i1 %lmore, label %dot, label %backward_done
-backward_done:
-  %sum = call reassoc double @llvm.vector.reduce.fadd.v8f64(double 0.0, <8 x double> %acc1)
-  %left = fsub double %bm, %sum
-  %mrp = getelementptr inbounds double, ptr %reciprocal, i64 %m
-  %mr = load double, ptr %mrp, align 8
-  %solved = fmul double %left, %mr
-  store double %solved, ptr %bmp, align 8
-  %again = icmp ugt i64 %m, 0
-  br i1 %again, label %backward, label %done
-done:
-  ret void
 }
 
 define internal i1 @factor_general(ptr noalias %a, ptr noalias %swaps, i64 %n, i64 %stride, double %floor) #0 {

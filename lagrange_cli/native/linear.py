@@ -11,11 +11,12 @@ from __future__ import annotations
 from typing import TypeAlias
 
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
+from lagrange_cli.native.groups import store_rows
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.records import dataclass
 
-WRITTEN_OUT = {"definite": 20, "general": 5}
-"""Rows of a block up to which its elimination is written out: it runs faster, but compiles more slowly."""
+WRITTEN_OUT = {"definite": 12, "general": 5}
+"""Rows of a block up to which its elimination is written out."""
 
 DEFINITE_FLOOR = 64 * 2.0**-52
 """A pivot smaller than this part of its diagonal entry is rounding: the matrix is singular."""
@@ -70,7 +71,8 @@ class General:
 
 @dataclass(frozen=True)
 class InMemory:
-    """A block of ``size`` rows at ``%work[place]``, its pivots' row and the right-hand side's behind it."""
+    """A block of ``size`` rows at ``%work[place]``; behind it are what ``definite.py`` keeps of its diagonal
+    blocks, its pivots' row and the right-hand side's."""
 
     kind: str
     place: int
@@ -84,13 +86,22 @@ class InMemory:
     @property
     def doubles(self) -> int:
         """Doubles that the block takes in all."""
-        return self.stride * (self.size + 2)
+        return self.stride * (self.stride + LANES + 2)
+
+    @property
+    def pivots(self) -> int:
+        """Where its pivots' row is."""
+        return self.place + self.stride * (self.stride + LANES)
+
+    @property
+    def right(self) -> int:
+        """Where its right-hand side is."""
+        return self.pivots + self.stride
 
     def _call(self, emitter: Emitter, result: str, name: str, *more: str) -> str:
-        offsets = (0, self.stride * self.size, self.stride * (self.size + 1))
         matrix, pivots, right = (
-            emitter.define(f"getelementptr inbounds double, ptr %work, i64 {self.place + offset}")
-            for offset in offsets
+            emitter.define(f"getelementptr inbounds double, ptr %work, i64 {place}")
+            for place in (self.place, self.pivots, self.right)
         )
         listed = [f"ptr {matrix}", f"ptr {pivots}"] + ([f"ptr {right}"] if name == "solve" else [])
         listed += [f"i64 {self.size}", f"i64 {self.stride}", *more]
@@ -102,18 +113,15 @@ class InMemory:
             for k in range(j if self.kind == "definite" else 0, self.size):
                 emitter.store(row[k], "%work", self.place + self.stride * j + k)
             if self.kind == "definite":
-                emitter.store(row[j], "%work", self.place + self.stride * self.size + j)
-        return emitter.define(
-            self._call(emitter, "i1", "factor", f"double {operand(literal(DEFINITE_FLOOR))}")
-        )
+                emitter.store(row[j], "%work", self.pivots + j)
+        floor = f"double {operand(literal(DEFINITE_FLOOR))}"
+        return emitter.define(self._call(emitter, "i1", "factor", floor))
 
     def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
         """x with M x = ``right``."""
-        place = self.place + self.stride * (self.size + 1)
-        for j, value in enumerate(right):
-            emitter.store(value, "%work", place + j)
+        store_rows(emitter, self.stride, right, "%work", self.right)
         emitter.line("  " + self._call(emitter, "void", "solve"))
-        return [emitter.load("%work", place + j) for j in range(self.size)]
+        return [emitter.load("%work", self.right + j) for j in range(self.size)]
 
 
 Factored: TypeAlias = "Definite | General | InMemory"

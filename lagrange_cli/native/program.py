@@ -9,6 +9,7 @@ from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import SeriesProgram
+from lagrange_cli.native.definite import definite
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
@@ -67,7 +68,7 @@ def write_program(
     degrees = len(model.q)
     work = LANES * -(-(layout.doubles + expansion.scratch) // LANES)
     if expansion.scratch:
-        parts.append(fill_in("linear", {}))
+        parts += [fill_in("linear", {}), definite()]
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, work, tolerance))
     numbers = {"slot": layout.width + degrees, "rates": len(layout.state) - degrees}
@@ -81,7 +82,7 @@ def write_program(
     prepare, size = emit_prepare(constants, model.parameters)
     parts.append(prepare)
     return Program(
-        text="\n".join([DECLARATIONS, _GLOBALS, *_tables(order), *parts, _ATTRIBUTES]),
+        text="\n".join([DECLARATIONS, GLOBALS, *_tables(order), *parts, ATTRIBUTES]),
         order=order,
         degrees=degrees,
         parameters=tuple(model.parameters),
@@ -133,7 +134,7 @@ def _tables(order: int) -> list[str]:
     return [f"@{name} = private constant [{size} x double] [{row}]" for name, row in listed.items()]
 
 
-_GLOBALS = "\n".join(
+GLOBALS = "\n".join(
     [
         *(
             f"declare {kind} @llvm.{name}.{tag}({', '.join([kind] * count)})"
@@ -150,4 +151,4 @@ _GLOBALS = "\n".join(
     ]
 )
 
-_ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'
+ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'

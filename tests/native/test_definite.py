@@ -1,0 +1,67 @@
+"""Large definite blocks of the mass matrix: factored and solved in machine code, against numpy."""
+
+import ctypes
+
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.motion import aligned
+from lagrange_cli.native.compiler import compile_text
+from lagrange_cli.native.definite import definite
+from lagrange_cli.native.emitter import Emitter
+from lagrange_cli.native.linear import WRITTEN_OUT, InMemory, factor_block
+from lagrange_cli.native.machine import FULL, QUICK, load
+from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
+from lagrange_cli.native.scalars import DECLARATIONS
+from lagrange_cli.native.template import fill_in
+
+
+def solver(size, level):
+    """A compiled function of (matrix, right-hand side, work): solves in place, says whether it could."""
+    emitter = Emitter()
+    matrix = [[emitter.load("%matrix", size * j + k) for k in range(size)] for j in range(size)]
+    block, regular, doubles = factor_block(emitter, matrix, True, 0)
+    for _ in range(2):  # twice: a factorization serves all orders of a step
+        solution = block.solve(emitter, [emitter.load("%right", j) for j in range(size)])
+    for j, value in enumerate(solution):
+        emitter.store(value, "%right", j)
+    body = "\n".join(emitter.lines)
+    head = "define i1 @solve(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
+    # the second solution is of the first one's right-hand side, as it is only overwritten at the end
+    text = [
+        DECLARATIONS,
+        GLOBALS,
+        fill_in("linear", {}),
+        definite(),
+        f"{head} {{\n{body}\n  ret i1 {regular}\n}}",
+    ]
+    loaded = load(compile_text("\n".join([*text, ATTRIBUTES]), level))
+    pointer = ctypes.c_void_p
+    function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("solve"))
+    return block, function, aligned(max(1, doubles)), loaded
+
+
+@pytest.mark.parametrize("level", [QUICK, FULL])
+@pytest.mark.parametrize("size", [2, WRITTEN_OUT["definite"], 13, 16, 17, 24, 31, 50])
+def test_large_definite_blocks_are_solved(size, level):
+    block, function, work, loaded = solver(size, level)
+    assert isinstance(block, InMemory) == (size > WRITTEN_OUT["definite"])
+    source = np.random.default_rng(size)
+    for _ in range(3):  # again and again in the same memory, as in step after step
+        half = source.normal(size=(size, size))
+        matrix = half @ half.T + np.diag(source.uniform(0.5, 2.0, size))
+        known = source.normal(size=size)
+        right = matrix @ known
+        assert function(np.ascontiguousarray(matrix).ctypes.data, right.ctypes.data, work.ctypes.data)
+        error = np.linalg.norm(matrix @ right - matrix @ known)
+        assert error <= 1e-14 * size * np.linalg.norm(matrix, 2) * np.linalg.norm(known)
+    assert loaded
+
+
+@pytest.mark.parametrize("size", [2, 13, 24])
+def test_singular_blocks_are_found(size):
+    _, function, work, loaded = solver(size, FULL)
+    half = np.random.default_rng(1).normal(size=(size, size - 1))
+    matrix, right = half @ half.T, np.ones(size)
+    assert not function(np.ascontiguousarray(matrix).ctypes.data, right.ctypes.data, work.ctypes.data)
+    assert loaded
