@@ -1,8 +1,8 @@
 """Loops that solve with a large definite block of the mass matrix, eight rows at a time.
 
 ``@factor_definite`` (``linear.ll``) leaves D L^T in the upper triangle. ``@arrange_definite`` makes of it
-what the solution reads in whole vectors: -L^T in the upper triangle, without its diagonal, -L in the lower
-one's blocks of eight, and the -L of the diagonal blocks behind the matrix. ``@solve_definite`` then needs no sum
+what the solution reads in whole vectors: -L^T in the upper triangle, without its diagonal; -L in the blocks
+of eight below; and the -L of the diagonal blocks behind the matrix. ``@solve_definite`` then needs no sum
 across a vector, and a vector that it has written it reads as a whole.
 """
 
