@@ -19,6 +19,7 @@ COMMANDS = {
     "sweep": "Integrate many motions, over grids, tables or random numbers.",
     "equations": "Print L, the equations of motion, p_k, h and what is conserved.",
     "check": "Validate; say what kind of system it is and what is skipped.",
+    "bench": "Measure run time against error over methods and tolerances.",
     "cache": "Say what compiled programs are kept on disk, or clear them.",
     "systems": "List the systems that are shipped, or write one out.",
 }

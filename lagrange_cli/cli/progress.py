@@ -74,3 +74,12 @@ def duration(seconds: float) -> str:
     if minutes == 0:
         return f"{rest} s"
     return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+
+
+class ContestProgress(Line):
+    """Shows which of the contenders is on."""
+
+    def show(self, done: int, count: int, what: object) -> None:
+        """Say that ``done`` of ``count`` are through and what comes next: each may take long, so at once."""
+        if self._enabled:
+            self.say(done / count, str(what))

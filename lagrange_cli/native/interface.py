@@ -12,6 +12,8 @@ LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
+HIGHEST_ORDER = 32
+"""The highest one that a tolerance asks for."""
 
 
 def width_of(rows: int) -> int:

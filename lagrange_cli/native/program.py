@@ -12,7 +12,7 @@ from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.native.definite import definite
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.interface import LANES, STEPPING, Interface
+from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
 from lagrange_cli.native.jet import write_jet
 from lagrange_cli.native.layout import arrange
 from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
@@ -36,9 +36,10 @@ def order_for(tolerance: float) -> int:
 
     They count operations, which grow with the order's square. Here most of them are done side by side, and
     the time of an order is mostly that of its longest chain: longer steps of a higher order are cheaper
-    (docs/engine.md).
+    (docs/engine.md). A tolerance far below double precision makes steps shorter instead, and so the rounding
+    of their sum less.
     """
-    return 2 + max(4, math.ceil(-0.74 * math.log(tolerance)))
+    return min(HIGHEST_ORDER, 2 + max(4, math.ceil(-0.74 * math.log(tolerance))))
 
 
 def write_program(

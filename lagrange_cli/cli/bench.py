@@ -1,0 +1,255 @@
+"""``lagrange bench``: run time against error, for one system, over methods and tolerances."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import click
+
+from lagrange_cli.cli.interrupts import Interrupts
+from lagrange_cli.cli.options import shared_options, system_argument
+from lagrange_cli.cli.progress import ContestProgress
+from lagrange_cli.cli.report import INTERRUPTED, complain, emit, emit_json
+from lagrange_cli.cli.settings import (
+    DEFAULT_OUTPUTS,
+    FULL_PRECISION,
+    METHODS,
+    resolve_method,
+    resolve_settings,
+    resolve_tolerance,
+)
+from lagrange_cli.cli.source import derive_system, read_system
+from lagrange_cli.cli.standings import Standings, as_object, as_text, curves_of
+from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
+from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import SolveDefaults
+
+if TYPE_CHECKING:
+    from lagrange_cli.contest.contest import Contender, Result, Rules
+    from lagrange_cli.contest.following import Followed
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.values import Values
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+MOST_WITH_JACOBIAN = 32
+"""Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
+
+SMALLEST_ERROR, LARGEST_ERROR = 1e-12, 0.1
+BETTER = 100
+"""By how much the reference is to be better than the error wanted."""
+PATIENCE = 5
+"""Budgets that each of the reference's two runs may take: its steps are a fifth as long as a contender's."""
+
+
+def parse_tolerances(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[float, ...] | None:
+    """``"1e-6,1e-9"`` as numbers."""
+    if text is None:
+        return None
+    try:
+        return tuple(float(part) for part in text.split(","))
+    except ValueError as error:
+        raise click.BadParameter(
+            f"{text!r} is not a comma list of numbers, as in --tolerances 1e-6,1e-9", context, parameter
+        ) from error
+
+
+@click.command("bench")
+@system_argument
+@click.option(
+    "--error",
+    "wanted",
+    type=float,
+    default=1e-9,
+    show_default=True,
+    help="Recommend the fastest that reaches this error of q, relative to its size.",
+)
+@click.option("--stop", type=float, help="The time at which the motion ends.")
+@click.option("--methods", metavar="LIST", help=f"A comma list of {', '.join(METHODS)} [all].")
+@click.option(
+    "--tolerances",
+    metavar="LIST",
+    callback=parse_tolerances,
+    help=f"A comma list [{','.join(f'{x:g}' for x in TOLERANCES)}, and full precision for {TAYLOR}].",
+)
+@click.option(
+    "--runs",
+    type=click.IntRange(min=1),
+    default=5,
+    show_default=True,
+    help="Take the median time of so many runs, after a first one.",
+)
+@click.option(
+    "--budget",
+    type=click.FloatRange(min=0, min_open=True),
+    default=2.0,
+    show_default=True,
+    help="Seconds for all runs of one method at one tolerance.",
+)
+@click.option("--plot", metavar="FILE.svg", help="Draw time against error (.svg, .pdf or .png).")
+@shared_options
+def bench(
+    system: str,
+    wanted: float,
+    stop: float | None,
+    methods: str | None,
+    tolerances: tuple[float, ...] | None,
+    runs: int,
+    budget: float,
+    plot: str | None,
+    overrides: dict[str, str],
+    sizes: dict[str, str],
+    as_json: bool,
+    quiet: bool,
+) -> int:
+    """Measure run time against error for a system, over methods and tolerances, and recommend one.
+
+    Errors are held against a reference of higher order and shorter steps than any of them has; where not even
+    that can follow the motion to its end, all are compared as far as it can. Nothing is written but the
+    picture.
+
+    \b
+    lagrange bench pendulum.yaml
+    lagrange bench pendulum.yaml --error 1e-6 --plot pendulum.svg
+    """
+    if not SMALLEST_ERROR <= wanted <= LARGEST_ERROR:
+        raise UsageError(f"--error must be from {SMALLEST_ERROR:g} to {LARGEST_ERROR:g}, not {wanted:g}")
+    if plot is not None:
+        from lagrange_cli.contest.picture import check_picture, write_picture
+
+        check_picture(plot)
+
+    from lagrange_cli.contest.contest import Rules
+    from lagrange_cli.spec.values import resolve_values
+
+    spec = read_system(system, sizes)
+    values = resolve_values(spec, overrides)
+    entries, left_out = enter(methods, tolerances, len(spec.coordinates))
+    progress = ContestProgress(spec.name, quiet=quiet)
+    with Interrupts() as interrupted:
+        standings = compete(spec, values, stop, wanted, entries, Rules(runs, budget), progress, interrupted)
+    progress.clear()
+    if as_json:
+        emit_json(as_object(standings))
+    elif not quiet:
+        emit("\n".join((as_text(standings), *left_out)))
+    if plot is not None:
+        write_picture(plot, curves_of(standings))
+    if interrupted():
+        complain(f"{spec.name}: interrupted, {len(standings.results)} of {count(entries)} were measured")
+        return INTERRUPTED
+    return 0
+
+
+def enter(
+    methods: str | None, tolerances: Sequence[float] | None, degrees: int
+) -> tuple[dict[str, Sequence[float]], list[str]]:
+    """The tolerances by method, and what is left out that was not asked for."""
+    left_out = []
+    names = [resolve_method(name.strip()) for name in methods.split(",")] if methods else list(METHODS)
+    if methods is None and degrees > MOST_WITH_JACOBIAN:
+        names = [name for name in names if name not in IMPLICIT]
+        implicit = [name for name in METHODS if name in IMPLICIT]
+        left_out = [
+            f"  left out: {', '.join(implicit)}, whose dense Jacobian of {degrees} coordinates takes long to "
+            f"compile; --methods {implicit[0]} asks for it"
+        ]
+    own: dict[str, Sequence[float]] = {TAYLOR: (*TOLERANCES, FULL_PRECISION)}
+    return {name: own.get(name, TOLERANCES) if tolerances is None else tolerances for name in names}, left_out
+
+
+def count(entries: Mapping[str, Sequence[float]]) -> int:
+    """How many contenders there are."""
+    return sum(len(set(tolerances)) for tolerances in entries.values())
+
+
+def compete(
+    spec: Spec,
+    values: Values,
+    stop: float | None,
+    wanted: float,
+    entries: Mapping[str, Sequence[float]],
+    rules: Rules,
+    progress: ContestProgress,
+    interrupted: Callable[[], bool],
+) -> Standings:
+    """Find the reference, and measure every contender against it."""
+    from lagrange_cli.contest.contest import hold
+    from lagrange_cli.contest.following import SAMPLES, follow
+    from lagrange_cli.contest.reference import TOLERANCES as OF_REFERENCE
+    from lagrange_cli.contest.reference import find_reference
+
+    settings = resolve_settings(spec, SolveDefaults(stop=stop, samples=SAMPLES))
+    prepare = preparing(spec)
+
+    def reference_run(prepared: Prepared, times: Times) -> Followed:
+        followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)
+        if interrupted():
+            raise KeyboardInterrupt
+        return followed
+
+    progress.show(0, count(entries), "reference")
+    reference = find_reference(
+        [partial(reference_run, prepare(TAYLOR, tolerance)) for tolerance in OF_REFERENCE],
+        settings.start,
+        settings.stop,
+        wanted / BETTER,
+        groups_of(spec),
+    )
+    results: list[Result] = []
+
+    def prepare_next(contender: Contender) -> Prepared:
+        resolve_tolerance(contender.tolerance, contender.method)
+        progress.show(len(results), count(entries), contender)
+        return prepare(contender.method, contender.tolerance)
+
+    for result in hold(entries, prepare_next, values, reference, rules, interrupted):
+        results.append(result)
+    return Standings(spec.name, len(spec.coordinates), wanted, reference, tuple(results))
+
+
+def preparing(spec: Spec) -> Callable[[str, float], Prepared]:
+    """A function that compiles the system for a method and tolerance, and derives it once at most."""
+    from lagrange_cli.integrate.prepare import follower, prepare_system
+    from lagrange_cli.native.cache import find_cache
+
+    residuals: list[Residual] = []
+    compiled: dict[bool, Prepared] = {}
+
+    def derive(spec: Spec) -> Residual:
+        if not residuals:
+            residuals.append(derive_system(spec))
+        return residuals[0]
+
+    def prepare(method: str, tolerance: float) -> Prepared:
+        kept = compiled.get(method in IMPLICIT) if method != TAYLOR else None
+        if kept is not None:  # scipy's methods share a program, whatever the tolerance
+            following = follower(kept.machine, method, tolerance)
+            return replace(kept, method=method, tolerance=tolerance, follower=following)
+        prepared = prepare_system(
+            spec,
+            derive,
+            find_cache(),
+            method=method,
+            tolerance=tolerance,
+            outputs=frozenset(DEFAULT_OUTPUTS),
+        )
+        if method != TAYLOR:
+            compiled[method in IMPLICIT] = prepared
+        return prepared
+
+    return prepare
+
+
+def groups_of(spec: Spec) -> list[str]:
+    """Which coordinates are measured against one size: those of one unit, else those of one family."""
+    from lagrange_cli.expression.vocabulary import family_name
+
+    return [f"in {each.unit}" if each.unit else family_name(each.name) for each in spec.coordinates]

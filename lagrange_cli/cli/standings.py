@@ -1,0 +1,133 @@
+"""``Standings``: the outcome of a contest as a table, as an object for JSON, and as curves to draw."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.cli.report import count_of
+from lagrange_cli.contest.choice import choose
+from lagrange_cli.native.interface import HIGHEST_ORDER
+from lagrange_cli.records import dataclass, fields_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.contest.contest import Result
+    from lagrange_cli.contest.picture import Picture
+    from lagrange_cli.contest.reference import Reference
+
+HEADER = ("method", "tolerance", "steps", "evaluations", "ms", "error", "drift of h")
+
+
+@dataclass(frozen=True)
+class Standings:
+    """The results for a system of so many ``degrees`` of freedom, and the error that is ``wanted``."""
+
+    name: str
+    degrees: int
+    wanted: float
+    reference: Reference
+    results: tuple[Result, ...]
+
+
+def as_text(standings: Standings) -> str:
+    """The table, what errors are held against, and the recommendation."""
+    reference = standings.reference
+    times = reference.times
+    lines = [
+        f"{standings.name}: {count_of(standings.degrees, 'degree')} of freedom, "
+        f"t = {times.start:g} to {times.stop:g}, {times.count} samples",
+        f"  reference: Taylor series of order {HIGHEST_ORDER}, {count_of(reference.steps, 'step')}; "
+        f"its error is about {reference.error:.1e}",
+    ]
+    if reference.reason:
+        lines.append(f"  compared up to t = {times.stop:g}, not to {reference.asked:g}: {reference.reason}")
+    best = choose(standings.results, standings.wanted)
+    chosen = "none" if best.result is None else str(best.result.contender)
+    recommended = f"  for an error of {standings.wanted:g}: {chosen} ({best.because})"
+    return "\n".join([*lines, "", *aligned([HEADER, *map(row, standings.results)]), "", recommended])
+
+
+def row(result: Result) -> tuple[str, ...]:
+    """A line of the table; what has no figures has its reason in their place."""
+    named = (result.contender.method, f"{result.contender.tolerance:.2g}")
+    if result.seconds is None or result.error is None:
+        return (*named, f"{result.status}: {result.message}" if result.status != "cut" else result.message)
+    bound = "<= " if result.bounded else ""
+    return (
+        *named,
+        str(result.steps),
+        str(result.evaluations),
+        f"{1e3 * result.seconds:.2f}",
+        f"{bound}{result.error:.1e}",
+        "-" if result.h_drift is None else f"{result.h_drift:.1e}",
+    )
+
+
+def aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
+    """Lines of columns: names to the left, figures to the right, a reason over what is left of the line."""
+    whole = [each for each in rows if len(each) == len(rows[0])]
+    widths = [max(len(each[k]) for each in whole) for k in range(len(rows[0]))]
+    widths[:2] = [max(len(each[k]) for each in rows) for k in range(2)]
+    for each in rows:
+        name, *figures = each
+        cells = [name.ljust(widths[0]), *(cell.rjust(width) for cell, width in zip(figures, widths[1:]))]
+        if len(each) < len(widths):
+            cells[-1] = each[-1]
+        yield "  " + "  ".join(cells).rstrip()
+
+
+def as_object(standings: Standings) -> dict[str, Any]:
+    """All of it for ``--json``."""
+    reference, best = standings.reference, choose(standings.results, standings.wanted)
+    chosen = best.result
+    return {
+        "name": standings.name,
+        "degrees_of_freedom": standings.degrees,
+        "start": reference.times.start,
+        "stop": reference.times.stop,
+        "asked_stop": reference.asked,
+        "samples": reference.times.count,
+        "reference": {
+            "method": "taylor",
+            "order": HIGHEST_ORDER,
+            "steps": reference.steps,
+            "error": reference.error,
+            "shortened_because": reference.reason or None,
+        },
+        "contenders": [as_row(result) for result in standings.results],
+        "wanted_error": standings.wanted,
+        "recommended": None if chosen is None else as_row(chosen),
+        "because": best.because,
+    }
+
+
+def as_row(result: Result) -> dict[str, Any]:
+    """One contender; ``error_is_bound`` where its error is below that of the reference."""
+    figures = {
+        name: getattr(result, name) for name in fields_of(result) if name not in ("contender", "bounded")
+    }
+    named = {"method": result.contender.method, "tolerance": result.contender.tolerance}
+    return {**named, **figures, "error_is_bound": result.bounded}
+
+
+def curves_of(standings: Standings) -> Picture:
+    """The curves of the methods, as far as they have figures."""
+    from lagrange_cli.contest.picture import Curve, Picture, Point
+
+    def point(result: Result) -> Point:
+        return Point(result.error or 0.0, result.seconds or 0.0, result.bounded)
+
+    by_method: dict[str, list[Point]] = {}
+    for each in standings.results:
+        if each.status == "complete":
+            by_method.setdefault(each.contender.method, []).append(point(each))
+    best = choose(standings.results, standings.wanted).result
+    times = standings.reference.times
+    return Picture(
+        title=f"{standings.name}, t = {times.start:g} to {times.stop:g}",
+        error_label="largest error of q, relative to its size",
+        curves=tuple(Curve(name, tuple(points)) for name, points in by_method.items()),
+        floor=standings.reference.error,
+        wanted=standings.wanted,
+        chosen=None if best is None else point(best),
+    )

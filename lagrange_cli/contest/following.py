@@ -1,0 +1,59 @@
+"""One motion followed for its samples of q: how, how far, and in how many seconds."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.spec.values import Values
+
+SAMPLES = 1001
+"""At how many times motions are compared, evenly from start to stop."""
+
+
+@dataclass(frozen=True)
+class Followed:
+    """``q`` of shape (samples reached, coordinates), how the motion ended, and what it took."""
+
+    q: NDArray[np.float64]
+    outcome: Outcome
+    seconds: float
+
+
+def evenly(start: float, stop: float) -> Times:
+    """The times at which motions are compared."""
+    return Times(start, stop, SAMPLES, (stop - start) / (SAMPLES - 1))
+
+
+def follow(
+    prepared: Prepared, values: Values, times: Times, budget: float, interrupted: Callable[[], bool]
+) -> Followed:
+    """Follow a prepared motion, for ``budget`` seconds at most or until ``interrupted``.
+
+    ``seconds`` are those of the integration: its samples and what is observed at them included, as in a run
+    of ``solve``, but neither compilation nor writing.
+    """
+    paths = [dataset.path for dataset in prepared.recording.states if dataset.path.startswith("q/")]
+    chunks = [np.empty((0, len(prepared.recording.coordinates)))]
+    began = time.perf_counter()
+
+    def emit(chunk: dict[str, NDArray[np.float64]]) -> None:
+        count = len(chunk["t"])
+        chunks.append(np.concatenate([chunk[path].reshape(count, -1) for path in paths], axis=1))
+
+    def late() -> bool:
+        return time.perf_counter() - began > budget or interrupted()
+
+    outcome = integrate(prepared, values, times, emit, late)
+    seconds = time.perf_counter() - began
+    return Followed(np.concatenate(chunks), outcome, seconds)

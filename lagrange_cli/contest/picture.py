@@ -1,0 +1,171 @@
+"""Work-precision pictures: run time against error, both logarithmic. The only place that imports matplotlib.
+
+The error falls to the right, so that what is further right is more accurate and what is lower is faster.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+FORMATS = (".svg", ".pdf", ".png")
+COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+"""Those of Okabe and Ito, which are told apart whatever colours one sees (Wong, Nature Methods 8, 2011)."""
+MARKERS = "osD^vPX"
+STYLE: Any = {
+    "font.size": 10,
+    "font.family": "sans-serif",
+    "svg.fonttype": "none",
+    "svg.hashsalt": "lagrange",  # the same picture is the same file
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "grid.color": "#e4e4e4",
+    "grid.linewidth": 0.8,
+    "axes.axisbelow": True,
+}
+LINE = 12.0
+"""Points between two labels, at least."""
+WIDE = 70.0
+"""Points that a label takes up to the right."""
+
+
+@dataclass(frozen=True)
+class Point:
+    """A run: its error, its seconds, and whether its error is only known to be less."""
+
+    error: float
+    seconds: float
+    bounded: bool = False
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The runs of one method, from the loosest tolerance on."""
+
+    name: str
+    points: tuple[Point, ...]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """What is drawn into one frame; errors below ``floor`` cannot be told, ``chosen`` gets a ring."""
+
+    title: str
+    error_label: str
+    curves: tuple[Curve, ...]
+    floor: float | None = None
+    wanted: float | None = None
+    chosen: Point | None = None
+
+
+def check_picture(name: str) -> None:
+    """Refuse a picture that could not be drawn, before any work is done for it.
+
+    Raises ``UsageError``.
+    """
+    path = Path(name)
+    if path.suffix not in FORMATS:
+        raise UsageError(f"--plot {name}: the name must end in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}")
+    if not path.parent.is_dir():
+        raise UsageError(f"--plot {name}: there is no directory {path.parent}")
+    if importlib.util.find_spec("matplotlib") is None:
+        raise UsageError("--plot needs matplotlib: pip install 'lagrange-cli[plot]'")
+
+
+def write_picture(name: str, *pictures: Picture) -> None:
+    """Draw pictures side by side into a file.
+
+    Raises ``FileError`` where it cannot be written.
+    """
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    drawn = io.BytesIO()
+    path = Path(name)
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(
+            figsize=(7.2 if len(pictures) == 1 else 5.6 * len(pictures), 4.6), layout="constrained"
+        )
+        for axes, picture in zip(figure.subplots(1, len(pictures), squeeze=False)[0], pictures):
+            draw(figure, axes, picture)
+        stamps = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
+        figure.savefig(drawn, format=path.suffix[1:], dpi=150, metadata=stamps.get(path.suffix))
+    try:
+        path.write_bytes(drawn.getvalue())
+    except OSError as error:
+        raise FileError(f"{name} could not be written: {error.strerror or error}") from error
+
+
+def draw(figure: Figure, axes: Axes, picture: Picture) -> None:
+    """One frame: the curves with their names at their ends, what is wanted, and what cannot be told."""
+    axes.set(xscale="log", yscale="log", xlabel=picture.error_label, ylabel="run time (s)")
+    axes.set_title(picture.title, loc="left")
+    for k, curve in enumerate(picture.curves):
+        draw_curve(axes, curve, k)
+    axes.margins(x=0.09, y=0.1)
+    axes.invert_xaxis()
+    axes.set_xlim(axes.get_xlim())  # what follows does not widen it
+    if picture.wanted is not None:
+        axes.axvline(picture.wanted, color="#555555", linewidth=1, linestyle=(0, (4, 3)), zorder=1)
+        note(axes, picture.wanted, "error wanted")
+    if picture.floor is not None:
+        axes.axvspan(picture.floor, min(picture.floor, axes.get_xlim()[1]), color="#f2f2f2", zorder=0)
+        note(axes, picture.floor, "error of the reference")
+    if picture.chosen is not None:
+        chosen = picture.chosen
+        axes.plot(chosen.error, chosen.seconds, "o", ms=14, mfc="none", mec="#333333", mew=1.2)
+    label_ends(figure, axes, picture.curves)
+
+
+def draw_curve(axes: Axes, curve: Curve, k: int) -> None:
+    """The line, and its points: hollow where the error is only known to be less."""
+    color, marker = COLORS[k % len(COLORS)], MARKERS[k % len(MARKERS)]
+    ours: dict[str, Any] = {"linewidth": 2.2 if k == 0 else 1.4, "zorder": 4 if k == 0 else 3}
+    axes.plot([p.error for p in curve.points], [p.seconds for p in curve.points], color=color, **ours)
+    for point in curve.points:
+        fill = "white" if point.bounded else color
+        axes.plot(point.error, point.seconds, marker, color=color, mfc=fill, ms=6, zorder=5)
+
+
+def note(axes: Axes, error: float, text: str) -> None:
+    """A word along a vertical line, at its top, if the line is within the frame."""
+    loosest, tightest = axes.get_xlim()
+    if tightest < error < loosest:
+        axes.annotate(
+            text, (error, 1), xycoords=("data", "axes fraction"), xytext=(3, -3), textcoords="offset points",
+            va="top", fontsize=8, color="#555555", rotation=90,
+        )  # fmt: skip
+
+
+def label_ends(figure: Figure, axes: Axes, curves: tuple[Curve, ...]) -> None:
+    """Each curve's name beside its last point, moved up where another one is in its way."""
+    figure.draw_without_rendering()
+    points = 72.0 / figure.dpi
+    ends = []
+    for k, curve in enumerate(curves):
+        if curve.points:
+            last = min(curve.points, key=lambda point: point.error)
+            x, y = axes.transData.transform((last.error, last.seconds)) * points
+            ends.append((y, x, last, curve.name, COLORS[k % len(COLORS)]))
+    placed: list[tuple[float, float]] = []
+    for y, x, last, name, color in sorted(ends, key=lambda end: end[0]):
+        up = y
+        for other_x, other_y in placed:
+            if abs(x - other_x) < WIDE and abs(up - other_y) < LINE:
+                up = other_y + LINE
+        placed.append((x, up))
+        axes.annotate(
+            name, (last.error, last.seconds), xytext=(8, up - y), textcoords="offset points",
+            color=color, va="center", fontweight="bold", annotation_clip=False, zorder=6,
+            bbox={"facecolor": "white", "edgecolor": "none", "alpha": 0.7, "pad": 0.5},
+        )  # fmt: skip

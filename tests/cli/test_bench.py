@@ -1,0 +1,188 @@
+"""``lagrange bench``: its table, its object, its picture, and what it says where something is wrong."""
+
+import json
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from lagrange_cli.cli import bench as module
+from lagrange_cli.cli.main import main
+from lagrange_cli.cli.settings import FULL_PRECISION, METHODS
+from lagrange_cli.contest import contest
+from tests.cli.command import SYSTEMS
+
+HOOP = str(SYSTEMS / "rotating_hoop.yaml")
+FEW = ["--methods", "taylor,dop853", "--tolerances", "1e-4,1e-9", "--runs", "1"]
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    """An empty cache, and a directory to write to."""
+    monkeypatch.setenv("LAGRANGE_CACHE_DIR", str(tmp_path / "cache"))
+    (tmp_path / "work").mkdir()
+    monkeypatch.chdir(tmp_path / "work")
+    return tmp_path / "work"
+
+
+def run(capsys, *arguments, system=HOOP):
+    status = main(["bench", system, *arguments])
+    captured = capsys.readouterr()
+    return status, captured.out, captured.err
+
+
+def test_the_table_has_a_line_for_each_method_and_tolerance(capsys, folder):
+    status, out, err = run(capsys, *FEW, "--stop", "5", "--error", "1e-7")
+    assert (status, err) == (0, "")
+    head, reference, _, header, *rows, _, recommended = out.splitlines()
+    assert head == "bead on a rotating hoop: 1 degree of freedom, t = 0 to 5, 1001 samples"
+    assert reference.startswith("  reference: Taylor series of order 25, ")
+    assert header.split() == [
+        "method",
+        "tolerance",
+        "steps",
+        "evaluations",
+        "ms",
+        "error",
+        "drift",
+        "of",
+        "h",
+    ]
+    cells = [row.split() for row in rows]
+    assert [cell[:2] for cell in cells] == [
+        ["taylor", "0.0001"], ["taylor", "1e-09"], ["DOP853", "0.0001"], ["DOP853", "1e-09"],
+    ]  # fmt: skip
+    assert all(len(cell) == 7 and float(cell[4]) > 0 and float(cell[5]) > 0 for cell in cells)
+    assert recommended.startswith("  for an error of 1e-07: taylor at 1e-09 (")
+    assert not list(folder.iterdir())
+
+
+def test_the_object_says_all_of_it_and_what_is_recommended_reaches_the_error(capsys):
+    status, out, _ = run(capsys, *FEW, "--stop", "5", "--error", "1e-7", "--json")
+    found = json.loads(out)
+    assert status == 0 and out.count("\n") == 1
+    assert set(found) == {
+        "name", "degrees_of_freedom", "start", "stop", "asked_stop", "samples", "reference", "contenders",
+        "wanted_error", "recommended", "because",
+    }  # fmt: skip
+    assert set(found["reference"]) == {"method", "order", "steps", "error", "shortened_because"}
+    assert (found["stop"], found["asked_stop"], found["reference"]["shortened_because"]) == (5, 5, None)
+    keys = {
+        "method", "tolerance", "status", "message", "steps", "evaluations", "seconds", "runs", "error",
+        "error_is_bound", "h_drift",
+    }  # fmt: skip
+    assert all(set(each) == keys for each in found["contenders"])
+    best = found["recommended"]
+    assert best in found["contenders"] and best["error"] <= found["wanted_error"] == 1e-7
+    reaching = [each for each in found["contenders"] if each["error"] <= 1e-7]
+    assert best["seconds"] == min(each["seconds"] for each in reaching)
+
+
+def test_a_chaotic_motion_is_compared_as_far_as_it_is_known(capsys):
+    arguments = ["--methods", "taylor", "--tolerances", "1e-6", "--runs", "1"]
+    system = str(SYSTEMS / "double_pendulum.yaml")
+    _, out, _ = run(capsys, *arguments, system=system)
+    shortened = out.splitlines()[2]
+    assert shortened.startswith("  compared up to t = ")
+    assert shortened.endswith(", not to 60: no further is it known to 1e-11")
+    assert "none (none reaches it; taylor at 1e-06 comes nearest" in out
+    _, out, _ = run(capsys, *arguments, "--json", system=system)
+    assert json.loads(out)["stop"] < 15 and json.loads(out)["recommended"] is None
+
+
+def test_what_a_method_refuses_is_a_line_with_the_reason(capsys):
+    status, out, _ = run(capsys, "--methods", "DOP853", "--tolerances", "1e-4,1e-15", "--stop", "1")
+    assert status == 0
+    (line,) = [line for line in out.splitlines() if "refused" in line]
+    assert line.split()[:2] == ["DOP853", "1e-15"]
+    assert line.endswith(" refused: the tolerance of method DOP853 must be from 2.22e-14 to 0.1, not 1e-15")
+
+
+def test_what_is_too_slow_is_cut_and_its_tighter_tolerances_are_skipped(capsys):
+    _, out, _ = run(capsys, "--methods", "BDF", "--tolerances", "1e-6,1e-9", "--budget", "0.001")
+    cut, skipped = (line.split(maxsplit=2) for line in out.splitlines() if "BDF  " in line)
+    assert cut[:2] == ["BDF", "1e-06"] and cut[2].startswith("cut after 0.001 s at t = ")
+    assert skipped == ["BDF", "1e-09", "skipped: BDF at 1e-06 was too slow already"]
+    assert "none (no contender came to the end)" in out
+
+
+def test_the_picture_is_drawn_with_every_method(capsys, folder):
+    status, out, _ = run(capsys, *FEW, "--stop", "2", "--quiet", "--plot", "hoop.svg")
+    assert (status, out) == (0, "")
+    root = ElementTree.parse(folder / "hoop.svg").getroot()
+    texts = {"".join(each.itertext()).strip() for each in root.iter("{http://www.w3.org/2000/svg}text")}
+    assert {"bead on a rotating hoop, t = 0 to 2", "taylor", "DOP853"} <= texts
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--methods", "taylor,dop"], "unknown method 'dop'; known: taylor, DOP853"),
+        (["--tolerances", "1e-3,x"], "'1e-3,x' is not a comma list of numbers"),
+        (["--error", "1e-16"], "--error must be from 1e-12 to 0.1, not 1e-16"),
+        (["--error", "nan"], "--error must be from 1e-12 to 0.1, not nan"),
+        (["--runs", "0"], "'--runs'"),
+        (["--budget", "0"], "'--budget'"),
+        (["--plot", "hoop.txt"], "must end in .svg, .pdf or .png"),
+        (["--stop", "-1"], "the motion must stop after it starts"),
+        (["--set", "nosuch=1"], "unknown name 'nosuch'"),
+    ],
+)
+def test_wrong_options_are_refused(capsys, arguments, message):
+    status, out, err = run(capsys, *arguments)
+    assert (status, out) == (2, "")
+    assert message in err and "Traceback" not in err
+
+
+def test_a_motion_that_cannot_begin_ends_with_a_message(capsys, folder):
+    (folder / "flat.yaml").write_text(
+        "coordinates: {r: {initial: 0}}\nlagrangian: r**2*r_dot**2/2\nsolve: {stop: 1}\n"
+    )
+    status, out, err = run(capsys, system="flat.yaml")
+    assert (status, out) == (4, "")
+    assert err.startswith(
+        "Error: the motion has no reference to be held against: singular mass matrix at t = 0"
+    )
+
+
+def test_all_methods_are_tried_unless_their_jacobian_is_large():
+    entries, left_out = module.enter(None, None, 2)
+    assert tuple(entries) == METHODS and left_out == []
+    assert FULL_PRECISION in entries["taylor"] and FULL_PRECISION not in entries["DOP853"]
+    entries, (said,) = module.enter(None, [1e-5], 500)
+    assert entries == {"taylor": [1e-5], "DOP853": [1e-5]}
+    assert "left out: Radau, BDF, LSODA" in said and "--methods Radau asks for it" in said
+    assert list(module.enter("radau, taylor", None, 500)[0]) == ["Radau", "taylor"]
+
+
+class AfterTwo:
+    """An interrupt that comes while the second contender is measured."""
+
+    measured = 0
+
+    def __enter__(self):
+        return lambda: AfterTwo.measured == 2
+
+    def __exit__(self, *error):
+        pass
+
+
+def test_an_interrupt_shows_what_was_measured(capsys, monkeypatch):
+    measure = contest.measure
+
+    def count(*arguments):
+        AfterTwo.measured += 1
+        return measure(*arguments)
+
+    monkeypatch.setattr(AfterTwo, "measured", 0)
+    monkeypatch.setattr(contest, "measure", count)
+    monkeypatch.setattr(module, "Interrupts", AfterTwo)
+    status, out, err = run(capsys, *FEW, "--stop", "1")
+    assert (status, err) == (130, "bead on a rotating hoop: interrupted, 1 of 4 were measured\n")
+    assert "  taylor     0.0001  " in out and "1e-09  " not in out
+
+
+def test_an_interrupt_before_there_is_a_reference_ends_at_once(capsys, monkeypatch):
+    monkeypatch.setattr(AfterTwo, "measured", 2)
+    monkeypatch.setattr(module, "Interrupts", AfterTwo)
+    status, out, err = run(capsys, *FEW)
+    assert (status, out, err.strip()) == (130, "", "Interrupted.")
