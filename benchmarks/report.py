@@ -16,6 +16,7 @@ from typing import TypeVar
 
 import lagrange_cli
 
+K = TypeVar("K")
 T = TypeVar("T")
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -42,9 +43,9 @@ class Requirement:
         return holds[self.relation]
 
 
-def in_turns(tasks: Mapping[str, Callable[[], T]], turns: int) -> dict[str, list[T]]:
+def in_turns(tasks: Mapping[K, Callable[[], T]], turns: int) -> dict[K, list[T]]:
     """Run every task once, then every one again, ``turns`` times; the results by task, in order."""
-    results: dict[str, list[T]] = {name: [] for name in tasks}
+    results: dict[K, list[T]] = {name: [] for name in tasks}
     for _ in range(turns):
         for name, task in tasks.items():
             results[name].append(task())

@@ -83,7 +83,7 @@ def check_picture(name: str) -> None:
 
 
 def write_picture(name: str, *pictures: Picture) -> None:
-    """Draw pictures side by side into a file.
+    """Draw pictures side by side into a file. Several have the same curves, and one legend.
 
     Raises ``FileError`` where it cannot be written.
     """
@@ -93,11 +93,15 @@ def write_picture(name: str, *pictures: Picture) -> None:
     drawn = io.BytesIO()
     path = Path(name)
     with matplotlib.rc_context(STYLE):
-        figure = Figure(
-            figsize=(7.2 if len(pictures) == 1 else 5.6 * len(pictures), 4.6), layout="constrained"
-        )
-        for axes, picture in zip(figure.subplots(1, len(pictures), squeeze=False)[0], pictures):
-            draw(figure, axes, picture)
+        width = 7.2 if len(pictures) == 1 else 2.0 + 4.3 * len(pictures)
+        figure = Figure(figsize=(width, 4.6), layout="constrained")
+        frames = figure.subplots(1, len(pictures), squeeze=False)[0]
+        for axes, picture in zip(frames, pictures):
+            draw(axes, picture)
+        if len(pictures) == 1:
+            label_ends(figure, frames[0], pictures[0].curves)
+        else:
+            figure.legend(*frames[0].get_legend_handles_labels(), loc="outside right center", frameon=False)
         stamps = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
         figure.savefig(drawn, format=path.suffix[1:], dpi=150, metadata=stamps.get(path.suffix))
     try:
@@ -106,8 +110,8 @@ def write_picture(name: str, *pictures: Picture) -> None:
         raise FileError(f"{name} could not be written: {error.strerror or error}") from error
 
 
-def draw(figure: Figure, axes: Axes, picture: Picture) -> None:
-    """One frame: the curves with their names at their ends, what is wanted, and what cannot be told."""
+def draw(axes: Axes, picture: Picture) -> None:
+    """One frame: the curves, what error is wanted, and what errors cannot be told."""
     axes.set(xscale="log", yscale="log", xlabel=picture.error_label, ylabel="run time (s)")
     axes.set_title(picture.title, loc="left")
     for k, curve in enumerate(picture.curves):
@@ -124,17 +128,26 @@ def draw(figure: Figure, axes: Axes, picture: Picture) -> None:
     if picture.chosen is not None:
         chosen = picture.chosen
         axes.plot(chosen.error, chosen.seconds, "o", ms=14, mfc="none", mec="#333333", mew=1.2)
-    label_ends(figure, axes, picture.curves)
 
 
 def draw_curve(axes: Axes, curve: Curve, k: int) -> None:
     """The line, and its points: hollow where the error is only known to be less."""
     color, marker = COLORS[k % len(COLORS)], MARKERS[k % len(MARKERS)]
-    ours: dict[str, Any] = {"linewidth": 2.2 if k == 0 else 1.4, "zorder": 4 if k == 0 else 3}
-    axes.plot([p.error for p in curve.points], [p.seconds for p in curve.points], color=color, **ours)
+    errors, seconds = [p.error for p in curve.points], [p.seconds for p in curve.points]
+    width = 2.2 if k == 0 else 1.4
+    axes.plot(
+        errors,
+        seconds,
+        marker=marker,
+        ms=6,
+        color=color,
+        lw=width,
+        zorder=4 if k == 0 else 3,
+        label=curve.name,
+    )
     for point in curve.points:
-        fill = "white" if point.bounded else color
-        axes.plot(point.error, point.seconds, marker, color=color, mfc=fill, ms=6, zorder=5)
+        if point.bounded:
+            axes.plot(point.error, point.seconds, marker, color=color, mfc="white", ms=6, zorder=5)
 
 
 def note(axes: Axes, error: float, text: str) -> None:
