@@ -22,7 +22,7 @@ from lagrange_cli.contest.reference import Reference
 
 TAYLOR = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 2.0**-52)
 SCIPY = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-EPSILONS = (1e-1, 1e-3, 1e-5, 1e-7, 1e-9)
+EPSILONS = (1e-2, 1e-4, 1e-6, 1e-9)
 """IAS15's control of the step; 1e-9 is its default."""
 SHORT = 0.02
 """Seconds up to which a run is repeated within a turn."""
