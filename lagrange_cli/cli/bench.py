@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from lagrange_cli.contest.following import Followed
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
-    from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
@@ -91,7 +90,7 @@ def parse_tolerances(
     type=click.FloatRange(min=0, min_open=True),
     default=2.0,
     show_default=True,
-    help="Seconds for all runs of one method at one tolerance.",
+    help="Seconds for all runs of one method at one tolerance, once it is compiled.",
 )
 @click.option("--plot", metavar="FILE.svg", help="Draw time against error (.svg, .pdf or .png).")
 @shared_options
@@ -216,36 +215,26 @@ def compete(
 
 
 def preparing(spec: Spec) -> Callable[[str, float], Prepared]:
-    """A function that compiles the system for a method and tolerance, and derives it once at most."""
-    from lagrange_cli.integrate.prepare import follower, prepare_system
-    from lagrange_cli.native.cache import find_cache
+    """A function that compiles the system for a method and tolerance: at once as well as for a long run."""
+    from lagrange_cli.integrate.prepare import follower, prepare
 
-    residuals: list[Residual] = []
+    residual = derive_system(spec)
     compiled: dict[bool, Prepared] = {}
 
-    def derive(spec: Spec) -> Residual:
-        if not residuals:
-            residuals.append(derive_system(spec))
-        return residuals[0]
+    def compile_for(method: str, tolerance: float) -> Prepared:
+        return prepare(residual, method=method, tolerance=tolerance, outputs=frozenset(DEFAULT_OUTPUTS))
 
-    def prepare(method: str, tolerance: float) -> Prepared:
-        kept = compiled.get(method in IMPLICIT) if method != TAYLOR else None
-        if kept is not None:  # scipy's methods share a program, whatever the tolerance
-            following = follower(kept.machine, method, tolerance)
-            return replace(kept, method=method, tolerance=tolerance, follower=following)
-        prepared = prepare_system(
-            spec,
-            derive,
-            find_cache(),
-            method=method,
-            tolerance=tolerance,
-            outputs=frozenset(DEFAULT_OUTPUTS),
-        )
-        if method != TAYLOR:
-            compiled[method in IMPLICIT] = prepared
-        return prepared
+    def prepared(method: str, tolerance: float) -> Prepared:
+        if method == TAYLOR:
+            return compile_for(method, tolerance)
+        implicit = method in IMPLICIT  # scipy's methods share a program, whatever the tolerance
+        if implicit not in compiled:
+            compiled[implicit] = compile_for(method, tolerance)
+        machine = compiled[implicit].machine
+        following = follower(machine, method, tolerance)
+        return replace(compiled[implicit], method=method, tolerance=tolerance, follower=following)
 
-    return prepare
+    return prepared
 
 
 def groups_of(spec: Spec) -> list[str]:

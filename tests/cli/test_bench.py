@@ -35,7 +35,7 @@ def test_the_table_has_a_line_for_each_method_and_tolerance(capsys, folder):
     assert (status, err) == (0, "")
     head, reference, _, header, *rows, _, recommended = out.splitlines()
     assert head == "bead on a rotating hoop: 1 degree of freedom, t = 0 to 5, 1001 samples"
-    assert reference.startswith("  reference: Taylor series of order 25, ")
+    assert reference.startswith("  reference: Taylor series of order 32, ")
     assert header.split() == [
         "method",
         "tolerance",

@@ -36,16 +36,20 @@ def results_of(entries, prepare=prepare, rules=RULES, interrupted=lambda: False)
 
 
 @pytest.mark.parametrize(
-    ("method", "rate"), [("taylor", 1.0), ("DOP853", 1.0), ("Radau", 1.0), ("LSODA", 0.9)]
+    ("method", "least", "most"),
+    [("taylor", 0.9, 1.5), ("DOP853", 0.8, 1.2), ("Radau", 0.8, 1.2), ("LSODA", 0.7, 1.2)],
 )
-def test_errors_fall_with_the_tolerance_as_the_method_promises(method, rate):
-    """The local error is held to the tolerance, so that the global one falls in proportion, about."""
+def test_errors_fall_with_the_tolerance_as_the_method_promises(method, least, most):
+    """The local error is held to the tolerance, so that the global one falls in proportion, about.
+
+    (The series of a cosine converges everywhere, so that higher orders are better than they are taken to be.)
+    """
     tolerances = (1e-4, 1e-6, 1e-8, 1e-10)
     results = results_of({method: tolerances})
     assert [each.contender.tolerance for each in results] == list(tolerances)
     assert {each.status for each in results} == {"complete"}
     slope = np.polyfit(np.log(tolerances), np.log([each.error for each in results]), 1)[0]
-    assert slope == pytest.approx(rate, abs=0.25)
+    assert least < slope < most
     if method != "taylor":  # whose order rises with the tolerance, not the number of steps
         assert all(later.steps > earlier.steps for earlier, later in pairwise(results))
 
