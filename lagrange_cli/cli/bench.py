@@ -43,7 +43,7 @@ SMALLEST_ERROR, LARGEST_ERROR = 1e-12, 0.1
 BETTER = 100
 """By how much the reference is to be better than the error wanted."""
 PATIENCE = 5
-"""Budgets that each of the reference's two runs may take: its steps are a fifth as long as a contender's."""
+"""Budgets that each of the reference's runs may take: its steps are several times as short."""
 
 
 def parse_tolerances(

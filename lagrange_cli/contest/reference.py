@@ -1,10 +1,10 @@
 """``Reference``: a motion known better than any contender gives it, and how well it is known.
 
-It is the mean of two motions by the Taylor method, both of the highest order and with steps several times as
+It is the mean of three motions by the Taylor method, all of the highest order and with steps several times as
 short as those for full double precision: their truncation is nothing, and the compensated sums of the
 stepping loop make the rounding less the shorter the steps are. The step lengths differ, so the roundings do,
-and their difference tells the error. Where neighbouring motions part, no motion is known for long: the
-reference ends where its error exceeds what is asked of it.
+and the largest distance between two of them tells the error. Where neighbouring motions part, no motion is
+known for long: the reference ends where its error exceeds what is asked of it.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-TOLERANCES = (1e-37, 1e-40)
-"""What the two are computed with: steps about a quarter and a fifth of those for 2^-52."""
+TOLERANCES = (1e-37, 1e-39, 1e-41)
+"""What they are computed with: steps from a quarter to a sixth of those for 2^-52."""
 ROUNDING = 2.0**-53
 """The error of the doubles that it is kept in, whatever else there is."""
 SHORTEST = 1e-9
@@ -57,7 +57,7 @@ def find_reference(
 ) -> Reference:
     """The reference from ``start`` to ``stop``, or as far as it is known to ``good``.
 
-    ``runs`` are the two ways to follow it. ``groups`` has a label for each coordinate: those with the same
+    ``runs`` are the ways to follow it. ``groups`` has a label for each coordinate: those with the same
     one are measured against the largest of them.
 
     Raises ``MotionError`` where next to nothing of the motion can be known so well.
@@ -67,15 +67,16 @@ def find_reference(
         times = evenly(start, stop)
         found = [run(times) for run in runs]
         count = min(len(each.q) for each in found)
-        one, other = (each.q[:count] for each in found)
-        sizes = running_sizes((one + other) / 2, groups)
-        apart = np.maximum.accumulate(np.abs(one - other), axis=0)
+        motions = np.stack([each.q[:count] for each in found])
+        q = motions.mean(axis=0)
+        sizes = running_sizes(q, groups)
+        apart = np.maximum.accumulate(np.ptp(motions, axis=0), axis=0)
         with np.errstate(invalid="ignore"):
             known = leading(np.all(apart <= good * sizes, axis=1))
         if known == SAMPLES:
             error = max(ROUNDING, float(np.max(relative(apart[-1], sizes[-1]))))
             steps = found[0].outcome.steps
-            return Reference(times, (one + other) / 2, sizes[-1], error, steps, asked, reason)
+            return Reference(times, q, sizes[-1], error, steps, asked, reason)
         reason = why(found, good) if known == count else f"no further is it known to {good:g}"
         stop = start + round_down(times.step * (known - 1) if known > 1 else times.step / 2)
     raise MotionError(f"the motion has no reference to be held against: {reason}")
@@ -87,7 +88,7 @@ def leading(holds: NDArray[np.bool_]) -> int:
 
 
 def why(found: Sequence[Followed], good: float) -> str:
-    """What kept the shorter of the motions from going on."""
+    """What kept the shortest of the motions from going on."""
     outcome = min(found, key=lambda each: len(each.q)).outcome
     if outcome.ending is Ending.INTERRUPTED:
         return "it takes longer than --budget allows to follow it on"
