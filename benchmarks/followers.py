@@ -20,6 +20,8 @@ from lagrange_cli.integrate.run import Times, integrate
 Array = NDArray[np.float64]
 SAMPLES = 101
 """At how many times the energy is looked at by those who do not choose the times themselves."""
+WELL_KNOWN = 1e-10
+"""What the reference's error must not exceed."""
 
 
 @dataclass(frozen=True)
@@ -83,7 +85,7 @@ class Ours:
             return lambda times: follow(prepared, self._values, times, 60.0, lambda: False)
 
         labels = [coordinate.name for coordinate in self._spec.coordinates]
-        found = find_reference([*map(runner, TOLERANCES)], 0.0, self._system.stop, 1e-11, labels)
+        found = find_reference([*map(runner, TOLERANCES)], 0.0, self._system.stop, WELL_KNOWN, labels)
         if found.reason:
             raise RuntimeError(f"{self._system.name}: {found.reason}")
         return found
