@@ -39,7 +39,7 @@ def order_for(tolerance: float) -> int:
     (docs/engine.md). A tolerance far below double precision makes steps shorter instead, and so the rounding
     of their sum less.
     """
-    return min(HIGHEST_ORDER, 2 + max(4, math.ceil(-0.74 * math.log(tolerance))))
+    return min(HIGHEST_ORDER, 5 + math.ceil(-0.66 * math.log(tolerance)))
 
 
 def write_program(
