@@ -79,10 +79,20 @@ def residual_of(system: str) -> Residual:
 
 @cache
 def prepared(
-    system: str, method: str = "taylor", tolerance: float = FULL, outputs: tuple[str, ...] = DEFAULT
+    system: str,
+    method: str = "taylor",
+    tolerance: float = FULL,
+    outputs: tuple[str, ...] = DEFAULT,
+    ensemble: bool = False,
 ) -> Prepared:
     """Its compiled equations."""
-    return prepare(residual_of(system), method=method, tolerance=tolerance, outputs=frozenset(outputs))
+    return prepare(
+        residual_of(system),
+        method=method,
+        tolerance=tolerance,
+        outputs=frozenset(outputs),
+        ensemble=ensemble,
+    )
 
 
 def program_of(system: str, outputs: tuple[str, ...] = DEFAULT) -> Program:

@@ -124,6 +124,7 @@ def prepare_run(
     watch: Stopwatch,
     *,
     cached: bool,
+    ensemble: bool = False,
     meanwhile: Callable[[], object],
 ) -> Prepared:
     """What the run needs in compiled form, from an earlier run if ``cached`` and there is one; ``meanwhile``
@@ -138,6 +139,7 @@ def prepare_run(
         method=settings.method,
         tolerance=settings.tolerance,
         outputs=settings.outputs,
+        ensemble=ensemble,
         stage=watch.stage,
         meanwhile=meanwhile,
     )

@@ -122,7 +122,12 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
         target = find_output(system, output_name(system, request.output, "_sweep"), force=request.force)
     ensemble = read_ensemble(system, request, draws, watch)
     prepared = prepare_run(
-        ensemble.spec, ensemble.settings, watch, cached=request.cache, meanwhile=import_the_rest
+        ensemble.spec,
+        ensemble.settings,
+        watch,
+        cached=request.cache,
+        ensemble=True,
+        meanwhile=import_the_rest,
     )
     refuse_long_samples(ensemble, prepared)
     outcome = follow_and_write(ensemble, prepared, target, watch, threads=threads, quiet=request.quiet)
@@ -163,8 +168,8 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
 
 def import_the_rest() -> None:
     """Load what the run needs from here on."""
+    import lagrange_cli.integrate.lanes
     import lagrange_cli.integrate.members
-    import lagrange_cli.integrate.taylor
     import lagrange_cli.store.ensemble  # noqa: F401
 
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from itertools import islice
+from threading import Event
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.methods import TAYLOR
 from lagrange_cli.integrate.motion import Array, Method
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
@@ -18,6 +21,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
 
 Index: TypeAlias = "NDArray[np.int64]"
+BREATH = 0.05
+"""Seconds between two looks at the world outside."""
 
 
 @dataclass(frozen=True)
@@ -61,14 +66,22 @@ class EnsembleMethod(Protocol):
 
 def ensemble_method(prepared: Prepared) -> EnsembleMethod:
     """The method of ``prepared`` for many motions."""
-    return OneByOne(prepared.follower)
+    if prepared.machine.follow is not None:
+        from lagrange_cli.integrate.lanes import LanesMethod
+
+        return LanesMethod(prepared.machine)
+    return OneByOne(prepared.follower, parallel=prepared.method == TAYLOR)
 
 
 @dataclass(frozen=True)
 class OneByOne:
-    """Follows one member after another, each as it would be alone."""
+    """Follows one member after another, or one in each thread, each as it would be alone.
+
+    ``parallel`` tells that the method leaves the interpreter to others while it works.
+    """
 
     method: Method
+    parallel: bool = False
 
     def follow(
         self,
@@ -81,12 +94,55 @@ class OneByOne:
         threads: int,
     ) -> bool:
         """See ``EnsembleMethod``."""
+        if self.parallel and threads > 1:
+            return self._side_by_side(parameters, states, times, sampled, accept, watch, threads)
         for member in range(len(states)):
-            batch = self._one(member, parameters[member], states[member], times, sampled, watch)
+
+            def stop(t: float, member: int = member) -> bool:
+                return watch(member)
+
+            batch = self._one(member, parameters[member], states[member], times, sampled, stop)
             accept(batch)
             if batch.ending[0] is Ending.INTERRUPTED or (watch(member + 1) and member + 1 < len(states)):
                 return False
         return True
+
+    def _side_by_side(
+        self,
+        parameters: Array,
+        states: Array,
+        times: Times,
+        sampled: bool,
+        accept: Callable[[Batch], None],
+        watch: Callable[[int], bool],
+        threads: int,
+    ) -> bool:
+        from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+
+        halted, done, stopped = Event(), 0, False
+
+        def one(member: int) -> Batch:
+            return self._one(
+                member, parameters[member], states[member], times, sampled, lambda t: halted.is_set()
+            )
+
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                members = iter(range(len(states)))
+                pending = {pool.submit(one, member) for member in islice(members, 2 * threads)}
+                while pending:
+                    ended, pending = wait(pending, BREATH, FIRST_COMPLETED)
+                    for future in ended:
+                        accept(future.result())
+                    done += len(ended)
+                    if watch(done) and done < len(states):
+                        stopped = True
+                        halted.set()
+                    if not stopped:
+                        pending |= {pool.submit(one, member) for member in islice(members, len(ended))}
+            finally:
+                halted.set()
+        return not stopped
 
     def _one(
         self,
@@ -95,7 +151,7 @@ class OneByOne:
         state: Array,
         times: Times,
         sampled: bool,
-        watch: Callable[[int], bool],
+        watch: Callable[[float], bool],
     ) -> Batch:
         samples = np.full((len(state), times.count if sampled else 0), np.nan)
         reached = 0
@@ -106,7 +162,7 @@ class OneByOne:
                 samples[:, reached : reached + len(when)] = chunk
             reached += len(when)
 
-        end = self.method.follow(parameters, state, times, keep, lambda t: watch(member))
+        end = self.method.follow(parameters, state, times, keep, watch)
         return Batch(
             index=np.array([member]),
             ending=[end.ending],

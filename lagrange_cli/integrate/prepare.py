@@ -35,11 +35,18 @@ def nothing() -> None:
     """Nothing to do in the meantime."""
 
 
-def prepare(residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]) -> Prepared:
-    """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need."""
+def prepare(
+    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False
+) -> Prepared:
+    """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need.
+
+    What is prepared for an ``ensemble`` is for ``integrate.ensemble`` alone.
+    """
     from lagrange_cli.integrate.writing import write_run
 
-    program, recording = write_run(residual, method=method, tolerance=tolerance, outputs=outputs)
+    program, recording = write_run(
+        residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble
+    )
     machine = load_machine(compile_object(program), program)
     return Prepared(recording, machine, method, tolerance, follower(machine, method, tolerance))
 
@@ -52,6 +59,7 @@ def prepare_system(
     method: str,
     tolerance: float,
     outputs: frozenset[str],
+    ensemble: bool = False,
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
@@ -67,7 +75,7 @@ def prepare_system(
     def write() -> tuple[Program, Recording]:
         from lagrange_cli.integrate.writing import write_run
 
-        return write_run(derive(spec), method=method, tolerance=tolerance, outputs=outputs)
+        return write_run(derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble)
 
     def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -76,7 +84,7 @@ def prepare_system(
     kept, key = None, None
     with stage("cache"):
         if cache is not None:
-            key = key_of(spec, method=method, tolerance=tolerance, outputs=outputs)
+            key = key_of(spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble)
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
         if kept is not None:
@@ -121,7 +129,9 @@ def follower(
     return ScipyMethod(machine, method, tolerance)
 
 
-def key_of(spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str]) -> str | None:
+def key_of(
+    spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False
+) -> str | None:
     """All that a compiled program depends on; None where that cannot be found out.
 
     It holds no number of a run: neither parameters nor the initial state are part of a program.
@@ -132,7 +142,7 @@ def key_of(spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str]
         made_by = identity()
     except OSError:
         return None
-    kind = ["taylor", tolerance.hex()] if method == TAYLOR else ["rates", method in IMPLICIT]
+    kind = ["taylor", tolerance.hex(), ensemble] if method == TAYLOR else ["rates", method in IMPLICIT]
     return json.dumps([structure(spec), kind, sorted(outputs), made_by])
 
 

@@ -16,10 +16,19 @@ RATES = 2
 
 
 def write_run(
-    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str]
+    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False
 ) -> tuple[Program, Recording]:
-    """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it."""
+    """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.
+
+    One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
+    """
     plan = make_plan(residual, outputs)
+    if ensemble and method == TAYLOR:
+        from lagrange_cli.native.lanes import suits_lanes, with_lanes
+
+        program = write_program(residual, RATES, plan.integrands, plan.observed)
+        if suits_lanes(program, residual):
+            return with_lanes(program, residual, tolerance), plan.recording
     if method == TAYLOR:
         order = order_for(tolerance)
         program = write_program(residual, order, plan.integrands, plan.observed, tolerance=tolerance)

@@ -14,6 +14,8 @@ STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
 HIGHEST_ORDER = 32
 """The highest one that a tolerance asks for."""
+BEYOND = 3
+"""Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""
 
 
 def width_of(rows: int) -> int:
@@ -38,7 +40,8 @@ class Interface:
 
     ``order`` is that of q's series, ``degrees`` the number of coordinates. ``observed`` names the
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
-    whose values follow q and v in the state.
+    whose values follow q and v in the state. ``lanes`` is what eight motions at once work on; 0 where the
+    program has no code for them.
     """
 
     order: int
@@ -48,6 +51,7 @@ class Interface:
     observed: tuple[str, ...]
     constants: int
     work: int
+    lanes: int
 
     @property
     def rows(self) -> int:

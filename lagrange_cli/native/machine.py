@@ -39,6 +39,7 @@ class Machine:
     linearize: Callable[..., None] | None
     advance: Callable[..., int] | None
     accelerate: Callable[..., int]
+    follow: Callable[..., None] | None
 
 
 def first_level(program: Program) -> int:
@@ -79,6 +80,10 @@ def load_machine(code: bytes, program: Interface) -> Machine:
             integer, integer, integer, pointer,
         ) if stepping else None,
         accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
+        follow=function(
+            "follow", None, pointer, pointer, pointer, pointer, real, real, pointer, integer, pointer,
+            pointer, pointer, integer,
+        ) if program.lanes else None,
     )  # fmt: skip
 
 

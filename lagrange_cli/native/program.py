@@ -91,6 +91,7 @@ def write_program(
         observed=tuple(observed),
         constants=size,
         work=work,
+        lanes=0,
         series=series,
         operations={"jet": expansion.emitter.operations, "observe": observe_operations},
     )

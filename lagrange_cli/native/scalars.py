@@ -119,7 +119,9 @@ def emit_node(emitter: Emitter, node: Node, inner: object) -> Value:
     raise ValueError(f"{node.kind} has no value at a single state")
 
 
-def emit_prepare(constants: Constants, parameters: Mapping[str, Node]) -> tuple[str, int]:
+def emit_prepare(
+    constants: Constants, parameters: Mapping[str, Node], name: str = "void @prepare"
+) -> tuple[str, int]:
     """The function that fills ``%constants`` from the parameters' values, and how many it fills."""
     emitter = Emitter()
     known: dict[Node, Value] = {}
@@ -130,6 +132,6 @@ def emit_prepare(constants: Constants, parameters: Mapping[str, Node]) -> tuple[
         emitter.store(known[node], "%constants", slot)
     body = "\n".join(emitter.lines)
     return (
-        f"define void @prepare(ptr noalias %parameters, ptr noalias %constants) {{\n{body}\n  ret void\n}}\n",
+        f"define {name}(ptr noalias %parameters, ptr noalias %constants) {{\n{body}\n  ret void\n}}\n",
         len(constants.slots),
     )

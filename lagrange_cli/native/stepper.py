@@ -73,13 +73,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "compare": _compare(vector, lanes, width, blocks, top),
         "gather": _gather(vector, lanes),
         "slopes": _constant([operand(literal(2.0**-20 / block[0])) for block in blocks], "double"),
-        "offsets": _constant(
-            [
-                operand(literal((-1023.0 - (SLACK if block[-1] < 0.75 * top else 0)) / block[0]))
-                for block in blocks
-            ],
-            "double",
-        ),
+        "offsets": _constant([operand(literal(offset_of(block, top))) for block in blocks], "double"),
         "ones": _constant([literal(1.0)] * lanes, "double"),
         "from_degrees": _constant([lane - degrees for lane in range(lanes)], "i64"),
         "all_degrees": _constant([degrees] * lanes, "i64"),
@@ -159,6 +153,12 @@ def split_terms(top: int) -> list[list[int]]:
     size = -(-len(terms) // BLOCKS)
     blocks = [terms[start : start + size] for start in range(0, len(terms), size)]
     return blocks + [blocks[-1]] * (BLOCKS - len(blocks))
+
+
+def offset_of(block: list[int], top: int) -> float:
+    """What is added to 1/m of a coefficient's logarithm, m the first of its block: its bits count from
+    2^-1023."""
+    return (-1023.0 - (SLACK if block[-1] < 0.75 * top else 0)) / block[0]
 
 
 def _compare(vector: str, lanes: int, width: int, blocks: list[list[int]], top: int) -> str:

@@ -70,6 +70,11 @@ class WrittenOut(Stage):
             expansion.factor()
         if self.k >= 0:
             self.solve()
+        self.keep()
+
+    def keep(self) -> None:
+        """Store this stage's coefficients."""
+        expansion = self.expansion
         for group in expansion.layout.groups:
             m = self.k + group.level
             if m >= 1:

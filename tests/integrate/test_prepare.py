@@ -5,11 +5,13 @@ import subprocess
 import sys
 import threading
 
+import numpy as np
 import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
 from lagrange_cli.integrate.alongside import alongside
+from lagrange_cli.integrate.ensemble import ensemble_method
 from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
 from lagrange_cli.integrate.run import Times, integrate
 from lagrange_cli.integrate.writing import write_run
@@ -91,6 +93,7 @@ def test_numbers_and_words_make_no_new_program(old, new, cache):
         {"outputs": RUN["outputs"] - {"p"}},
         {"method": "DOP853"},
         {"method": "Radau"},
+        {"ensemble": True},
     ],
     ids=str,
 )
@@ -99,6 +102,21 @@ def test_another_kind_of_run_is_another_program(change, cache):
     prepare_system(spec, residual_of, cache, **RUN)
     assert not prepare_system(spec, residual_of, cache, **RUN | change).cached
     assert len(cache.entries()) == 2
+
+
+def test_an_ensemble_gives_the_same_from_the_cache(cache):
+    spec = read_spec(PENDULUM, "pendulum.yaml")
+    values = resolve_values(spec)
+    parameters = np.tile([*values.parameters.values()], (3, 1))
+    states = np.array([[0.1, 0.0], [1.0, 0.0], [2.0, 1.0]])
+    found = []
+    for source in (residual_of, never):
+        method = ensemble_method(prepare_system(spec, source, cache, **RUN, ensemble=True))
+        batches = []
+        times = Times(0.0, 2.0, 21, 0.1)
+        method.follow(parameters, states, times, True, batches.append, lambda done: False, 2)
+        found.append({i: x.tobytes() for each in batches for i, x in zip(each.index, each.samples)})
+    assert found[0] == found[1] and len(found[0]) == 3
 
 
 def test_methods_of_a_kind_share_a_program_whatever_the_tolerance(cache):

@@ -1,0 +1,177 @@
+"""Many motions by the Taylor method: compiled code takes eight at once in each of several threads."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ensemble import Batch
+from lagrange_cli.integrate.motion import Array, aligned
+from lagrange_cli.integrate.taylor import ENDINGS
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.native.interface import BEYOND, LANES, Stop
+from lagrange_cli.native.machine import Machine
+from lagrange_cli.records import dataclass
+
+BREATH = 0.02
+"""Seconds between two looks at what has ended."""
+MOMENT = 0.001
+"""Seconds that a thread waits for room for more samples."""
+MEMORY, LARGEST = 2**25, 2**28
+"""Bytes of the samples of members on their way; up to the latter, where each lane needs room for one."""
+PARTS = 4
+"""The room for samples holds so many batches: members end in it while others are given away."""
+NEXT, LIMIT, HALT = range(3)
+"""What the queue holds (see ``lanes.ll``)."""
+
+
+@dataclass(frozen=True)
+class LanesMethod:
+    """Follows motions by their Taylor series (``native.lanes``); each is the same whatever runs beside it."""
+
+    machine: Machine
+
+    def follow(
+        self,
+        parameters: Array,
+        states: Array,
+        times: Times,
+        sampled: bool,
+        accept: Callable[[Batch], None],
+        watch: Callable[[int], bool],
+        threads: int,
+    ) -> bool:
+        """See ``EnsembleMethod``."""
+        members = Members(self.machine, parameters, states, times, sampled, threads)
+        workers = [
+            threading.Thread(target=members.work, daemon=True)
+            for _ in range(min(threads, -(-len(states) // LANES)))
+        ]
+        for worker in workers:
+            worker.start()
+        stopped = False
+        try:
+            while not stopped and members.done < len(states):
+                next((w for w in workers if w.is_alive()), workers[0]).join(
+                    BREATH if members.roomy else MOMENT
+                )
+                for batch in members.ended():
+                    accept(batch)
+                stopped = watch(members.done) and members.done < len(states)
+        finally:
+            members.halt()
+            for worker in workers:
+                worker.join()
+        for batch in members.ended():
+            accept(batch)
+        return not stopped
+
+
+class Members:
+    """The arrays that ``@follow`` works on, and which of the members have been given away."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        parameters: Array,
+        states: Array,
+        times: Times,
+        sampled: bool,
+        threads: int,
+    ) -> None:
+        assert machine.follow is not None
+        count, rows = states.shape
+        self._machine, self._follow, self._rows, self._times = machine, machine.follow, rows, times
+        self._parameters, self._states = np.ascontiguousarray(parameters), np.ascontiguousarray(states)
+        self._wanted = times.chunk(0, times.count if sampled else 0)
+        size = 8 * rows * len(self._wanted)
+        room = max(1, MEMORY // size, min(LANES * threads, LARGEST // size)) if sampled else count
+        self._slots = min(room, count)
+        self._samples = np.empty((self._slots, rows, len(self._wanted))) if sampled else None
+        self._results = np.empty((count, rows + BEYOND))
+        self._reasons, self._given = np.zeros(count, dtype=np.int8), np.zeros(count, dtype=bool)
+        self._queue = np.array([0, self._slots, 0], dtype=np.int64)
+        self._first = 0
+        """The first member that has not been given away."""
+        self.done = 0
+
+    @property
+    def roomy(self) -> bool:
+        """Whether all members may begin."""
+        return bool(self._queue[LIMIT] == len(self._states))
+
+    def halt(self) -> None:
+        """Have all threads stop after their step."""
+        self._queue[HALT] = 1
+
+    def work(self) -> None:
+        """Follow members until none is left: what a thread does."""
+        pack = aligned(self._machine.program.lanes)
+        while not self._queue[HALT]:
+            self._follow(
+                pack.ctypes.data, self._parameters.ctypes.data, self._states.ctypes.data,
+                self._queue.ctypes.data, self._times.start, self._times.stop, self._wanted.ctypes.data,
+                len(self._wanted), self._results.ctypes.data, self._reasons.ctypes.data,
+                None if self._samples is None else self._samples.ctypes.data, self._slots,
+            )  # fmt: skip
+            if self._queue[NEXT] >= len(self._states):
+                return
+            time.sleep(MOMENT)
+
+    def ended(self) -> Iterator[Batch]:
+        """Members that have ended since the last time; the room that their samples took is free then."""
+        window = slice(self._first, int(self._queue[LIMIT]))
+        index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
+        size = max(1, self._slots // PARTS)
+        for start in range(0, len(index), size):
+            part = index[start : start + size]
+            yield self._batch(part)
+            self._given[part] = True
+            self.done += len(part)
+        waiting = np.flatnonzero(~self._given[window])
+        self._first = self._first + int(waiting[0]) if len(waiting) else window.stop
+        self._queue[LIMIT] = min(len(self._states), self._first + self._slots)
+
+    def _batch(self, index: NDArray[np.int64]) -> Batch:
+        results, rows = self._results[index], self._rows
+        steps, reached = (results[:, rows + 1 :].copy().view(np.int64)[:, i] for i in range(2))
+        samples = None
+        if self._samples is not None:
+            samples = self._samples[index % self._slots]
+            for one, good in zip(samples, reached):
+                one[:, good:] = np.nan
+        return Batch(
+            index=index,
+            ending=self._endings(index, results),
+            t=results[:, rows],
+            state=results[:, :rows],
+            steps=steps,
+            samples=samples,
+            reached=reached,
+        )
+
+    def _endings(self, index: NDArray[np.int64], results: Array) -> list[Ending]:
+        reasons = self._reasons[index] - 1
+        endings = [ENDINGS[stop] for stop in reasons.tolist()]
+        for i in np.flatnonzero(reasons == Stop.NOT_FINITE):
+            if self._finite(index[i], results[i]):
+                endings[i] = Ending.STEP_UNDERFLOW  # as in ``TaylorMethod``
+        return endings
+
+    def _finite(self, member: int, result: Array) -> bool:
+        """Whether the accelerations are finite where the member ended."""
+        machine, program = self._machine, self._machine.program
+        constants, work = aligned(max(1, program.constants)), aligned(program.work)
+        state, rates = aligned(program.memory), np.empty(self._rows)
+        machine.prepare(self._parameters[member].ctypes.data, constants.ctypes.data)
+        state[: self._rows] = result[: self._rows]
+        machine.accelerate(
+            constants.ctypes.data, float(result[self._rows]), state.ctypes.data, work.ctypes.data,
+            rates.ctypes.data,
+        )  # fmt: skip
+        return bool(np.all(np.isfinite(rates[: program.degrees])))
