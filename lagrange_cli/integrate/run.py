@@ -65,6 +65,7 @@ class Samples:
         self._prepared, self._emit = prepared, emit
         self._constants = aligned(max(1, prepared.machine.program.constants))
         prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        self._wide = np.empty((0, 0))
         self._first: dict[str, float] = {}
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
 
@@ -78,24 +79,23 @@ class Samples:
             self._first = {name: float(row[0]) for name, row in observed.items()}
         with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
             for name, drift in self._drift.items():
-                change = float(np.max(np.abs(observed[name] - self._first[name])))
-                self._drift[name] = max(drift, change)
+                row, first = observed[name], self._first[name]
+                self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
         self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
 
     def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
         machine = self._prepared.machine
         names, count = machine.program.observed, len(times)
-        results = np.empty((len(names), count))
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
+        if self._wide.shape[1] != stride:  # kept: fresh memory costs as much as what is computed into it
+            self._wide = np.empty((len(names), stride))
         if names:
-            wide = np.empty((len(names), stride))
             machine.observe(
                 self._constants.ctypes.data, np.ascontiguousarray(times).ctypes.data, states.ctypes.data,
-                wide.ctypes.data, stride, count,
+                self._wide.ctypes.data, stride, count,
             )  # fmt: skip
-            results = wide[:, :count]
-        return dict(zip(names, results))
+        return dict(zip(names, self._wide[:, :count]))
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:
         """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved

@@ -23,7 +23,9 @@ class Times:
 
     def chunk(self, first: int, size: int) -> NDArray[np.float64]:
         """Sample times ``first`` .. ``first + size - 1``, fewer at the end."""
-        index = np.arange(first, min(first + size, self.count), dtype=np.float64)
-        times = self.start + index * self.step
-        times[self.stop - times <= 1e-9 * self.step] = self.stop
+        times = np.arange(first, min(first + size, self.count), dtype=np.float64)
+        times *= self.step
+        times += self.start
+        if len(times) and self.stop - times[-1] <= 1e-9 * self.step:
+            times[-1] = self.stop
         return times

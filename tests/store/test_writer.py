@@ -67,6 +67,19 @@ def test_what_is_appended_in_pieces_is_read_back_whole(tmp_path):
         assert dict(file.attrs) == ATTRIBUTES
 
 
+@pytest.mark.parametrize("pieces", [(4, 4), (8, 3), (3, 1, 4), (3, 13, 2), (4, 1, 7)])
+def test_whole_chunks_of_the_file_and_parts_of_them_follow_one_another(tmp_path, pieces):
+    rows, total = 4, sum(pieces)
+    with Writer(find_target(str(tmp_path / "out.h5"), force=False), LAYOUT, expected=rows) as writer:
+        for start, count in zip(np.cumsum([0, *pieces]), pieces):
+            writer.append(chunk_of(start, count))
+        writer.close(ATTRIBUTES)
+    with h5py.File(tmp_path / "out.h5") as file:
+        for path, values in chunk_of(0, total).items():
+            assert file[path].chunks[0] == rows
+            np.testing.assert_array_equal(file[path][()], values)
+
+
 def test_every_series_has_the_times_attached_as_its_dimension_scale(tmp_path):
     write(tmp_path / "out.h5")
     with h5py.File(tmp_path / "out.h5") as file:
