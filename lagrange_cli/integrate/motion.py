@@ -18,7 +18,8 @@ Array: TypeAlias = "NDArray[np.float64]"
 Watch = Callable[[float], bool]
 """Told the time reached, several times a second; True to stop there."""
 Accept = Callable[[Array, Array], None]
-"""Takes sample times (c,) and states (rows, c) with rows q, v and integrals; it must not keep them."""
+"""Takes sample times (c,) and states (rows, c) with rows q, v and integrals, which stay as they are until it
+has been called again; it must not keep them for longer."""
 
 
 @dataclass(frozen=True)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.integrate.alongside import Behind
 from lagrange_cli.integrate.ending import Ending, Outcome
 from lagrange_cli.integrate.motion import Array, End, aligned
 from lagrange_cli.integrate.prepared import Prepared
@@ -30,20 +32,21 @@ def integrate(
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
 
-    ``interrupted`` is asked and ``progress`` told the time reached several times a second. The arrays
-    are valid during the call only. However the motion ends, all samples up to then have been
-    emitted.
+    ``interrupted`` is asked and ``progress`` told the time reached several times a second. ``emit`` is
+    called in another thread, one chunk at a time, while the next one is computed; the arrays are valid during
+    the call only. However the motion ends, all samples up to then have been emitted.
     """
     program = prepared.machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters], dtype=np.float64)
     state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
-    samples = Samples(prepared, parameters, emit)
 
     def watch(t: float) -> bool:
         progress(t)
         return interrupted()
 
-    end = prepared.follower.follow(parameters, state, times, samples.accept, watch)
+    with Behind() as behind:
+        samples = Samples(prepared, parameters, lambda chunk: behind.call(partial(emit, chunk)))
+        end = prepared.follower.follow(parameters, state, times, samples.accept, watch)
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,
@@ -57,7 +60,10 @@ def integrate(
 
 
 class Samples:
-    """Turns states into the datasets of the plan, and keeps how far the conserved quantities have drifted."""
+    """Turns states into the datasets of the plan, and keeps how far the conserved quantities have drifted.
+
+    What is emitted stays as it is until ``emit`` has been called again.
+    """
 
     def __init__(
         self, prepared: Prepared, parameters: Array, emit: Callable[[dict[str, Array]], None]
@@ -65,7 +71,7 @@ class Samples:
         self._prepared, self._emit = prepared, emit
         self._constants = aligned(max(1, prepared.machine.program.constants))
         prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
-        self._wide = np.empty((0, 0))
+        self._wide = self._other = np.empty((0, 0))
         self._first: dict[str, float] = {}
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
 
@@ -88,6 +94,7 @@ class Samples:
         names, count = machine.program.observed, len(times)
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
+        self._wide, self._other = self._other, self._wide
         if self._wide.shape[1] != stride:  # kept: fresh memory costs as much as what is computed into it
             self._wide = np.empty((len(names), stride))
         if names:

@@ -111,6 +111,7 @@ class Collector:
         self._first += self._filled
         self._filled = 0
         self._wanted = self._times.chunk(self._first, self._size)
+        self._buffer = np.empty_like(self._buffer)  # the one handed over may still be in use
 
 
 @dataclass(frozen=True)

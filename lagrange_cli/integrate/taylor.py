@@ -44,7 +44,8 @@ class TaylorMethod:
             wanted = times.chunk(first, size)
             first += len(wanted)
             stop, done = stepper.fill(wanted, first == times.count, watch)
-            accept(wanted[:done], stepper.samples[:, :done])
+            samples = stepper.samples[:, :done]
+            accept(wanted[:done], samples)
             if stop is Stop.NOT_FINITE and stepper.finite():
                 ending = (
                     Ending.STEP_UNDERFLOW
@@ -54,8 +55,10 @@ class TaylorMethod:
             elif stop is Stop.PAUSE:
                 ending = Ending.INTERRUPTED
             elif watch(stepper.t):  # the step that holds the last sample began before it
-                last = stepper.samples[:, done - 1].copy()
+                last = samples[:, -1].copy()
                 return End(Ending.INTERRUPTED, float(wanted[-1]), last, stepper.steps, stepper.steps)
+            else:
+                stepper.swap()
         return End(ending, stepper.t, stepper.state, stepper.steps, stepper.steps)
 
 
@@ -84,7 +87,13 @@ class Stepper:
         self._info = np.zeros(2, dtype=np.int64)
         self._pause = 4 * FEWEST
         self.samples = np.empty((self._rows, size + LANES))
+        self._spare: Array | None = None
         self.steps = 0
+
+    def swap(self) -> None:
+        """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
+        spare = np.empty_like(self.samples) if self._spare is None else self._spare
+        self.samples, self._spare = spare, self.samples
 
     @property
     def t(self) -> float:

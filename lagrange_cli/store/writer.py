@@ -50,8 +50,8 @@ class Writer(Output):
 def extend(dataset: Any, start: int, samples: np.ndarray) -> None:
     """Put samples (c, *shape) behind the first ``start`` of a dataset.
 
-    What fills a chunk of the file goes there as it is: HDF5's own way copies it twice and fills the chunk with
-    zeros first, which takes longer than the disk does.
+    What fills a chunk of the file goes there as it is: HDF5's own way copies it twice and fills the chunk
+    with zeros first, which takes longer than the disk does.
     """
     rows, others = dataset.chunks[0], (0,) * (samples.ndim - 1)
     stop = start + len(samples)
