@@ -1,38 +1,92 @@
-"""A chain of ten pendulums, written out by hand, over 10 s: from the file to compiled code, and the run."""
+"""Pendulums hung one from the other: from the file to compiled code, the run, and what a step of
+more and more of them costs."""
 
 from __future__ import annotations
 
 import sys
+from argparse import Namespace
 from functools import partial
 
-from benchmarks.contenders import heyoka, lagrange
-from benchmarks.engines import PACKAGES, compare, comparison_table
-from benchmarks.pendulums import Pendulums
-from benchmarks.report import Requirement, conclude, parser
+from benchmarks.benchmark import Benchmark
+from benchmarks.comparison import Maker, Measurement, compare, comparison_table
+from benchmarks.engines import heyoka, lagrange
+from benchmarks.problems import Problem, n_pendulum
+from benchmarks.report import Report, Requirement, markdown_table
 
-CHAIN = Pendulums(angles=tuple(round(2.0 + 0.1 * i, 1) for i in range(10)), stop=10.0)
-SPEEDUP = 5
+SPEEDUPS = {5: 6, 10: 15, 20: 35}
+"""By number of pendulums."""
+SECONDS = {5: 100.0, 10: 40.0, 20: 10.0, 30: 10.0, 50: 10.0}
+"""How long each number of them is followed: for tens of milliseconds of ours."""
+SMALL, LARGE = 10, 50
+"""Between these the cost of a step must be linear in the number, within the factor ``LINEAR``."""
+LINEAR = 1.5
 ENERGY_ERROR = 1e-12
 REPEATS = 5
 
-OURS, PEER = "lagrange", "heyoka, compact mode"
+OURS, PEER = "lagrange", "heyoka, its lagrangian(), compact mode"
 
 
-def main() -> int:
-    """Measure, print, and say by the exit status whether the figures are reached."""
-    options = parser(__doc__, runs=7).parse_args()
-    measured = compare(
-        {OURS: partial(lagrange, CHAIN, REPEATS), PEER: partial(heyoka, CHAIN, REPEATS, compact_mode=True)},
-        options.runs,
+def measure(options: Namespace) -> Report:
+    """A table for each size beside heyoka, and one of the cost of our steps."""
+    results = compare(dict(contenders()), options.runs)
+    parts, requirements = [], []
+    for size, speedup in SPEEDUPS.items():
+        ours, peer = results[named(OURS, size)], results[named(PEER, size)]
+        both = {OURS: ours, PEER: peer}
+        parts += [f"**{size} pendulums**, {SECONDS[size]:g} s:", comparison_table(both, OURS)]
+        requirements += [
+            Requirement(f"N = {size}: heyoka's run over ours", peer.run / ours.run, ">=", speedup),
+            Requirement(f"N = {size}: our preparation over heyoka's", ours.prepare / peer.prepare, "<", 1),
+            Requirement(f"N = {size}: our energy error", ours.energy_error, "<=", ENERGY_ERROR),
+        ]
+    steps = {size: results[named(OURS, size)] for size in SECONDS}
+    parts += ["**The cost of a step**:", cost_table(steps)]
+    growth = cost(steps, LARGE) / cost(steps, SMALL)
+    requirements.append(
+        Requirement(f"a step's cost per pendulum, N = {LARGE} over N = {SMALL}", growth, "<=", LINEAR)
     )
-    ours, peer = measured[OURS], measured[PEER]
-    requirements = [
-        Requirement("our preparation over heyoka's", ours.prepare / peer.prepare, "<", 1),
-        Requirement("heyoka's run over ours", peer.run / ours.run, ">=", SPEEDUP),
-        Requirement("our relative energy error", ours.energy_error, "<=", ENERGY_ERROR),
-    ]
-    return conclude([comparison_table(measured, OURS)], requirements, PACKAGES)
+    return Report(tuple(parts), tuple(requirements))
 
+
+def contenders() -> list[tuple[str, tuple[Maker, Problem, int]]]:
+    """We at every size, heyoka where it is compared."""
+    by_heyoka = partial(heyoka, equations="pendulums_derived", compact_mode=True)
+    made: list[tuple[str, tuple[Maker, Problem, int]]] = []
+    for size in SECONDS:
+        made.append((named(OURS, size), (lagrange, n_pendulum(size, SECONDS[size]), REPEATS)))
+        if size in SPEEDUPS:
+            made.append((named(PEER, size), (by_heyoka, n_pendulum(size, SECONDS[size]), REPEATS)))
+    return made
+
+
+def named(engine: str, size: int) -> str:
+    """A contender."""
+    return f"{engine}, N = {size}"
+
+
+def cost(steps: dict[int, Measurement], size: int) -> float:
+    """Seconds per step and pendulum."""
+    return steps[size].run / steps[size].steps / size
+
+
+def cost_table(steps: dict[int, Measurement]) -> str:
+    """Steps, the time that one takes, and its share for each pendulum."""
+    return markdown_table(
+        ("N", "steps", "run, ms", "us per step", "us per step and pendulum"),
+        [
+            (
+                str(size),
+                str(each.steps),
+                f"{1e3 * each.run:.1f}",
+                f"{1e6 * each.run / each.steps:.1f}",
+                f"{1e6 * cost(steps, size):.2f}",
+            )
+            for size, each in steps.items()
+        ],
+    )
+
+
+BENCHMARK = Benchmark("chain", measure, packages=("llvmlite", "numpy", "heyoka"), runs=3)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(BENCHMARK.main())

@@ -1,48 +1,133 @@
-"""Contenders on the same pendulums, in turns: their medians, and a table of them."""
+"""Engines that follow a motion: from its description to machine code, and to samples.
+
+Every function prepares one, in the process that it is called in: call it in a process of its own, in which
+nothing is warm. Imports are done before the clock starts.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from functools import partial
-from statistics import median
+from collections.abc import Callable
+from dataclasses import dataclass
 
-from benchmarks.contenders import Measurement
-from benchmarks.report import in_own_process, in_turns, markdown_table
+import numpy as np
+from numpy.typing import NDArray
 
-PACKAGES = ("llvmlite", "numpy", "scipy", "sympy", "heyoka")
+from benchmarks.problems import Problem
+from benchmarks.turns import timed
 
-
-def compare(contenders: Mapping[str, Callable[[], Measurement]], runs: int) -> dict[str, Measurement]:
-    """The medians of ``runs`` measurements of each contender, each made in a process of its own."""
-    tasks = {name: partial(in_own_process, measure) for name, measure in contenders.items()}
-    return {name: medians(measured) for name, measured in in_turns(tasks, runs).items()}
+Array = NDArray[np.float64]
 
 
-def medians(measured: list[Measurement]) -> Measurement:
-    """The median of the seconds; steps and errors are the same in every run."""
-    return Measurement(
-        prepare=median(each.prepare for each in measured),
-        run=median(each.run for each in measured),
-        steps=measured[0].steps,
-        energy_error=max(each.energy_error for each in measured),
+@dataclass(frozen=True)
+class Motion:
+    """One run: the steps it took, and q and v (coordinates, n), the first sample at the start."""
+
+    steps: int
+    q: Array
+    v: Array
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Seconds it took to prepare; and what follows the motion from q and v at the start."""
+
+    prepare: float
+    follow: Callable[[Array, Array], Motion]
+
+
+def lagrange(problem: Problem) -> Engine:
+    """This project, as ``lagrange solve`` uses it: default tolerance, default outputs, nothing cached.
+
+    Preparing reads the system file, derives and compiles; a run is all of ``integrate``, its samples
+    and diagnostics included.
+    """
+    import lagrange_cli.integrate.taylor
+    import lagrange_cli.integrate.writing
+    import lagrange_cli.native.compiler  # noqa: F401 - what prepare would import
+    from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, FULL_PRECISION
+    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.integrate.prepare import prepare
+    from lagrange_cli.integrate.run import Prepared, Times, integrate
+    from lagrange_cli.mechanics.derive import derive
+    from lagrange_cli.model.build import build_model
+    from lagrange_cli.spec.read import read_spec
+    from lagrange_cli.spec.values import Values
+
+    text, _ = problem.text, problem.values
+
+    def make() -> Prepared:
+        residual = derive(build_model(read_spec(text, problem.system, problem.sizes), GraphAlgebra()))
+        return prepare(
+            residual, method="taylor", tolerance=FULL_PRECISION, outputs=frozenset(DEFAULT_OUTPUTS)
+        )
+
+    seconds, prepared = timed(make)
+    times = Times(0.0, problem.stop, len(problem.grid), problem.stop / (len(problem.grid) - 1))
+
+    def follow(q: Array, v: Array) -> Motion:
+        chunks: list[dict[str, Array]] = []
+
+        def keep(chunk: dict[str, Array]) -> None:
+            chunks.append({path: series.copy() for path, series in chunk.items()})
+
+        start = Values(problem.values.parameters, tuple(q), tuple(v))
+        outcome = integrate(prepared, start, times, keep, lambda: False)
+        if outcome.ending.status != "complete":
+            raise RuntimeError(outcome.message)
+        states = {
+            kind: np.concatenate(
+                [
+                    np.concatenate([chunk[path].reshape(len(chunk["t"]), -1) for path in paths], axis=1)
+                    for chunk in chunks
+                ]
+            ).T
+            for kind, paths in by_kind.items()
+        }
+        return Motion(outcome.steps, states["q"], states["v"])
+
+    paths = [dataset.path for dataset in prepared.datasets]
+    by_kind = {kind: [path for path in paths if path.startswith(f"{kind}/")] for kind in "qv"}
+    return Engine(seconds, follow)
+
+
+def heyoka(problem: Problem, *, equations: str, **mode: bool) -> Engine:
+    """heyoka's Taylor method at its default tolerance, 2^-52, with its caches of compiled code off.
+
+    Preparing is to write ``equations`` (a function of ``heyoka_equations``) and to construct
+    ``taylor_adaptive``. Samples are taken by integrating up to each of them, which for motions as long as
+    ours is faster than ``propagate_grid``.
+    """
+    import heyoka as hy
+
+    from benchmarks import heyoka_equations
+
+    hy.llvm_state.set_diskcache_enabled(False)
+    hy.llvm_state.clear_memcache()
+    initial = [*problem.values.q, *problem.values.v]
+    write = getattr(heyoka_equations, equations)
+    seconds, integrator = timed(lambda: hy.taylor_adaptive(write(problem), initial, **mode))
+    grid = problem.grid
+
+    def follow(q: Array, v: Array) -> Motion:
+        integrator.time, integrator.state[:] = 0.0, [*q, *v]
+        states, steps = [integrator.state.copy()], 0
+        for t in grid[1:]:
+            steps += integrator.propagate_until(t)[3]
+            states.append(integrator.state.copy())
+        return Motion(steps, *np.split(np.array(states).T, 2))
+
+    return Engine(seconds, follow)
+
+
+def exact_end(problem: Problem, equations: str, stop: float) -> Array:
+    """q and v at ``stop`` from the problem's start, by heyoka in quadruple precision."""
+    import heyoka as hy
+
+    from benchmarks import heyoka_equations
+
+    initial = [hy.real128(each) for each in (*problem.values.q, *problem.values.v)]
+    integrator = hy.taylor_adaptive(
+        getattr(heyoka_equations, equations)(problem), initial, fp_type=hy.real128, compact_mode=True
     )
-
-
-def comparison_table(measured: Mapping[str, Measurement], ours: str) -> str:
-    """One line a contender, with how many times as long as ``ours`` it takes."""
-    reference = measured[ours]
-    return markdown_table(
-        ("", "prepare, ms", "times ours", "run, ms", "times ours", "steps", "energy error"),
-        [
-            (
-                name,
-                f"{1e3 * each.prepare:.0f}",
-                f"{each.prepare / reference.prepare:.1f}",
-                f"{1e3 * each.run:.1f}",
-                f"{each.run / reference.run:.1f}",
-                str(each.steps),
-                f"{each.energy_error:.1e}",
-            )
-            for name, each in measured.items()
-        ],
-    )
+    integrator.propagate_until(hy.real128(stop))
+    return np.array([float(each) for each in integrator.state])

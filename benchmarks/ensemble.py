@@ -8,8 +8,9 @@ from __future__ import annotations
 
 import sys
 import time
+from argparse import Namespace
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from statistics import median
 from typing import Any
@@ -17,20 +18,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contenders import equations_by_hand, timed
-from benchmarks.pendulums import Pendulums, energies
-from benchmarks.report import Requirement, conclude, in_own_process, in_turns, markdown_table, parser
+from benchmarks.benchmark import Benchmark
+from benchmarks.problems import DOUBLE_PENDULUM
+from benchmarks.report import Report, Requirement, markdown_table
+from benchmarks.turns import in_own_process, in_turns, timed
 
 Array = NDArray[np.float64]
 
-PENDULUMS = Pendulums(angles=(2.0, 2.5), stop=10.0)
+PENDULUMS = replace(DOUBLE_PENDULUM, stop=10.0)
 SPREAD = 0.1
 """Standard deviation of the angles (rad)."""
 SPEEDUP = 1.5
 TWO_CORES = 1.85
 WARM = 64
 """Members that are followed before the clock starts."""
-PACKAGES = ("llvmlite", "numpy", "heyoka")
+MEMBERS, FEWER = 10_000, 800
+"""Multiples of 8."""
 
 
 @dataclass(frozen=True)
@@ -46,9 +49,8 @@ class Measurement:
 
 def initial_states(members: int) -> Array:
     """Angles and velocities of every member, shape (4, members)."""
-    angles = np.array(PENDULUMS.angles)[:, None] + SPREAD * np.random.default_rng(1).standard_normal(
-        (2, members)
-    )
+    noise = np.random.default_rng(1).standard_normal((2, members))
+    angles = np.array(PENDULUMS.values.q)[:, None] + SPREAD * noise
     return np.concatenate([angles, np.zeros((2, members))])
 
 
@@ -59,7 +61,8 @@ def measured(prepare: float, follow: Callable[[Array], tuple[Array, float]], mem
     began = time.process_time()
     wall, (ends, steps) = timed(lambda: follow(states))
     spent = time.process_time() - began
-    start, end = (energies(each[:2], each[2:]) for each in (states, ends))
+    parameters = PENDULUMS.values.parameters
+    start, end = (PENDULUMS.energy(parameters, *np.split(each, 2)) for each in (states, ends))
     error = float(np.sqrt(np.mean((end / start - 1) ** 2)))
     return Measurement(prepare, wall, spent, steps, error)
 
@@ -74,16 +77,14 @@ def lagrange(threads: int, members: int) -> Measurement:
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.read import read_spec
-    from lagrange_cli.spec.values import resolve_values
 
-    spec = read_spec(PENDULUMS.system_file(), "pendulums.yaml")
-    residual = derive(build_model(spec, GraphAlgebra()))
+    residual = derive(build_model(read_spec(PENDULUMS.text, PENDULUMS.system), GraphAlgebra()))
     seconds, prepared = timed(
         lambda: prepare(
             residual, method="taylor", tolerance=2.0**-52, outputs=frozenset({"p", "h"}), ensemble=True
         )
     )
-    values = [*resolve_values(spec, {}).parameters.values()]
+    values = [*PENDULUMS.values.parameters.values()]
     method, times = ensemble_method(prepared), Times(0.0, PENDULUMS.stop, 2, PENDULUMS.stop)
 
     def follow(states: Array) -> tuple[Array, float]:
@@ -106,8 +107,10 @@ def heyoka(batch: int, members: int, *, threads: int | None = None) -> Measureme
     """
     import heyoka as hy
 
+    from benchmarks.heyoka_equations import double_pendulum_by_hand
+
     hy.llvm_state.set_diskcache_enabled(False)
-    system, zeros = equations_by_hand(PENDULUMS), np.zeros((4, batch))
+    system, zeros = double_pendulum_by_hand(PENDULUMS), np.zeros((4, batch))
     seconds, integrator = timed(lambda: hy.taylor_adaptive_batch(system, zeros, force_avx512=batch == 8))
 
     def load(one: Any, states: Array, first: int) -> Any:
@@ -148,19 +151,15 @@ CONTENDERS: dict[str, Callable[[int], Measurement]] = {
 }
 
 
-def main() -> int:
-    """Measure, print, and say by the exit status whether the figures are reached."""
-    made = parser(__doc__, runs=5)
-    made.add_argument(
-        "--members", type=int, default=10_000, help="how many pendulums, a multiple of 8 [10000]"
-    )
-    options = made.parse_args()
-    tasks = {name: partial(in_own_process, measure, options.members) for name, measure in CONTENDERS.items()}
+def measure(options: Namespace) -> Report:
+    """Every engine with every member."""
+    members = FEWER if options.quick else MEMBERS
+    tasks = {name: partial(in_own_process, each, members) for name, each in CONTENDERS.items()}
     results = in_turns(tasks, options.runs)
 
     def rate(name: str, clock: str) -> float:
         """Members per second of that clock."""
-        return float(options.members / median(getattr(each, clock) for each in results[name]))
+        return float(members / median(getattr(each, clock) for each in results[name]))
 
     best = max(rate(name, "processors") for name in CONTENDERS if name.startswith("heyoka"))
     rows = [
@@ -175,14 +174,22 @@ def main() -> int:
         for name, measurements in results.items()
     ]
     head = ("", "prepare, ms", "members/s of a core", "members/s", "steps of one", "energy error, rms")
-    requirements = [
+    requirements = (
         Requirement(
             "members per second of a core, over heyoka's best", rate(ONE, "processors") / best, ">=", SPEEDUP
         ),
         Requirement("our 2 threads over 1", rate(TWO, "wall") / rate(ONE, "wall"), ">=", TWO_CORES),
-    ]
-    return conclude([markdown_table(head, rows)], requirements, PACKAGES)
+    )
+    return Report((markdown_table(head, rows),), requirements)
 
+
+BENCHMARK = Benchmark(
+    "ensemble",
+    measure,
+    packages=("llvmlite", "numpy", "heyoka"),
+    runs=5,
+    quick=f"follow {FEWER} of them",
+)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(BENCHMARK.main())

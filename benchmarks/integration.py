@@ -1,60 +1,149 @@
-"""The double pendulum over 1000 s from rest at (2.0, 2.5) rad, to full double precision: the integration
-itself."""
+"""The integration alone, to full double precision: five motions, of one to twenty-seven coordinates."""
 
 from __future__ import annotations
 
 import sys
-from dataclasses import replace
+from argparse import Namespace
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from functools import partial
 
-from benchmarks.contenders import Measurement, equations_by_hand, heyoka, lagrange, sympy_and_scipy
-from benchmarks.engines import PACKAGES, compare, comparison_table
-from benchmarks.pendulums import Pendulums
-from benchmarks.report import Requirement, conclude, parser
+from benchmarks.benchmark import Benchmark
+from benchmarks.comparison import Maker, Measurement, compare, comparison_table
+from benchmarks.engines import heyoka, lagrange
+from benchmarks.problems import (
+    DOUBLE_PENDULUM,
+    FIGURE_EIGHT,
+    HOOP,
+    KEPLER_POLAR,
+    SOLAR_SYSTEM,
+    Problem,
+)
+from benchmarks.report import Report, Requirement
+from benchmarks.scipy_engines import pydy, sympy_and_scipy
 
-DOUBLE_PENDULUM = Pendulums(angles=(2.0, 2.5), stop=1000.0)
-SPEEDUP = 100
+OURS, SCIPY, PYDY = "lagrange", "sympy lambdify + scipy DOP853", "pydy, compiled C + scipy DOP853"
+PYTHONS: Mapping[str, Maker] = {SCIPY: sympy_and_scipy, PYDY: pydy}
+SCIPY_SPEEDUP = 100
 REPEATS = 5
 SHORT = 10
-"""By how much ``--quick`` shortens the slow contender's motion."""
-
-OURS, SLOW = "lagrange", "sympy lambdify + scipy DOP853"
+"""By how much ``--quick`` shortens the motion for the slow contenders."""
 
 
-def main() -> int:
-    """Measure, print, and say by the exit status whether the figures are reached."""
-    made = parser(__doc__, runs=5)
-    made.add_argument(
-        "--quick",
-        action="store_true",
-        help="follow DOP853 over 100 s and multiply its time and steps by 10 (its error is that of 100 s)",
-    )
-    options = made.parse_args()
-    factor = SHORT if options.quick else 1
-    measured = compare(
+@dataclass(frozen=True)
+class Contest:
+    """A motion, heyoka's equations for it by what they are called, and how much faster we must be than the
+    fastest of them."""
+
+    title: str
+    problem: Problem
+    equations: Mapping[str, str]
+    speedup: float
+
+    def contenders(self) -> dict[str, tuple[Maker, Problem, int]]:
+        """We, and heyoka in its modes."""
+        makers: dict[str, Maker] = {OURS: lagrange}
+        for called, equations in self.equations.items():
+            plain = partial(heyoka, equations=equations)
+            makers |= {
+                f"heyoka, {called}": plain,
+                f"heyoka, {called}, fast math": partial(plain, fast_math=True),
+            }
+        return {name: (make, self.problem, REPEATS) for name, make in makers.items()}
+
+    def requirements(self, results: Mapping[str, Measurement]) -> list[Requirement]:
+        """We beside whichever of heyoka's runs is fastest."""
+        ours = results[OURS]
+        fastest = min(
+            (each for name, each in results.items() if name.startswith("heyoka")), key=lambda m: m.run
+        )
+        return [
+            Requirement(
+                f"{self.title}: heyoka's fastest run over ours", fastest.run / ours.run, ">=", self.speedup
+            ),
+            Requirement(
+                f"{self.title}: our energy error over that run's",
+                ours.energy_error / fastest.energy_error,
+                "<=",
+                1,
+            ),
+        ]
+
+
+PENDULUM = Contest(
+    "double pendulum",
+    DOUBLE_PENDULUM,
+    {"its lagrangian()": "pendulums_derived", "equations by hand": "double_pendulum_by_hand"},
+    speedup=1.6,
+)
+CONTESTS = (
+    PENDULUM,
+    Contest(
+        "rotating hoop",
+        HOOP,
+        {"its lagrangian()": "hoop_derived", "equations by hand": "hoop_by_hand"},
+        speedup=1.2,
+    ),
+    Contest(
+        "Kepler, polar, e = 0.6",
+        KEPLER_POLAR,
         {
-            OURS: partial(lagrange, DOUBLE_PENDULUM, REPEATS),
-            SLOW: partial(sympy_and_scipy, replace(DOUBLE_PENDULUM, stop=DOUBLE_PENDULUM.stop / factor)),
-            "heyoka, its lagrangian()": partial(heyoka, DOUBLE_PENDULUM, REPEATS),
-            "heyoka, its lagrangian(), compact mode": partial(
-                heyoka, DOUBLE_PENDULUM, REPEATS, compact_mode=True
-            ),
-            "heyoka, equations by hand": partial(
-                heyoka, DOUBLE_PENDULUM, REPEATS, equations=equations_by_hand
-            ),
-            "heyoka, equations by hand, compact mode": partial(
-                heyoka, DOUBLE_PENDULUM, REPEATS, equations=equations_by_hand, compact_mode=True
-            ),
+            "its lagrangian()": "kepler_polar_derived",
+            "equations by hand": "kepler_polar_by_hand",
         },
-        options.runs,
-    )
-    measured[SLOW] = lengthened(measured[SLOW], factor)
-    ours, slow = measured[OURS], measured[SLOW]
-    requirements = [
-        Requirement(f"{SLOW}: times our run", slow.run / ours.run, ">=", SPEEDUP),
-        Requirement("our energy error over that of DOP853", ours.energy_error / slow.energy_error, "<", 1),
+        speedup=1.2,
+    ),
+    Contest(
+        "figure eight",
+        FIGURE_EIGHT,
+        {"its lagrangian()": "point_masses_derived", "equations by hand": "point_masses_by_hand"},
+        speedup=1.2,
+    ),
+    Contest(
+        "solar system",
+        SOLAR_SYSTEM,
+        {"its model.nbody": "point_masses_of_model", "equations by hand": "point_masses_by_hand"},
+        speedup=1.2,
+    ),
+)
+
+
+def measure(options: Namespace) -> Report:
+    """A table for each motion."""
+    factor = SHORT if options.quick else 1
+    shorter = replace(DOUBLE_PENDULUM, stop=DOUBLE_PENDULUM.stop / factor)
+    slow = {name: (make, shorter, 1) for name, make in PYTHONS.items()}
+    parts, requirements = [], []
+    for contest in CONTESTS:
+        contenders = contest.contenders() | (slow if contest is PENDULUM else {})
+        results = compare(contenders, options.runs)
+        if contest is PENDULUM:
+            results |= {name: lengthened(results[name], factor) for name in slow}
+            requirements += beside_scipy(results[OURS], results[SCIPY])
+        parts += [
+            f"**{contest.title}**, {contest.problem.stop:g} {unit(contest)}:",
+            comparison_table(results, OURS),
+        ]
+        requirements += contest.requirements(results)
+    return Report(tuple(parts), tuple(requirements))
+
+
+def unit(contest: Contest) -> str:
+    """Of time."""
+    return "days" if contest.problem is SOLAR_SYSTEM else "s"
+
+
+def beside_scipy(ours: Measurement, scipy: Measurement) -> list[Requirement]:
+    """What is asked beside the usual way in Python."""
+    return [
+        Requirement(f"double pendulum: {SCIPY}, times our run", scipy.run / ours.run, ">=", SCIPY_SPEEDUP),
+        Requirement(
+            "double pendulum: our energy error over that of DOP853",
+            ours.energy_error / scipy.energy_error,
+            "<",
+            1,
+        ),
     ]
-    return conclude([comparison_table(measured, OURS)], requirements, PACKAGES)
 
 
 def lengthened(measurement: Measurement, factor: int) -> Measurement:
@@ -62,5 +151,13 @@ def lengthened(measurement: Measurement, factor: int) -> Measurement:
     return replace(measurement, run=factor * measurement.run, steps=factor * measurement.steps)
 
 
+BENCHMARK = Benchmark(
+    "integration",
+    measure,
+    packages=("llvmlite", "numpy", "scipy", "sympy", "heyoka", "pydy", "cython"),
+    runs=3,
+    quick="follow DOP853 over 100 s and multiply its time and steps by 10 (its error is that of 100 s)",
+)
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(BENCHMARK.main())

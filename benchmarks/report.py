@@ -1,23 +1,16 @@
-"""What the benchmarks share: taking turns, medians, tables, and on what it was measured."""
+"""What a benchmark reports: tables, figures that must be reached, and on what it was measured."""
 
 from __future__ import annotations
 
-import argparse
 import datetime
 import os
 import platform
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
-from multiprocessing import get_context
 from pathlib import Path
-from typing import TypeVar
 
 import lagrange_cli
-
-K = TypeVar("K")
-T = TypeVar("T")
 
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout, which is what is measured."""
@@ -43,19 +36,36 @@ class Requirement:
         return holds[self.relation]
 
 
-def in_turns(tasks: Mapping[K, Callable[[], T]], turns: int) -> dict[K, list[T]]:
-    """Run every task once, then every one again, ``turns`` times; the results by task, in order."""
-    results: dict[K, list[T]] = {name: [] for name in tasks}
-    for _ in range(turns):
-        for name, task in tasks.items():
-            results[name].append(task())
-    return results
+@dataclass(frozen=True)
+class Report:
+    """Markdown, most of it tables, and the figures that must be reached, if there are any."""
+
+    parts: tuple[str, ...]
+    requirements: tuple[Requirement, ...] = ()
+
+    @property
+    def missed(self) -> tuple[Requirement, ...]:
+        """What is not reached."""
+        return tuple(each for each in self.requirements if not each.met)
+
+    def text(self, packages: Iterable[str]) -> str:
+        """All of it, with the machine and the versions of ``packages`` at its end."""
+        required = (required_table(self.requirements),) if self.requirements else ()
+        return "\n\n".join((*self.parts, *required, machine(*packages)))
 
 
-def in_own_process(function: Callable[..., T], *arguments: object) -> T:
-    """``function(*arguments)`` in a process of its own, where nothing is warm and nothing is cached."""
-    with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
-        return pool.submit(function, *arguments).result()
+def replaced_section(document: str, name: str, text: str) -> str:
+    """The document with ``text`` between its lines ``<!-- name -->`` and ``<!-- end of name -->``.
+
+    Raises:
+        ValueError: it has no such lines.
+    """
+    first, last = f"<!-- {name} -->\n", f"<!-- end of {name} -->\n"
+    before, found, rest = document.partition(first)
+    _, ended, after = rest.partition(last)
+    if not (found and ended):
+        raise ValueError(f"the document has no section {name!r}")
+    return f"{before}{first}\n{text}\n\n{last}{after}"
 
 
 def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
@@ -103,24 +113,3 @@ def processor() -> str:
         lines = []
     names = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
     return next(names, platform.processor() or "unknown processor")
-
-
-def parser(description: str | None, runs: int) -> argparse.ArgumentParser:
-    """The command line of a benchmark: ``--runs``."""
-    made = argparse.ArgumentParser(description=description)
-    made.add_argument("--runs", type=positive, default=runs, help=f"turns that medians are over [{runs}]")
-    return made
-
-
-def positive(text: str) -> int:
-    """A number of turns."""
-    number = int(text)
-    if number < 1:
-        raise argparse.ArgumentTypeError("at least one run is needed")
-    return number
-
-
-def conclude(tables: Iterable[str], requirements: Sequence[Requirement], packages: Iterable[str]) -> int:
-    """Print everything; the exit status is 1 if a figure is not reached."""
-    print(*tables, required_table(requirements), machine(*packages), sep="\n\n")
-    return 0 if all(each.met for each in requirements) else 1

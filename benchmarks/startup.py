@@ -2,20 +2,14 @@
 
 from __future__ import annotations
 
-import os
-import shutil
-import subprocess
 import sys
-import tempfile
-import time
+from argparse import Namespace
 from dataclasses import dataclass
-from functools import partial
-from pathlib import Path
 from statistics import median
 
-from benchmarks.report import ROOT, Requirement, conclude, in_turns, markdown_table, parser
-
-PACKAGES = ("click", "PyYAML", "numpy", "h5py", "llvmlite", "sympy")
+from benchmarks.benchmark import Benchmark
+from benchmarks.processes import OURS, shell
+from benchmarks.report import Report, Requirement, markdown_table
 
 
 @dataclass(frozen=True)
@@ -50,33 +44,13 @@ COMMANDS = (
 )
 
 
-def seconds_of(arguments: tuple[str, ...], folder: Path) -> float:
-    """How long a Python process with these arguments takes, from its start to its end."""
-    cache = {"LAGRANGE_CACHE_DIR": str(folder / "cache"), "LAGRANGE_NO_CACHE": ""}
-    environment = {**os.environ, **cache, "PYTHONPATH": str(ROOT)}
-    began = time.perf_counter()
-    subprocess.run(
-        [sys.executable, *arguments], cwd=folder, env=environment, check=True, stdout=subprocess.DEVNULL
-    )
-    return time.perf_counter() - began
-
-
-def measure(runs: int) -> dict[str, float]:
-    """The median of the seconds of each command and of each floor, by what is shown of it."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        shutil.copytree(ROOT / "systems", folder / "systems")
-        processes: dict[str, tuple[str, ...]] = {command.floor: ("-c", command.floor) for command in COMMANDS}
-        processes |= {command.shown: ("-m", "lagrange_cli", *command.arguments) for command in COMMANDS}
-        tasks = {shown: partial(seconds_of, arguments, folder) for shown, arguments in processes.items()}
-        in_turns(tasks, 1)  # so that files are in memory, bytecode and compiled programs on disk
-        return {shown: median(seconds) for shown, seconds in in_turns(tasks, runs).items()}
-
-
-def main() -> int:
-    """Measure, print, and say by the exit status whether the figures are reached."""
-    options = parser(__doc__, runs=15).parse_args()
-    seconds = measure(options.runs)
+def measure(options: Namespace) -> Report:
+    """Each command beside its floor."""
+    processes: dict[str, tuple[str, ...]] = {command.floor: ("-c", command.floor) for command in COMMANDS}
+    processes |= {command.shown: (*OURS, *command.arguments) for command in COMMANDS}
+    with shell() as place:
+        ended = place.in_turns(processes, options.runs)
+    seconds = {shown: median(each.seconds for each in runs) for shown, runs in ended.items()}
     ratios = {each: seconds[each.shown] / seconds[each.floor] for each in COMMANDS}
     rows = [
         (
@@ -88,14 +62,18 @@ def main() -> int:
         )
         for each, ratio in ratios.items()
     ]
-    table = markdown_table(("command", "ms", "floor", "ms", "ratio"), rows)
     requirements = [
         Requirement(f"{each.shown}: times its floor", ratio, "<=", each.limit)
         for each, ratio in ratios.items()
         if each.limit is not None
     ]
-    return conclude([table], requirements, PACKAGES)
+    table = markdown_table(("command", "ms", "floor", "ms", "ratio"), rows)
+    return Report((table,), tuple(requirements))
 
+
+BENCHMARK = Benchmark(
+    "startup", measure, packages=("click", "PyYAML", "numpy", "h5py", "llvmlite", "sympy"), runs=15
+)
 
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(BENCHMARK.main())

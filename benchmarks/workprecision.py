@@ -1,25 +1,27 @@
-"""Run time against energy error, and against the error of q at the end: tables, and figures in ``--out``."""
+"""Run time against energy error, and against the error of q at the end: tables, and figures."""
 
 from __future__ import annotations
 
 import sys
+from argparse import Namespace
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from math import nan
-from pathlib import Path
 from statistics import median
 
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.contenders import timed
+from benchmarks.benchmark import Benchmark
 from benchmarks.followers import Heyoka, Ours, Rebound, Run, Scipy, energy_of
 from benchmarks.motions import SYSTEMS, System
-from benchmarks.report import ROOT, in_turns, machine, markdown_table, parser
+from benchmarks.report import ROOT, Report, markdown_table
+from benchmarks.turns import in_turns, timed
 from lagrange_cli.contest.picture import Curve, Picture, Point, check_picture, write_picture
 from lagrange_cli.contest.reference import Reference
 
+FIGURES = ROOT / "docs" / "figures"
 TAYLOR = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 2.0**-52)
 SCIPY = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 EPSILONS = (1e-2, 1e-4, 1e-6, 1e-9)
@@ -44,21 +46,23 @@ Results = Mapping[tuple[str, float], Measured]
 """By the engine's name and the tolerance."""
 
 
-def main() -> int:
-    """Measure every system, print the tables, draw the figures."""
-    made = parser(__doc__, runs=7)
-    made.add_argument("--out", type=Path, default=ROOT / "docs" / "figures", help="where the figures go")
-    options = made.parse_args()
-    options.out.mkdir(parents=True, exist_ok=True)
+def report(options: Namespace) -> Report:
+    """Measure every system, and draw its figure where the document is written."""
+    parts = []
     for system in SYSTEMS:
-        name = str(options.out / f"{system.name}.svg")
-        check_picture(name)
+        figure = FIGURES / f"{system.name}.svg"
+        if options.write:
+            figure.parent.mkdir(exist_ok=True)
+            check_picture(str(figure))
         known, floor = measure(replace(system, stop=system.known), options.runs)
         whole = known if system.stop == system.known else measure(system, options.runs, compared=False)[0]
-        print(f"{system.title}\n\n{table(system, whole, known)}\n", flush=True)
-        write_picture(name, *pictures(system, whole, known, floor))
-    print(machine("llvmlite", "numpy", "scipy", "sympy", "heyoka", "rebound"))
-    return 0
+        if options.write:
+            write_picture(str(figure), *pictures(system, whole, known, floor))
+        parts += [
+            f"![{system.title}: run time against error](figures/{figure.name})",
+            table(system, whole, known),
+        ]
+    return Report(tuple(parts))
 
 
 def engines(system: System, ours: Ours) -> Iterator[tuple[str, Callable[[float], Run], tuple[float, ...]]]:
@@ -148,5 +152,12 @@ def pictures(system: System, whole: Results, known: Results, floor: float) -> tu
     )
 
 
+BENCHMARK = Benchmark(
+    "workprecision",
+    report,
+    packages=("llvmlite", "numpy", "scipy", "sympy", "heyoka", "rebound"),
+    runs=7,
+)
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(BENCHMARK.main())

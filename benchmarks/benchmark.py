@@ -1,0 +1,65 @@
+"""``Benchmark``: what a script measures, its command line, and its section of docs/benchmarks.md."""
+
+from __future__ import annotations
+
+import argparse
+import inspect
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+from benchmarks.report import ROOT, Report, replaced_section
+
+DOCUMENT = ROOT / "docs" / "benchmarks.md"
+
+
+@dataclass(frozen=True)
+class Benchmark:
+    """One script: ``measure`` gets its options and reports.
+
+    ``name`` is also that of its section in docs/benchmarks.md, ``packages`` what its figures depend on,
+    ``runs`` how many turns medians are over unless ``--runs`` says otherwise, and ``quick`` what ``--quick``
+    leaves out, where there is such an option.
+    """
+
+    name: str
+    measure: Callable[[Namespace], Report]
+    packages: tuple[str, ...]
+    runs: int
+    quick: str | None = None
+
+    def main(self, arguments: Sequence[str] | None = None) -> int:
+        """Measure and print; the exit status is 1 if a figure is not reached."""
+        report = self.run(self.parser().parse_args(arguments))
+        return 1 if report.missed else 0
+
+    def run(self, options: Namespace) -> Report:
+        """Measure, print and, with ``--write``, renew the section of the document."""
+        report = self.measure(options)
+        text = report.text(self.packages)
+        print(text, flush=True)
+        if options.write:
+            document = DOCUMENT.read_text(encoding="utf-8")
+            DOCUMENT.write_text(replaced_section(document, self.name, text), encoding="utf-8")
+        return report
+
+    def parser(self) -> argparse.ArgumentParser:
+        """The command line."""
+        described = inspect.getdoc(sys.modules[self.measure.__module__])
+        made = argparse.ArgumentParser(prog=f"python -m benchmarks.{self.name}", description=described)
+        made.add_argument(
+            "--runs", type=positive, default=self.runs, help=f"turns that medians are over [{self.runs}]"
+        )
+        made.add_argument("--write", action="store_true", help="renew the section of docs/benchmarks.md")
+        if self.quick is not None:
+            made.add_argument("--quick", action="store_true", help=self.quick)
+        return made
+
+
+def positive(text: str) -> int:
+    """A number of turns."""
+    number = int(text)
+    if number < 1:
+        raise argparse.ArgumentTypeError("at least one run is needed")
+    return number

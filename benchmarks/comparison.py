@@ -1,0 +1,78 @@
+"""Engines on the same motion, in turns: their medians, and a table of them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+
+import numpy as np
+
+from benchmarks.engines import Engine
+from benchmarks.problems import Problem
+from benchmarks.report import markdown_table
+from benchmarks.turns import in_own_process, in_turns, timed
+
+Maker = Callable[[Problem], Engine]
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Seconds to prepare and to integrate, the steps taken, and the largest relative energy error."""
+
+    prepare: float
+    run: float
+    steps: int
+    energy_error: float
+
+
+def measured(make: Maker, problem: Problem, repeats: int) -> Measurement:
+    """An engine over runs from ``repeats`` nearby starts: the seconds of the quickest, since what else goes
+    on in the machine only adds to them, the median of the errors, and the steps of the first."""
+    engine = make(problem)
+    runs = [timed(partial(engine.follow, *start)) for start in problem.starts(repeats)]
+    errors = [np.max(np.abs(problem.energy_errors(motion.q, motion.v))) for _, motion in runs]
+    return Measurement(
+        engine.prepare,
+        run=min(seconds for seconds, _ in runs),
+        steps=runs[0][1].steps,
+        energy_error=float(median(errors)),
+    )
+
+
+def compare(contenders: Mapping[str, tuple[Maker, Problem, int]], turns: int) -> dict[str, Measurement]:
+    """The medians of so many measurements of each contender (the arguments of ``measured``), each made in a
+    process of its own."""
+    tasks = {name: partial(in_own_process, measured, *each) for name, each in contenders.items()}
+    return {name: medians(results) for name, results in in_turns(tasks, turns).items()}
+
+
+def medians(results: list[Measurement]) -> Measurement:
+    """The median of the seconds; steps and errors are the same in every turn."""
+    return Measurement(
+        prepare=median(each.prepare for each in results),
+        run=median(each.run for each in results),
+        steps=results[0].steps,
+        energy_error=max(each.energy_error for each in results),
+    )
+
+
+def comparison_table(results: Mapping[str, Measurement], ours: str) -> str:
+    """One line a contender, with how many times as long as ``ours`` it takes."""
+    reference = results[ours]
+    return markdown_table(
+        ("", "prepare, ms", "times ours", "run, ms", "times ours", "steps", "energy error"),
+        [
+            (
+                name,
+                f"{1e3 * each.prepare:.0f}",
+                f"{each.prepare / reference.prepare:.1f}",
+                f"{1e3 * each.run:.1f}",
+                f"{each.run / reference.run:.1f}",
+                str(each.steps),
+                f"{each.energy_error:.1e}",
+            )
+            for name, each in results.items()
+        ],
+    )
