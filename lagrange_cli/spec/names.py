@@ -154,9 +154,12 @@ class Names:
         value = self.values[name]
         if value is None:
             raise Unsound
-        if component:
-            return value[(COMPONENTS + VELOCITY_COMPONENTS).index(component) % 3]
-        return value
+        if not component:
+            return value
+        known = COMPONENTS + VELOCITY_COMPONENTS
+        if component not in known or known.index(component) % 3 >= len(value):
+            raise Unsound  # not looked at, as another member of the family is wrong
+        return value[known.index(component) % 3]
 
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
         """What ``expression`` comes down to, and its bounds (None where something in it is wrong).

@@ -500,3 +500,21 @@ def test_no_typing_slip_does_worse_than_a_spec_error(seed: int, slips: int) -> N
         assert error.problems and str(error)
     else:
         assert build_model(spec, GraphAlgebra()).coordinates
+
+
+@pytest.mark.parametrize("potential", ["bob[0].vix", "bob[1].vix", "bob[0].z", "bob[0].vx"])
+def test_a_component_beside_a_wrong_member_is_left_to_the_member(potential: str) -> None:
+    """One member of bob is wrong, and so may be what is asked of another: only the first is reported."""
+    text = f"""
+sizes: {{N: 2}}
+parameters: {{m: [1.0, 2.0]}}
+coordinates: {{"q[i in range(N)]": {{initial: 0}}}}
+masses: {{"bob[i in range(N)]": 1}}
+embedding: {{"bob[i in range(N)]": ["q[i]", "m[i + 1]"]}}
+potential: {potential}
+"""
+    with pytest.raises(SpecError) as caught:
+        read_spec(text, "system.yaml")
+    assert [problem.message for problem in caught.value.problems] == [
+        "there is no 'm[2]', for i = 1 in embedding 'bob[i]'"
+    ]
