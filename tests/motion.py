@@ -18,12 +18,13 @@ from lagrange_cli.expression.parse import parse
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import Outcome, Times, integrate
-from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.derive import derive, formulations
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.program import Program
+from lagrange_cli.records import replace
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
@@ -95,6 +96,13 @@ def prepared(
     )
 
 
+def each_formulation(system: str) -> dict[str, Residual]:
+    """Its equations in every formulation that there is, the dearer ones too."""
+    residual = residual_of(system)
+    forms = formulations(residual.model, residual.graph, residual.conserved)
+    return {name: replace(residual, **vars(form), formulation=name) for name, form in forms.items()}
+
+
 def program_of(system: str, outputs: tuple[str, ...] = DEFAULT) -> Program:
     """Its compiled program."""
     return prepared(system, outputs=outputs).machine.program
@@ -124,7 +132,18 @@ def follow(
 ) -> Motion:
     """The motion from ``start`` to ``stop``, with ``samples`` samples evenly between."""
     ready = prepared(system, method, tolerance, outputs)
-    values = values_of(system, sets)
+    return run(ready, values_of(system, sets), start, stop, samples, interrupted)
+
+
+def run(
+    ready: Prepared,
+    values: Values,
+    start: float,
+    stop: float,
+    samples: int,
+    interrupted: Callable[[], bool] = lambda: False,
+) -> Motion:
+    """The motion of compiled equations."""
     chunks: dict[str, list[NDArray[np.float64]]] = {"t": []}
 
     def emit(chunk: Mapping[str, NDArray[np.float64]]) -> None:

@@ -67,11 +67,15 @@ def as_object(name: str, residual: Residual, skipped: tuple[str, ...]) -> dict[s
             for each in residual.conserved
         ],
         "skipped": list(skipped),
+        "formulation": residual.formulation,
+        "convolutions": dict(residual.costs),
     }
 
 
 def as_text(name: str, residual: Residual, skipped: tuple[str, ...]) -> str:
     """The facts in a few lines."""
+    from lagrange_cli.mechanics.skipped import formulation
+
     kind = "scleronomic" if residual.scleronomic else "rheonomic"
     conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in residual.conserved]
     return "\n".join(
@@ -80,6 +84,7 @@ def as_text(name: str, residual: Residual, skipped: tuple[str, ...]) -> str:
             f"  coordinates: {', '.join(in_short(residual.coordinates, residual))}",
             f"  cyclic: {', '.join(in_short(residual.cyclic, residual)) or 'none'}",
             *section("conserved", conserved),
+            f"  formulation: {formulation(residual)}",
             *section("skipped by solve", skipped),
         )
     )

@@ -26,12 +26,14 @@ def write_run(
     if ensemble and method == TAYLOR:
         from lagrange_cli.native.lanes import suits_lanes, with_lanes
 
-        program = write_program(residual, RATES, plan.integrands, plan.observed)
+        program = write_program(residual, RATES, plan.integrands, plan.observed, keeping=True)
         if suits_lanes(program, residual):
             return with_lanes(program, residual, tolerance), plan.recording
     if method == TAYLOR:
         order = order_for(tolerance)
-        program = write_program(residual, order, plan.integrands, plan.observed, tolerance=tolerance)
+        program = write_program(
+            residual, order, plan.integrands, plan.observed, tolerance=tolerance, keeping=True
+        )
     elif method in IMPLICIT:
         linear = linearize(residual)
         nodes = jacobian_nodes(residual, linear, plan)

@@ -5,35 +5,32 @@ d'Alembert's principle for an embedding r_i(q, t) (Goldstein, Classical Mechanic
     R_k = sum_i (m_i r_i'' - F_i) . dr_i/dq_k + dU/dq_k - d/dt dU/dq_dot_k + dD/dq_dot_k - Q_k = 0
 
 or, with the kinetic energy multiplied out, d/dt dT/dq_dot_k - dT/dq_k in place of the masses' accelerations;
-and Euler-Lagrange for a given L: R_k = d/dt dL/dq_dot_k - dL/dq_k + dD/dq_dot_k - Q_k = 0.
+Euler-Lagrange for a given L: R_k = d/dt dL/dq_dot_k - dL/dq_k + dD/dq_dot_k - Q_k = 0; and for these two
+Routh's reduction of the cyclic coordinates.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from lagrange_cli.errors import SingularCoordinate
-from lagrange_cli.expression.graph import Graph, Kind, Node, bits
-from lagrange_cli.mechanics.conservation import conservation, is_zero
+from lagrange_cli.expression.graph import Graph, Node, bits
+from lagrange_cli.mechanics.conservation import Conserved, conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate
 from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.routh import routh
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
-from lagrange_cli.records import dataclass
-
-
-@dataclass(frozen=True)
-class Formulation:
-    """One way to write the equations: R_k and M."""
-
-    residual: tuple[Node, ...]
-    mass_matrix: tuple[tuple[Node, ...], ...]
 
 
 def derive(model: Model[Node]) -> Residual:
     """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros."""
     graph = graph_of(model)
-    forms = formulations(model, graph)
+    cyclic, conserved = conservation(model)
+    forms = formulations(model, graph, conserved)
     for name, row in zip(model.coordinates, next(iter(forms.values())).mass_matrix):
         if all(is_zero(entry) for entry in row if entry is not graph.zero):
             raise SingularCoordinate(name)
@@ -41,12 +38,10 @@ def derive(model: Model[Node]) -> Residual:
     chosen = min(forms, key=lambda name: costs[name])
     velocities = numbered(model.v)
     slopes = graph.gradient(model.potential, velocities).values()
-    cyclic, conserved = conservation(model)
     return Residual(
         model=model,
         graph=graph,
-        residual=forms[chosen].residual,
-        mass_matrix=forms[chosen].mass_matrix,
+        **vars(forms[chosen]),
         definite=model.lagrangian is None and not any(graph.gradient(p, velocities) for p in slopes),
         formulation=chosen,
         costs=costs,
@@ -56,31 +51,29 @@ def derive(model: Model[Node]) -> Residual:
     )
 
 
-def formulations(model: Model[Node], graph: Graph) -> dict[str, Formulation]:
-    """The candidates by name, each with all forces."""
+def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved]) -> dict[str, Formulation]:
+    """The candidates by name, each with all forces; of two that cost the same the earlier one is simpler."""
+    forms: dict[str, Formulation] = {}
     if model.lagrangian is not None:
-        return {"lagrangian": from_lagrangian(model, graph, model.lagrangian, Energetics(model).forces)}
-    forms = {"embedding": from_embedding(model, graph)}
-    kinetic = reduced_kinetic_energy(model)
-    if kinetic is not None:
-        lagrangian = kinetic - model.potential
-        forms["kinetic energy"] = from_lagrangian(model, graph, lagrangian, Energetics(model).forces)
+        base, lagrangian = "lagrangian", model.lagrangian
+    else:
+        forms["embedding"] = from_embedding(model, graph)
+        kinetic = reduced_kinetic_energy(model)
+        if kinetic is None:
+            return forms
+        base, lagrangian = "kinetic energy", kinetic - model.potential
+    forces = Energetics(model).forces
+    residual, matrix = euler_lagrange(model, graph, lagrangian, forces)
+    forms[base] = normalized(graph, residual, matrix, variables(model))
+    other = gyroscopic(model, graph, lagrangian, residual)
+    if other is not None:
+        forms["gyroscopic forces"] = normalized(graph, other, matrix, variables(model))
+    names = {each.quantity for each in conserved}
+    steady = {k for k, name in enumerate(model.coordinates) if f"p_{name}" in names}
+    reduced = routh(model, graph, lagrangian, forces, matrix, steady)
+    if reduced is not None:
+        forms["Routh"] = reduced
     return forms
-
-
-def from_lagrangian(
-    model: Model[Node], graph: Graph, lagrangian: Node, forces: tuple[Node, ...]
-) -> Formulation:
-    """d/dt dL/dq_dot_k - dL/dq_k - Q_k with M = d2L/dq_dot dq_dot; ``forces`` holds every force outside L."""
-    momenta = [graph.diff(lagrangian, v) for v in model.v]
-    moving = variables(model)
-    residual = [
-        rate(graph, p, moving) - graph.diff(lagrangian, q) - force
-        for p, q, force in zip(momenta, model.q, forces)
-    ]
-    rows = [graph.gradient(p, numbered(model.v)) for p in momenta]
-    matrix = tuple(tuple(row.get(k, graph.zero) for k in range(len(model.v))) for row in rows)
-    return normalized(graph, residual, matrix, moving)
 
 
 def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
@@ -91,7 +84,8 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
         for particle in model.particles
         for i, position in enumerate(particle.position)
     ]
-    jacobian = [graph.gradient(position, numbered(model.q)) for _, position, _ in components]
+    coordinates = numbered(model.q)
+    jacobian = [graph.gradient(position, coordinates) for _, position, _ in components]
     inertia = [
         (m * rate(graph, graph.ddt(x), moving) if x.symbols & moving else graph.zero) - force
         for m, x, force in components
@@ -137,9 +131,9 @@ def mass_matrix(
             carried[components] = graph.sum([(masses[i], 1.0) for i in bits(components)])
         return carried[components]
 
-    matrix = [[graph.zero] * len(model.q) for _ in model.q]
+    matrix, velocities = [[graph.zero] * len(model.q) for _ in model.q], numbered(model.v)
     for j, mine in enumerate(columns):
-        potential = graph.gradient(graph.diff(model.potential, model.v[j]), numbered(model.v))
+        potential = graph.gradient(graph.diff(model.potential, model.v[j]), velocities)
         for k in bits(met[j] | sum(1 << k for k in potential)):
             if k < j:
                 continue
@@ -152,41 +146,6 @@ def mass_matrix(
             matrix[j][k] = graph.sum([*terms, (potential.get(k, graph.zero), -1.0)])
             matrix[k][j] = matrix[j][k]
     return tuple(map(tuple, matrix))
-
-
-def rate(graph: Graph, node: Node, moving: int) -> Node:
-    """d/dt of a node along the motion, constants of the motion in front of it."""
-    if node.kind is Kind.SUM:
-        return graph.sum([(rate(graph, a, moving), c) for a, c in zip(node.arguments, node.data[1])])
-    if not node.symbols & moving:
-        return graph.zero
-    fixed, rest = graph.split_parameters(node, moving)
-    return fixed * graph.ddt(rest)
-
-
-def normalized(
-    graph: Graph, residual: list[Node], matrix: tuple[tuple[Node, ...], ...], moving: int
-) -> Formulation:
-    """Equations whose acceleration stands alone with a constant factor, divided by it.
-
-    The factor cancels against those of the forces before any number is known: one rounding instead of three.
-    """
-    rows = [list(row) for row in matrix]
-    for k, row in enumerate(matrix):
-        alone = all(entry is graph.zero for j, entry in enumerate(row) if j != k)
-        if alone and not row[k].symbols & moving and not row[k].is_zero:
-            residual[k] = divided(graph, residual[k], row[k])
-            rows[k][k] = graph.one
-    return Formulation(tuple(residual), tuple(map(tuple, rows)))
-
-
-def divided(graph: Graph, node: Node, by: Node) -> Node:
-    """``node / by``, term by term."""
-    if node.kind is not Kind.SUM:
-        return node / by
-    constant, coefficients = node.data
-    terms = [(argument / by, c) for argument, c in zip(node.arguments, coefficients)]
-    return graph.sum([*terms, (graph.one / by, constant)])
 
 
 def convolutions(model: Model[Node], graph: Graph, form: Formulation) -> int:

@@ -51,6 +51,10 @@ class Energetics:
         return kinetic - potential
 
     @cached_property
+    def _moving(self) -> int:
+        return variables(self.model)
+
+    @cached_property
     def _motion(self) -> tuple[tuple[Node, Node, Node], ...]:
         """(x, dx/dt, m dx/dt) for each component of each particle."""
         return tuple((x, u, p.mass * u) for p in self.model.particles for x, u in zip(p.position, p.velocity))
@@ -70,12 +74,11 @@ class Energetics:
         model, graph = self.model, self._graph
         if model.lagrangian is not None:
             return tuple(graph.diff(model.lagrangian, v) for v in model.v)
-        moving = variables(model)
         found = []
         for q, v in zip(model.q, model.v):
             here = [self._motion[place] for place in self._places.get(q, ())]
             terms = ((graph.diff(x, q), momentum) for x, _, momentum in here)
-            found.append(contract(graph, terms, moving) - graph.diff(model.potential, v))
+            found.append(contract(graph, terms, self._moving) - graph.diff(model.potential, v))
         return tuple(found)
 
     @property
@@ -107,9 +110,10 @@ class Energetics:
             [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
             for v, given in zip(model.v, model.generalized_forces)
         ]
+        coordinates = numbered(model.q)
         for particle in model.particles:
             for x, force in zip(particle.position, particle.force):
-                for k, slope in graph.gradient(x, numbered(model.q)).items():
+                for k, slope in graph.gradient(x, coordinates).items():
                     found[k].append((slope * force, 1.0))
         return tuple(map(graph.sum, found))
 
@@ -120,7 +124,7 @@ class Energetics:
             return graph.diff(model.lagrangian, symbol)
         here = [self._motion[place] for place in self._places.get(symbol, ())]
         terms = ((graph.diff(u, symbol), momentum) for _, u, momentum in here)
-        return contract(graph, terms, variables(model)) - graph.diff(model.potential, symbol)
+        return contract(graph, terms, self._moving) - graph.diff(model.potential, symbol)
 
     @property
     def torques(self) -> tuple[Node, ...]:

@@ -7,9 +7,10 @@ a(q, q_dot, t): from R(q, q_dot, a, t) = 0, M da/dx = -dR/dx at fixed a.
 
 from __future__ import annotations
 
-from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.records import dataclass
 
 
@@ -36,21 +37,8 @@ def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
             plain[node] = graph.sum(terms)
         else:
             plain[node] = rebuilt(graph, node, arguments)
-    return accelerations, tuple(plain[node] for node in residual.residual)
-
-
-def rebuilt(graph: Graph, node: Node, arguments: list[Node]) -> Node:
-    """``node`` with other arguments."""
-    if node.kind is Kind.SUM:
-        constant, coefficients = node.data
-        return graph.sum([*zip(arguments, coefficients), (graph.constant(constant), 1.0)])
-    if node.kind is Kind.PRODUCT:
-        return graph.product(zip(arguments, node.data))
-    if node.kind is Kind.POWER:
-        return graph.power(*arguments)
-    if node.kind is Kind.FUNCTION:
-        return graph.function(node.data, arguments)
-    return node
+    momenta = {one.symbol: one.momentum for one in residual.held}
+    return accelerations, substituted(graph, [plain[node] for node in residual.residual], momenta)
 
 
 def linearize(residual: Residual) -> Linearization:

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Sequence
 
 from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
 from lagrange_cli.mechanics.offsets import set_levels, sort
+from lagrange_cli.mechanics.products import associate, reciprocals
 from lagrange_cli.mechanics.series import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
 from lagrange_cli.records import dataclass, field
 
@@ -51,6 +52,10 @@ class _Builder:
     derivatives: dict[int, int] = field(default_factory=dict)
     products: dict[tuple[int, int], int] = field(default_factory=dict)
     powers: dict[tuple[int, Node], int] = field(default_factory=dict)
+    pairs: dict[Node, tuple[Node, Node]] = field(default_factory=dict)
+    """Which two parts a product is multiplied from."""
+    inverted: set[Node] = field(default_factory=set)
+    """What has its whole negative powers made from its reciprocal."""
     pending: list[Node] = field(default_factory=list)
     sums: dict[Terms, int] = field(default_factory=dict)
     """Series of sums without a constant, by their terms."""
@@ -69,7 +74,12 @@ class _Builder:
         self.pending = list(roots)
         while self.pending:
             batch, self.pending = self.pending, []
-            for node in _smaller_sums_first(reachable(batch, lambda n: n not in self.by_node)):
+            nodes = reachable(batch, lambda n: n not in self.by_node)
+            parts = (self.graph.split_parameters(node, self.variables)[1] for node in nodes)
+            products = [part for part in dict.fromkeys(parts) if part.kind is Kind.PRODUCT]
+            self.pairs |= associate(self.graph, products)
+            self.inverted |= reciprocals(products)
+            for node in _smaller_sums_first(nodes):
                 if node.symbols & self.variables or node in batch:
                     self.by_node[node] = self.lower(node)
         for index, rates, node in self.unfinished:
@@ -115,27 +125,29 @@ class _Builder:
         if node.kind is not Kind.PRODUCT:
             self.by_node[node] = self.lower(node)
             return self.by_node[node]
-        factors = [self.factor(a, e) for a, e in zip(node.arguments, node.data)]
-        index = factors[0]
-        for other in factors[1:]:
-            index = self.multiply(index, other)
+        if node in self.pairs:
+            a, b = self.pairs[node]
+            index = self.multiply(self.moving(a), self.moving(b))
+        else:
+            index, *others = (self.factor(a, e) for a, e in zip(node.arguments, node.data))
+            for other in others:
+                index = self.multiply(index, other)
         self.by_node[node] = index
         return index
 
     def factor(self, base: Node, exponent: int | float) -> int:
+        """The series of a power with a number as its exponent."""
         index = self.by_node[base]
-        if not isinstance(exponent, int) or exponent < 0:
-            return self.power(index, self.graph.constant(exponent))
-        result: int | None = None
-        square, left = index, exponent
-        while left:
-            if left & 1:
-                result = square if result is None else self.multiply(result, square)
-            left >>= 1
-            if left:
-                square = self.multiply(square, square)
-        assert result is not None
-        return result
+        if isinstance(exponent, int) and (exponent > 0 or base in self.inverted):
+            return self.repeated(index if exponent > 0 else self.power(index, -self.graph.one), abs(exponent))
+        return self.power(index, self.graph.constant(exponent))
+
+    def repeated(self, index: int, exponent: int) -> int:
+        """A whole power from two halves."""
+        if exponent == 1:
+            return index
+        half = exponent // 2
+        return self.multiply(self.repeated(index, half), self.repeated(index, exponent - half))
 
     def multiply(self, a: int, b: int) -> int:
         key = (min(a, b), max(a, b))

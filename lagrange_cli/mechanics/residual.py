@@ -7,7 +7,7 @@ neither M^-1 nor M is ever a series. ``derive`` makes it.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.conservation import Conserved
@@ -17,10 +17,26 @@ from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
+class Held:
+    """A constant of the motion in place of a velocity: ``symbol`` stands for it in the equations.
+
+    ``momentum`` is its expression in q, q_dot, t; ``speed`` that of ``velocity`` in q, t and such symbols.
+    """
+
+    symbol: Node
+    momentum: Node
+    velocity: Node
+    speed: Node
+
+
+@dataclass(frozen=True)
 class Residual:
     """The equations R(q, q_dot, q_ddot, t) = 0 of a model over the graph.
 
     ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t;
+    ``held`` are constants of the motion that take the places of velocities: known from where a motion begins,
+    the same ever after.
+    ``inertias`` are what the equations were divided by: where one is 0, so is the determinant of the masses.
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
     ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes
     per order.
@@ -31,6 +47,8 @@ class Residual:
     graph: Graph
     residual: tuple[Node, ...]
     mass_matrix: tuple[tuple[Node, ...], ...]
+    held: tuple[Held, ...]
+    inertias: tuple[Node, ...]
     definite: bool
     formulation: str
     costs: Mapping[str, int]
@@ -59,7 +77,7 @@ class Residual:
         return all(not entry.symbols & self.variables for row in self.mass_matrix for entry in row)
 
 
-def connected(matrix: tuple[tuple[Node, ...], ...]) -> tuple[tuple[int, ...], ...]:
+def connected(matrix: Sequence[Sequence[Node]]) -> tuple[tuple[int, ...], ...]:
     """The index sets that a matrix's nonzero entries connect, each sorted, in order of first index."""
     neighbours: list[set[int]] = [set() for _ in matrix]
     for j, row in enumerate(matrix):

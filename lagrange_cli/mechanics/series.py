@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.records import dataclass
 
 FREE = -9
@@ -56,7 +56,7 @@ class SeriesProgram:
     """Series in an order in which each may be evaluated; indices refer to ``series``.
 
     ``coordinates[i]`` and ``velocities[i]`` are the series of q_i and q_dot_i, ``residual[i]`` of R_i,
-    ``integrals[j]`` of the j-th quadrature.
+    ``integrals[j]`` of the j-th quadrature. The last ``kept`` of these are constants of the motion.
     """
 
     series: tuple[Series, ...]
@@ -64,12 +64,23 @@ class SeriesProgram:
     velocities: tuple[int, ...]
     residual: tuple[int, ...]
     integrals: tuple[int, ...]
+    kept: int = 0
 
     @property
     def convolutions(self) -> int:
-        """How many convolutions one order costs: the measure of a formulation."""
+        """How many convolutions one order costs: the measure of a formulation.
+
+        A product takes one, a reciprocal too, any other power takes two.
+        """
         costly = [one for one in self.series if one.op in (Op.MULTIPLY, Op.POWER)]
-        return sum(all(self.series[a].degree == UNBOUNDED for a in one.arguments) for one in costly)
+        lasting = [one for one in costly if all(self.series[a].degree == UNBOUNDED for a in one.arguments)]
+        return sum(2 if one.op is Op.POWER and not reciprocal(one.data) else 1 for one in lasting)
+
+
+def reciprocal(exponent: object) -> bool:
+    """Whether a power is 1/x."""
+    assert isinstance(exponent, Node)
+    return bool(exponent.kind is Kind.NUMBER and exponent.data == -1.0)
 
 
 def needs(one: Series) -> list[tuple[int, int]]:

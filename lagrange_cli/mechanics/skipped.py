@@ -14,13 +14,6 @@ def skipped(residual: Residual) -> tuple[str, ...]:
     """One sentence for each thing that ``solve`` does not compute for this system."""
     model = residual.model
     said = []
-    others = {name: cost for name, cost in residual.costs.items() if name != residual.formulation}
-    for name, cost in others.items():
-        chosen = residual.costs[residual.formulation]
-        said.append(
-            f"the formulation by the {name} ({cost} convolutions per order): "
-            f"by the {residual.formulation} it is {chosen}"
-        )
     if residual.constant_mass_matrix:
         said.append(
             "the mass matrix contains parameters only: it is factored once per run, not once per step"
@@ -46,6 +39,22 @@ def skipped(residual: Residual) -> tuple[str, ...]:
     return tuple(said)
 
 
+def formulation(residual: Residual) -> str:
+    """Which formulation was chosen, and why."""
+    model, cost = residual.model, residual.costs[residual.formulation]
+    dearer = [f"{other} ({name})" for name, other in residual.costs.items() if other > cost]
+    said = f"{residual.formulation}, {cost} convolution{'' if cost == 1 else 's'} per order"
+    if dearer:
+        said += f" instead of {' or '.join(dearer)}"
+    names = [
+        name for name, v in zip(model.coordinates, model.v) if v in {one.velocity for one in residual.held}
+    ]
+    if names:
+        verb, momenta = ("is", "its momentum is") if len(names) == 1 else ("are", "their momenta are")
+        said += f": {in_short(names)} {verb} cyclic, {momenta} held constant"
+    return said
+
+
 def in_short(words: Sequence[str], most: int = 6) -> str:
     """The words with commas between them, cut off when there are many."""
     return ", ".join([*words[:most], "..."] if len(words) > most else words)
@@ -55,6 +64,8 @@ def _parameter_nodes(residual: Residual) -> set[Node]:
     """The largest expressions that hold parameters and nothing that moves, below the equations."""
     entries = [entry for row in residual.mass_matrix for entry in row]
     moving = residual.variables
+    for one in residual.held:
+        moving |= one.symbol.symbols
     found: set[Node] = set()
     for node in reachable([*residual.residual, *entries]):
         inner = node.arguments if node.symbols & moving else ()

@@ -6,8 +6,9 @@ from __future__ import annotations
 from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, Series, SeriesProgram
-from lagrange_cli.native.emitter import ONE, Emitter, Value
+from lagrange_cli.native.emitter import ONE, Emitter, Value, operand
 from lagrange_cli.native.groups import Pair
+from lagrange_cli.native.held import hold
 from lagrange_cli.native.layout import Group, Layout
 from lagrange_cli.native.linear import Factored, factor_block
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
@@ -33,6 +34,8 @@ class Expansion:
     gains: dict[int, tuple[Value, Value]] = field(default_factory=dict)
     low: dict[int, Value] = field(default_factory=dict)
     """What q and q_dot hold beyond their double, as the compensated update leaves it."""
+    held: dict[Node, Value] = field(default_factory=dict)
+    """Expressions that are computed when the step begins."""
     unrounded: dict[Node, Value] = field(default_factory=dict)
     """Functions of a coordinate before its low part is added."""
     regular: str = "true"
@@ -49,6 +52,13 @@ class Expansion:
             for i, index in enumerate(indices):
                 row = kind * len(indices) + i
                 self.low[index] = self.emitter.load("%state", self.layout.width + row)
+        self.held = hold(
+            self.residual, self.program, self.layout.width, self.low, self.emitter, self.constants
+        )
+
+    def constant(self, node: Node) -> Value:
+        """What does not change during a step: an expression in parameters and in what is held."""
+        return self.held[node] if node in self.held else self.constants.value(self.emitter, node)
 
     def start(self, index: int) -> Value:
         """Coefficient 0 of a series whose operation has a closed form at order 0."""
@@ -113,7 +123,11 @@ class Expansion:
         for i, velocity in enumerate(model.v):
             known[velocity] = self.table[self.program.velocities[i]][0]
         entries = [entry for row in residual.mass_matrix for entry in row if not entry.is_zero]
-        emit_values(emitter, [e for e in entries if e.symbols & residual.variables], known, self.constants)
+        entries = [*(entry for entry in entries if entry.symbols & residual.variables), *residual.inertias]
+        emit_values(emitter, entries, known, self.constants)
+        for inertia in residual.inertias:
+            good = emitter.define(f"fcmp one double {operand(known[inertia])}, {operand(None)}")
+            self.regular = emitter.define(f"and i1 {self.regular}, {good}")
         for block in residual.blocks:
             matrix: list[list[Value]] = [
                 [
@@ -156,4 +170,4 @@ class Expansion:
             return total
         if scale.kind is Kind.NUMBER and scale.data == -1.0:
             return self.emitter.sub(total, value)
-        return self.emitter.fma(self.constants.value(self.emitter, scale), value, total)
+        return self.emitter.fma(self.constant(scale), value, total)

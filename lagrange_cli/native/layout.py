@@ -8,8 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.expression.graph import Kind, Node
-from lagrange_cli.mechanics.series import SHORT, Op, SeriesProgram, needs
+from lagrange_cli.mechanics.series import SHORT, Op, SeriesProgram, needs, reciprocal
 from lagrange_cli.native.interface import LANES, width_of
 from lagrange_cli.records import dataclass
 
@@ -113,12 +112,6 @@ def dot_products(program: SeriesProgram) -> Iterable[Dot]:
             yield Dot(index, index, one.arguments[0])
             if not reciprocal(one.data):
                 yield Dot(index, index, one.arguments[0], weighted=True)
-
-
-def reciprocal(exponent: object) -> bool:
-    """Whether a power is 1/x."""
-    assert isinstance(exponent, Node)
-    return bool(exponent.kind is Kind.NUMBER and exponent.data == -1.0)
 
 
 def read_alone(program: SeriesProgram, dots: list[Dot]) -> list[int]:

@@ -19,7 +19,7 @@ from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, e
 from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
 from lagrange_cli.native.template import fill_in
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True)
@@ -50,19 +50,24 @@ def write_program(
     linearized: Sequence[Node] = (),
     accelerations: Sequence[Node] = (),
     tolerance: float = 2.0**-52,
+    keeping: bool = False,
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``.
 
     ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``. ``@linearize``
     computes the nodes
-    ``linearized``, functions of q, v and the symbols ``accelerations``, if there are any.
+    ``linearized``, functions of q, v and the symbols ``accelerations``, if there are any. What ``residual``
+    holds is kept from one state to the next, in further rows, where ``keeping``.
     """
     model = residual.model
     constants = Constants()
+    kept = [str(one.symbol.data) for one in residual.held] if keeping else []
+    integrands = {**integrands, **dict.fromkeys(kept, residual.graph.zero)}
     series = lower(
         residual.graph, residual.variables, model.q, model.v, model.time,
         residual.residual, list(integrands.values()),
     )  # fmt: skip
+    series = replace(series, kept=len(kept))
     layout = arrange(series, order)
     expansion = Expansion(residual, series, layout, constants)
     parts = [write_jet(expansion)]

@@ -9,11 +9,11 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.graph import Node
-from lagrange_cli.mechanics.series import Op, Series
+from lagrange_cli.mechanics.series import Op, Series, reciprocal
 from lagrange_cli.native.emitter import ONE, Value, literal
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.groups import Pair, assemble
-from lagrange_cli.native.layout import Group, reciprocal
+from lagrange_cli.native.layout import Group
 from lagrange_cli.records import dataclass, field
 
 

@@ -101,7 +101,7 @@ class WrittenOut(Stage):
             for index, scale in zip(one.arguments, scales):
                 total = expansion.add_scaled(scale, expansion.low.get(index), total)
             if not constant.is_zero:
-                total = emitter.add(total, expansion.constants.value(emitter, constant))
+                total = emitter.add(total, expansion.constant(constant))
             for value, scale in zip(first, scales):
                 total = expansion.add_scaled(scale, value, total)
             return total

@@ -6,7 +6,16 @@ import pytest
 
 from tests.cli.command import SYSTEMS, lagrange
 
-KEYS = ["name", "degrees_of_freedom", "scleronomic", "cyclic", "conserved", "skipped"]
+KEYS = [
+    "name",
+    "degrees_of_freedom",
+    "scleronomic",
+    "cyclic",
+    "conserved",
+    "skipped",
+    "formulation",
+    "convolutions",
+]
 
 FACTS = {
     # system: degrees of freedom, scleronomic, cyclic coordinates, what is conserved

@@ -60,8 +60,9 @@ def test_a_kepler_ellipse_is_known_as_well_as_the_reference_says():
         E = anomaly(t)
         return E + 2 * mpmath.atan2(e * mpmath.sin(E), 1 + mpmath.sqrt(1 - e**2) - e * mpmath.cos(E))
 
-    assert error_of(reference, 0, lambda t: a * (1 - e * mpmath.cos(anomaly(t)))) <= 2 * reference.error
-    assert error_of(reference, 1, theta) <= 2 * reference.error
+    # the three motions have one momentum, whose square is rounded: that they do not show
+    assert error_of(reference, 0, lambda t: a * (1 - e * mpmath.cos(anomaly(t)))) <= 4 * reference.error
+    assert error_of(reference, 1, theta) <= 4 * reference.error
     assert reference.error < 1e-13
 
 

@@ -110,22 +110,6 @@ def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch
             assert np.max(np.abs(series)) <= 1e-12 * max(1.0, np.max(np.abs(motion["diagnostics/h"]))), path
 
 
-def test_formulations_agree(monkeypatch):
-    """d'Alembert's form and the multiplied-out kinetic energy are the same equations."""
-    from lagrange_cli.mechanics import derive as module
-
-    reference = solve("spherical_pendulum", 10.0)
-    assert residual_of("spherical_pendulum").formulation == "kinetic energy"
-    monkeypatch.setattr(module, "reduced_kinetic_energy", lambda model: None)
-    residual_of.cache_clear()
-    compiled.cache_clear()
-    motion = solve("spherical_pendulum", 10.0)
-    assert residual_of("spherical_pendulum").formulation == "embedding"
-    residual_of.cache_clear()
-    compiled.cache_clear()
-    assert np.max(np.abs(motion["q/theta"] - reference["q/theta"])) <= 1e-11
-
-
 def lagrangian_of(matrix):
     """L = v.M.v/2 - sum_k (k+1) sin(x_k) as a system."""
     size = len(matrix)

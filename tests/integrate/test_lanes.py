@@ -62,7 +62,8 @@ def members_of(system, count, sets=None, spread=0.02, seed=1):
     random = np.random.default_rng(seed)
     parameters = np.array([values.parameters[name] for name in program.parameters], dtype=float)
     state = np.array([*values.q, *values.v], dtype=float)
-    return [row * (1 + spread * random.standard_normal((count, len(row)))) for row in (parameters, state)]
+    some = [row * (1 + spread * random.standard_normal((count, len(row)))) for row in (parameters, state)]
+    return some[0], np.hstack([some[1], np.zeros((count, len(program.integrals)))])
 
 
 def run(

@@ -16,11 +16,9 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.integrate.compiled import compiled_values
-from lagrange_cli.mechanics.derive import formulations
-from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
-from tests.motion import Motion, follow, residual_of, spec_of, values_of
+from tests.motion import Motion, each_formulation, follow, residual_of, spec_of, values_of
 
 ATOMS = [
     "{q}",
@@ -118,12 +116,6 @@ def reference(system: str, state: list[float]) -> tuple[list[mpmath.mpf], list[m
     return accelerations, found[n * n + n : -1], found[-1]
 
 
-def each_formulation(residual: Residual) -> dict[str, Residual]:
-    """The equations in every formulation that there is, the dearer ones too."""
-    forms = formulations(residual.model, residual.graph)
-    return {name: Residual(**{**vars(residual), **vars(form)}) for name, form in forms.items()}
-
-
 def close(found: np.ndarray, known: list[mpmath.mpf], slack: float) -> bool:
     scale = max(1.0, *(abs(float(x)) for x in known))
     return bool(np.max(np.abs(found - np.array([float(x) for x in known]))) <= slack * scale)
@@ -135,11 +127,10 @@ SETTINGS = settings(max_examples=8, deadline=None, suppress_health_check=[Health
 @SETTINGS
 @given(systems())
 def test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange(system: str) -> None:
-    residual = residual_of(system)
     values = values_of(system)
     state = [0.3, *values.q, *values.v]
     accelerations, momenta, h = reference(system, state)
-    for name, form in each_formulation(residual).items():
+    for name, form in each_formulation(system).items():
         found = compiled_values(form)(list(values.parameters.values()), state[0], values.q, values.v)
         assert close(found[0], accelerations, 1e-12), name
         assert close(found[1], momenta, 1e-13)

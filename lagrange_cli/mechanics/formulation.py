@@ -1,0 +1,92 @@
+"""``Formulation``: one way to write the equations of motion, and Euler and Lagrange's.
+
+R_k = d/dt dL/dq_dot_k - dL/dq_k - Q_k = 0 with M = d2L/dq_dot dq_dot.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from lagrange_cli.expression.graph import Graph, Kind, Node
+from lagrange_cli.mechanics.residual import Held
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import numbered, variables
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Formulation:
+    """One way to write the equations: R_k, M, and what else is in ``Residual``."""
+
+    residual: tuple[Node, ...]
+    mass_matrix: tuple[tuple[Node, ...], ...]
+    held: tuple[Held, ...] = ()
+    inertias: tuple[Node, ...] = ()
+
+
+def euler_lagrange(
+    model: Model[Node], graph: Graph, lagrangian: Node, forces: tuple[Node, ...]
+) -> tuple[list[Node], list[list[Node]]]:
+    """R_k and M; ``forces`` holds every force outside L."""
+    momenta = [graph.diff(lagrangian, v) for v in model.v]
+    moving = variables(model)
+    residual = [
+        rate(graph, p, moving) - graph.diff(lagrangian, q) - force
+        for p, q, force in zip(momenta, model.q, forces)
+    ]
+    velocities = numbered(model.v)
+    rows = [graph.gradient(p, velocities) for p in momenta]
+    return residual, [[row.get(k, graph.zero) for k in range(len(model.v))] for row in rows]
+
+
+def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: list[Node]) -> list[Node] | None:
+    """``residual`` of ``euler_lagrange`` with the rates of b_k(q, t) written out; None if there are none.
+
+    These are the momenta at rest, from terms b_k q_dot_k of L: a field's, or a total time derivative's. What
+    is left of their rates is sum_j (db_k/dq_j - db_j/dq_k) q_dot_j + ..., often far less.
+    """
+    moving, found = variables(model), list(residual)
+    at_rest = dict.fromkeys(model.v, graph.zero)
+    fields = substituted(graph, [graph.diff(lagrangian, v) for v in model.v], at_rest)
+    for k, field in enumerate(fields):
+        if field.symbols & moving:
+            slopes = graph.gradient(field, numbered(model.q)).items()
+            written_out = graph.sum([(slope * model.v[j], 1.0) for j, slope in slopes])
+            found[k] += written_out + graph.diff(field, model.time) - rate(graph, field, moving)
+    return None if found == residual else found
+
+
+def rate(graph: Graph, node: Node, moving: int) -> Node:
+    """d/dt of a node along the motion, constants of the motion in front of it."""
+    if node.kind is Kind.SUM:
+        return graph.sum([(rate(graph, a, moving), c) for a, c in zip(node.arguments, node.data[1])])
+    if not node.symbols & moving:
+        return graph.zero
+    fixed, rest = graph.split_parameters(node, moving)
+    return fixed * graph.ddt(rest)
+
+
+def normalized(
+    graph: Graph, residual: Sequence[Node], matrix: Sequence[Sequence[Node]], moving: int
+) -> Formulation:
+    """Equations whose acceleration stands alone with a constant factor, divided by it.
+
+    The factor cancels against those of the forces before any number is known: one rounding instead of three.
+    """
+    rows, equations = [list(row) for row in matrix], list(residual)
+    for k, row in enumerate(matrix):
+        alone = all(entry is graph.zero for j, entry in enumerate(row) if j != k)
+        if alone and not row[k].symbols & moving and not row[k].is_zero:
+            equations[k] = divided(graph, residual[k], row[k])
+            rows[k][k] = graph.one
+    return Formulation(tuple(equations), tuple(map(tuple, rows)))
+
+
+def divided(graph: Graph, node: Node, by: Node) -> Node:
+    """``node / by``, term by term."""
+    if node.kind is not Kind.SUM:
+        return node / by
+    constant, coefficients = node.data
+    terms = [(argument / by, c) for argument, c in zip(node.arguments, coefficients)]
+    return graph.sum([*terms, (graph.one / by, constant)])

@@ -1,0 +1,110 @@
+"""In which order to multiply: products of many factors through such of two as occur more than once.
+
+Each product of two series is a convolution, and so is a reciprocal; any other power takes two.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from heapq import heapify, heappop, heappush
+
+from lagrange_cli.expression.graph import Graph, Node
+
+REPEATED = 4
+"""Whole powers up to this one are factors one by one; higher ones are squared up by themselves."""
+
+Pair = tuple[Node, Node]
+
+
+def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
+    """Products, and parts of them, as products of two.
+
+    What is multiplied first is, again and again, the pair that most of the products have in common.
+    """
+    factors = {product: factors_of(graph, product) for product in products}
+    plan: dict[Node, Pair] = {}
+    users: dict[Pair, dict[Node, None]] = {}
+    made: set[Pair] = set()
+    heap: list[tuple[int, int, int, Pair]] = []
+
+    def priority(pair: Pair) -> tuple[int, int, int, Pair]:
+        return -len(users[pair]) - (pair in made), pair[1].number, pair[0].number, pair
+
+    def enter(product: Node) -> Iterable[Pair]:
+        """Note which pairs a product has; one of two factors is made in any case."""
+        found = pairs(factors[product])
+        if factors[product].total() == 2:
+            plan[product] = found[0]
+            made.update(found)
+        else:
+            for pair in found:
+                users.setdefault(pair, {})[product] = None
+        return [pair for pair in found if pair in users]
+
+    for product, found in factors.items():
+        if found.total() > 1:
+            enter(product)
+    heap = [priority(pair) for pair in users]
+    heapify(heap)
+    while heap:
+        entry = heappop(heap)
+        best = entry[-1]
+        if not users[best] or entry != priority(best):
+            if users[best]:
+                heappush(heap, priority(best))
+            continue
+        both = graph.product([(best[0], 1), (best[1], 1)])
+        plan.setdefault(both, best)
+        changed: dict[Pair, None] = {}
+        for product in list(users[best]):
+            for pair in pairs(factors[product]):
+                users[pair].pop(product)
+            factors[product] = factors[product] - Counter(best) + Counter([both])
+            changed |= dict.fromkeys(enter(product))
+        for pair in changed:
+            heappush(heap, priority(pair))
+    return plan
+
+
+def factors_of(graph: Graph, product: Node) -> Counter[Node]:
+    """The factors with how often each of them occurs; powers that are not repeated are factors as such."""
+    found: Counter[Node] = Counter()
+    for argument, exponent in zip(product.arguments, product.data):
+        if isinstance(exponent, int) and 0 < exponent <= REPEATED:
+            found[argument] += exponent
+        else:
+            found[graph.product([(argument, exponent)])] += 1
+    return found
+
+
+def pairs(factors: Counter[Node]) -> list[Pair]:
+    """Every two of the factors, in order; a factor with itself if it occurs twice."""
+    ordered = sorted(factors, key=lambda node: node.number)
+    return [
+        (a, b) for place, a in enumerate(ordered) for b in ordered[place:] if a is not b or factors[a] > 1
+    ]
+
+
+def reciprocals(products: Iterable[Node]) -> set[Node]:
+    """What is divided by in such powers that they cost least as products of the reciprocal."""
+    exponents: dict[Node, set[int]] = {}
+    for product in products:
+        for argument, exponent in zip(product.arguments, product.data):
+            if isinstance(exponent, int) and exponent < 0:
+                exponents.setdefault(argument, set()).add(-exponent)
+    return {
+        base for base, some in exponents.items() if len(steps(some)) < sum(1 if e == 1 else 2 for e in some)
+    }
+
+
+def steps(exponents: Iterable[int]) -> set[int]:
+    """All powers that are made on the way to these, each from two halves."""
+    found: set[int] = set()
+    pending = list(exponents)
+    while pending:
+        exponent = pending.pop()
+        if exponent not in found:
+            found.add(exponent)
+            pending += [exponent // 2, exponent - exponent // 2] if exponent > 1 else []
+    return found

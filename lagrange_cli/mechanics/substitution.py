@@ -1,0 +1,33 @@
+"""Expressions in other symbols."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+
+
+def substituted(graph: Graph, nodes: Iterable[Node], values: Mapping[Node, Node]) -> tuple[Node, ...]:
+    """``nodes`` with expressions in place of symbols."""
+    nodes, gone = tuple(nodes), 0
+    for symbol in values:
+        gone |= symbol.symbols
+    made = dict(values)
+    for node in reachable(nodes, lambda node: bool(node.symbols & gone)):
+        if node not in made:
+            made[node] = rebuilt(graph, node, [made.get(argument, argument) for argument in node.arguments])
+    return tuple(made.get(node, node) for node in nodes)
+
+
+def rebuilt(graph: Graph, node: Node, arguments: list[Node]) -> Node:
+    """``node`` with other arguments."""
+    if node.kind is Kind.SUM:
+        constant, coefficients = node.data
+        return graph.sum([*zip(arguments, coefficients), (graph.constant(constant), 1.0)])
+    if node.kind is Kind.PRODUCT:
+        return graph.product(zip(arguments, node.data))
+    if node.kind is Kind.POWER:
+        return graph.power(*arguments)
+    if node.kind is Kind.FUNCTION:
+        return graph.function(node.data, arguments)
+    return node

@@ -1,0 +1,185 @@
+"""Each way to write the equations gives the same motion; Routh's keeps its momenta."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.integrate.compiled import compiled_values
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.scipy_methods import Equations
+from lagrange_cli.mechanics.residual import Residual
+from tests.motion import FULL, Motion, each_formulation, follow, residual_of, run, values_of
+
+OUTPUTS = frozenset(("q", "v", "p", "h", "ledger"))
+TWO_BODIES = """
+parameters: {m: 2.0, M: 3.0, k: 1.5, e: 0.3}
+coordinates:
+  X: {initial: 0.1, velocity: 0.3}
+  r: {initial: 1.2, velocity: -0.2}
+  theta: {initial: 0.4, velocity: 0.8}
+masses: {a: m, b: M}
+embedding:
+  a: [X + r*cos(theta)*M/(m + M), r*sin(theta)*M/(m + M)]
+  b: [X - r*cos(theta)*m/(m + M), -r*sin(theta)*m/(m + M)]
+potential: -k/norm(a - b) + e*r*r_dot*sin(t)
+"""
+"""The centre of mass and the angle are cyclic."""
+COUPLED = """
+parameters: {k: 1.5, g: 0.4}
+coordinates:
+  a: {initial: 0.3, velocity: 0.7}
+  r: {initial: 1.1, velocity: 0.2}
+  b: {initial: -0.2, velocity: -0.6}
+  s: {initial: 0.5, velocity: 0.1}
+lagrangian: >-
+  (r_dot**2 + s_dot**2)/2 + r**2*(a_dot + b_dot)**2/2 + r**4*b_dot**2/(4*k) + g*s*r*a_dot*cos(t)
+  + k/r - s**2/r
+"""
+"""Two cyclic coordinates that the mass matrix couples, in a field that acts on one of them."""
+
+
+def motion(form: Residual, system: str, stop: float, samples: int = 41) -> Motion:
+    """The motion in one formulation."""
+    ready = prepare(form, method="taylor", tolerance=FULL, outputs=OUTPUTS)
+    return run(ready, values_of(system), 0.0, stop, samples)
+
+
+@st.composite
+def cyclic(draw: st.DrawFn) -> str:
+    """A Lagrangian with one to three cyclic coordinates, whose inertias are what the potential divides by."""
+    count = draw(st.integers(1, 3))
+    number = st.integers(1, 9).map(lambda k: k / 4)
+    bases = draw(st.lists(st.sampled_from(["r", "(2 + s**2)", "(r + s**2)"]), min_size=1, max_size=2))
+    coordinates = [f"c{k}: {{initial: 0.2, velocity: {draw(number)}}}" for k in range(count)]
+    coordinates += [f"r: {{initial: 1.5, velocity: {draw(number) / 4}}}", "s: {initial: 0.4, velocity: 0.3}"]
+    terms = [f"(1 + {draw(number)})*(r_dot**2 + s_dot**2)", f"r_dot*s_dot/{draw(st.integers(2, 5))}"]
+    terms += [f"{draw(number)}/{base}**{draw(st.integers(1, 3))}" for base in bases]
+    for k in range(count):
+        base = draw(st.sampled_from(bases))
+        terms.append(f"m*{draw(number)}*{base}**{draw(st.sampled_from([-1, 1, 2]))}*c{k}_dot**2/2")
+        field = draw(st.sampled_from(["0", "r*s", "cos(t)", "sin(s - t)"]))
+        terms.append(f"{draw(number)}*({field})*c{k}_dot")
+    force = draw(st.sampled_from(["0", "-s_dot/5", "cos(c0)*r_dot/3"]))
+    return (
+        f"parameters: {{m: 1.3}}\ncoordinates: {{{', '.join(draw(st.permutations(coordinates)))}}}\n"
+        f'lagrangian: "{" + ".join(terms)}"\ngeneralized_forces: {{s: "{force}"}}\n'
+    )
+
+
+SETTINGS = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+
+
+def check_agreement(system: str, stop: float) -> None:
+    forms = each_formulation(system)
+    (reduced, one), *others = sorted(
+        ((name, motion(form, system, stop)) for name, form in forms.items()),
+        key=lambda pair: pair[0] != "Routh",
+    )
+    assert reduced == "Routh"
+    for name, other in others:
+        assert len(one.t) == len(other.t) == 41
+        for path, series in other.data.items():
+            assert np.max(np.abs(one[path] - series)) <= 1e-12 * max(1.0, np.max(np.abs(series))), (
+                name,
+                path,
+            )
+
+
+@pytest.mark.parametrize(
+    "system", ["central_force", TWO_BODIES, COUPLED], ids=["kepler", "two bodies", "coupled"]
+)
+def test_routh_s_motion_is_that_of_the_other_formulations(system: str) -> None:
+    check_agreement(system, 3.0)
+
+
+@SETTINGS
+@given(cyclic())
+def test_random_systems_move_as_without_the_reduction(system: str) -> None:
+    check_agreement(system, 0.5)
+
+
+@SETTINGS
+@given(cyclic(), st.floats(-1, 1), st.floats(-1, 1))
+def test_accelerations_and_jacobian_are_those_without_the_reduction(system: str, a: float, b: float) -> None:
+    """At states where momenta are not what they were in the beginning."""
+    forms = each_formulation(system)
+    values = values_of(system)
+    n = len(values.q)
+    y = np.array([*values.q, *values.v]) + 0.1 * np.sin(np.arange(2 * n) + a)
+    found, jacobians = [], []
+    for name in ("lagrangian", "Routh"):
+        made = compiled_values(forms[name])([1.3], b, y[:n], y[n:])
+        found.append(made[0])
+        machine = prepare(forms[name], method="Radau", tolerance=1e-8, outputs=frozenset(("q", "v"))).machine
+        jacobians.append(Equations.of(machine, np.array([1.3])).jacobian(b, y))
+    assert np.max(np.abs(found[0] - found[1])) <= 1e-12 * max(1.0, np.max(np.abs(found[0])))
+    assert np.max(np.abs(jacobians[0] - jacobians[1])) <= 1e-11 * max(1.0, np.max(np.abs(jacobians[0])))
+
+
+def test_the_formulations_of_the_spherical_pendulum_agree() -> None:
+    forms = each_formulation("spherical_pendulum")
+    assert set(forms) == {"embedding", "kinetic energy"}  # nothing is divided by sin(theta)
+    one, other = (motion(form, "spherical_pendulum", 10.0) for form in forms.values())
+    assert np.max(np.abs(one["q/theta"] - other["q/theta"])) <= 1e-11
+
+
+def test_a_momentum_that_is_held_does_not_drift() -> None:
+    """Nor does the energy, as far: p is one number all the time, and the radial motion knows no other."""
+    forms = each_formulation("central_force")
+    motions = {name: motion(form, "central_force", 500.0, 2001) for name, form in forms.items()}
+    p = motions["Routh"]["diagnostics/p/theta"]
+    assert np.max(np.abs(p / p[0] - 1)) <= 1e-15
+    drift = {name: one.outcome.p_drift["theta"] for name, one in motions.items()}
+    assert drift["Routh"] < min(drift["embedding"], drift["kinetic energy"])
+
+
+def test_the_state_in_the_beginning_is_the_one_given() -> None:
+    one = follow("central_force", 1.0, 3)
+    values = values_of("central_force")
+    assert residual_of("central_force").formulation == "Routh"
+    assert [one["v/r"][0], one["v/theta"][0]] == list(values.v)
+
+
+FREE = "coordinates: {{r: {{initial: {r}, velocity: {v}}}, phi: {{initial: 0, velocity: {w}}}}}\n"
+FREE += "lagrangian: {lagrangian}\n"
+KEPLER = "(r_dot**2 + r**2*phi_dot**2)/2 + 1/r"
+
+
+@pytest.mark.parametrize("r, v, w", [(0, 1, 1), (0, 1, 0), (1, 0, 0), (1, -1, 1e-9)])
+def test_where_the_inertia_vanishes_it_ends_as_without_the_reduction(r: float, v: float, w: float) -> None:
+    system = FREE.format(r=r, v=v, w=w, lagrangian=KEPLER)
+    forms = each_formulation(system)
+    endings = {name: motion(form, system, 5.0).outcome.ending for name, form in forms.items()}
+    assert residual_of(system).formulation == "Routh"
+    assert endings["Routh"] is endings["lagrangian"]
+    assert (endings["Routh"] is Ending.SINGULAR_MASS_MATRIX) is (r == 0)
+
+
+@pytest.mark.parametrize("theta", ["pi", "1e-15", "1e-150"])
+def test_a_pendulum_goes_through_its_poles(theta: str) -> None:
+    """Where sin(theta) is next to nothing, and phi does not turn: so there must be no powers of 1/sin."""
+    found = follow(
+        f"coordinates: {{theta: {{initial: {theta}, velocity: 1.0}}, phi: {{initial: 0}}}}\n"
+        "masses: {bob: 1}\nembedding: {bob: [sin(theta)*cos(phi), sin(theta)*sin(phi), -cos(theta)]}\n"
+        "potential: 9.81*bob.z\n",
+        5.0,
+    )
+    assert found.outcome.ending is Ending.COMPLETE
+    assert np.max(np.abs(found["v/phi"])) == 0
+
+
+def test_only_what_is_cyclic_uncoupled_and_unforced_is_eliminated() -> None:
+    """A cart is coupled to its pendulum; a torque acts on an angle; a velocity occurs to the fourth power."""
+    for lagrangian, more in (
+        ("r_dot**2/2 + r**2*phi_dot**2/2 + cos(r)*r_dot*phi_dot/3 + 1/r", ""),
+        (KEPLER, "generalized_forces: {phi: 0.1}\n"),
+        (KEPLER, "dissipation: phi_dot**2/10\n"),
+        (KEPLER + " + phi/10", ""),
+        (KEPLER + " + phi_dot**4/10", ""),
+    ):
+        system = FREE.format(r=1, v=0, w=1, lagrangian=lagrangian) + more
+        assert set(each_formulation(system)) == {"lagrangian"}
