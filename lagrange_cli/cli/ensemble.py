@@ -72,7 +72,7 @@ def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | 
         "seed": draws.seed if draws.random else None,
     }
     return {
-        **origin(ensemble.spec, ensemble.settings, ensemble.values.common),
+        **origin(ensemble.spec, ensemble.settings, ensemble.values.common, None),
         "sweep": json.dumps({name: value for name, value in described.items() if value not in ({}, None)}),
         "members": ensemble.values.members,
         "steps": outcome.steps,

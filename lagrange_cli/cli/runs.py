@@ -32,6 +32,9 @@ EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "in
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
 
+SECONDS, COUNT = 10.0, 10**8
+"""Seconds, and steps or members, between two checkpoints."""
+
 OPTIONS = (
     click.option("--stop", type=float, help="The time at which the motion ends."),
     click.option(
@@ -42,6 +45,23 @@ OPTIONS = (
         "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
     ),
     click.option("--method", metavar="NAME", help=f"One of {', '.join(METHODS)} [{METHODS[0]}]."),
+    click.option(
+        "--resume",
+        is_flag=True,
+        help="Go on where an earlier run was killed or interrupted, to the same bytes; without one, start.",
+    ),
+    click.option(
+        "--checkpoint",
+        type=click.FloatRange(min=0),
+        default=SECONDS,
+        help=f"Seconds between the checkpoints from which --resume goes on [{SECONDS:g}].",
+    ),
+    click.option(
+        "--checkpoint-count",
+        type=click.IntRange(min=1),
+        default=COUNT,
+        help=f"Steps (of a sweep: members) after which there is one in any case [{COUNT}].",
+    ),
     click.option(
         "--force", is_flag=True, help="Replace an existing output; otherwise it is kept and reported."
     ),
@@ -65,6 +85,9 @@ class Request:
     timings: bool
     as_json: bool
     quiet: bool
+    resume: bool
+    checkpoint: float
+    checkpoint_count: int
 
 
 def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
@@ -77,11 +100,19 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
         @wraps(command)
         def gathered(
             output: str | None, force: bool, no_cache: bool, timings: bool, overrides: dict[str, str],
-            sizes: dict[str, str], as_json: bool, quiet: bool, **given: Any,
+            sizes: dict[str, str], as_json: bool, quiet: bool, resume: bool, checkpoint: float,
+            checkpoint_count: int, **given: Any,
         ) -> Any:  # fmt: skip
             names = ("stop", "samples", "step", "method", "tolerance", "outputs")
             options = SolveDefaults(**{name: given.pop(name) for name in names})
-            request = Request(options, overrides, sizes, output, force, not no_cache, timings, as_json, quiet)
+            if resume and force:
+                raise UsageError(
+                    "--resume keeps what an earlier run has done, --force does not: give one of them"
+                )
+            request = Request(
+                options, overrides, sizes, output, force, not no_cache, timings, as_json, quiet, resume,
+                checkpoint, checkpoint_count,
+            )  # fmt: skip
             return command(request=request, **given)
 
         decorated: Any = shared_options(gathered)
@@ -106,13 +137,13 @@ def output_name(system: str, output: str | None, suffix: str = "") -> str:
     return f"{stem(system)}{suffix}.h5" if output is None else output
 
 
-def find_output(system: str, name: str, *, force: bool) -> Target:
+def find_output(system: str, name: str, *, force: bool, resume: bool) -> Target:
     """The output, checked before any work is done for it."""
     from lagrange_cli.store.target import find_target
 
     if name == "-":
         raise UsageError("an HDF5 file cannot be written to standard output: give --output a name")
-    target = find_target(name, force=force)
+    target = find_target(name, force=force, resume=resume)
     if target.path.exists() and Path(system).exists() and target.path.samefile(system):
         raise UsageError(f"{name} is the system file itself: give --output another name")
     return target
@@ -172,10 +203,13 @@ def units_of(spec: Spec) -> dict[str, str]:
     return units | {f"v/{family_name(each.name)}": f"{each.unit}/s" for each in spec.coordinates if each.unit}
 
 
-def origin(spec: Spec, settings: Settings, parameters: dict[str, float]) -> dict[str, str | int | float]:
-    """The root's attributes that say what made the file."""
+def origin(
+    spec: Spec, settings: Settings, parameters: dict[str, float], start: Any
+) -> dict[str, str | int | float]:
+    """The root's attributes that say what made the file; ``start`` stands for the initial state, or many."""
     import json
 
+    asked = {name: getattr(settings, name) for name in ("start", "stop", "count", "step")}
     return {
         "generator": f"lagrange-cli {lagrange_cli.__version__}",
         "name": spec.name,
@@ -184,6 +218,7 @@ def origin(spec: Spec, settings: Settings, parameters: dict[str, float]) -> dict
         **({"sizes": json.dumps(dict(spec.sizes))} if spec.sizes else {}),
         "method": settings.method,
         "tolerance": settings.tolerance,
+        "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": start}),
     }
 
 

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import json
 import time
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
-from lagrange_cli.cli.progress import Progress
+from lagrange_cli.cli.progress import Progress as ProgressLine
 from lagrange_cli.cli.report import complain, count_of, display_name, emit, emit_json, finite, run_each
+from lagrange_cli.cli.resuming import Start, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
     Request,
@@ -34,21 +36,17 @@ if TYPE_CHECKING:
 
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.progress import Progress
     from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
-    from lagrange_cli.store.target import Target
+    from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.resume import Earlier
+    from lagrange_cli.store.writer import Writer
 
 
 @click.command("solve")
 @systems_argument
-@click.option(
-    "--resume",
-    is_flag=True,
-    expose_value=False,
-    callback=refuse("interrupted runs cannot be resumed yet; --force starts anew"),
-    help="Continue an interrupted run (not available yet).",
-)
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
@@ -83,15 +81,22 @@ def solve_system(system: str, request: Request) -> int:
     """Read, derive, compile, integrate and write one system; returns the exit status."""
     began, watch = time.process_time(), Stopwatch()
     with watch.stage("import"):
-        target = find_output(system, output_name(system, request.output), force=request.force)
+        name = output_name(system, request.output)
+        target = find_output(system, name, force=request.force, resume=request.resume)
     spec, values, settings = read_run(system, request, watch)
-    prepared = prepare_run(spec, settings, watch, cached=request.cache, meanwhile=import_the_rest)
-    outcome = integrate_and_write(spec, values, settings, prepared, target, watch, quiet=request.quiet)
+    made_by = origin(spec, settings, dict(values.parameters), [values.q, values.v])
+    with target.claimed():
+        with watch.stage("import"):
+            start = take_up(target, made_by, request)
+        if start.finished is not None:
+            return say_finished(spec, start, request, watch)
+        prepared = prepare_run(spec, settings, watch, cached=request.cache, meanwhile=import_the_rest)
+        outcome = integrate_and_write(spec, values, settings, prepared, start, watch, request)
     status = outcome.ending.status
     if request.as_json:
-        emit_json(as_object(spec, settings, target, outcome, watch))
+        emit_json(as_object(spec, settings, start, outcome, watch))
     elif not request.quiet:
-        emit(as_text(spec, settings, target, outcome, watch))
+        emit(as_text(spec, settings, start, outcome, watch))
         if request.timings:
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
@@ -122,41 +127,70 @@ def integrate_and_write(
     values: Values,
     settings: Settings,
     prepared: Prepared,
-    target: Target,
+    start: Start,
     watch: Stopwatch,
-    *,
-    quiet: bool,
+    request: Request,
 ) -> Outcome:
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
+    from lagrange_cli.integrate.progress import Clock, Keeping
     from lagrange_cli.integrate.run import Times, integrate
     from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.writer import Writer
 
     times = Times(start=settings.start, stop=settings.stop, count=settings.count, step=settings.step)
-    progress = Progress(spec.name, settings.start, settings.stop, quiet=quiet)
+    shown = ProgressLine(spec.name, settings.start, settings.stop, quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
-            writer = Writer(target, Layout(series_of(spec, prepared)), expected=settings.count)
+            writer = Writer(start.target, Layout(series_of(spec, prepared)), expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
             with watch.stage("write"):
                 writer.append(chunk)
 
-        with writer:
-            with watch.stage("integrate"):
-                outcome = integrate(prepared, values, times, emit_chunk, interrupted, progress.show)
-            progress.clear()
+        def checkpoint(progress: Progress, *, inside: bool = False) -> Checkpoint:
+            arrays = {"memory": progress.snapshot.memory, **writer.state()}
+            return start.checkpoint({"progress": progress.as_data()}, arrays, inside=inside)
+
+        def keep(progress: Progress) -> None:
             with watch.stage("write"):
-                writer.close(attributes(spec, values, settings, outcome))
+                writer.keep(checkpoint(progress))
+
+        with writer:
+            begin = None
+            if start.earlier is not None:
+                with watch.stage("write"):
+                    begin = replay(start.earlier, writer, prepared)
+            steps = 0 if begin is None else begin.snapshot.steps
+            clock = Clock(request.checkpoint, request.checkpoint_count, steps)
+            keeping = Keeping(begin, clock, keep)
+            with watch.stage("integrate"):
+                outcome = integrate(prepared, values, times, emit_chunk, interrupted, shown.show, keeping)
+            shown.clear()
+            with watch.stage("write"):
+                last = None if outcome.progress is None else checkpoint(outcome.progress, inside=True)
+                writer.close(attributes(start.made_by, outcome), last)
     return outcome
 
 
-def attributes(
-    spec: Spec, values: Values, settings: Settings, outcome: Outcome
-) -> dict[str, str | int | float]:
+def replay(earlier: Earlier, writer: Writer, prepared: Prepared) -> Progress:
+    """Append the samples of an earlier run, and say how far it had come."""
+    from lagrange_cli.integrate.progress import Progress
+    from lagrange_cli.store.checkpoint import damaged
+
+    for chunk in earlier.chunks(writer.rows, writer.shapes):
+        writer.append(chunk)
+    checkpoint, program = earlier.checkpoint, prepared.machine.program
+    data, memory = checkpoint.head.get("progress"), checkpoint.arrays.get("memory")
+    try:
+        return Progress.from_data(data, memory, program, prepared.recording.conserved, writer.samples)
+    except ValueError as error:
+        raise damaged(earlier.shown) from error
+
+
+def attributes(made_by: Mapping[str, str | int | float], outcome: Outcome) -> dict[str, str | int | float]:
     """The root's attributes: everything that made the file, and how the run ended."""
     return {
-        **origin(spec, settings, dict(values.parameters)),
+        **made_by,
         "steps": outcome.steps,
         "status": outcome.ending.status,
         "message": outcome.message,
@@ -165,13 +199,32 @@ def attributes(
     }
 
 
+def say_finished(spec: Spec, start: Start, request: Request, watch: Stopwatch) -> int:
+    """Say that there is nothing left to do, and how the run had ended; returns its exit status."""
+    assert start.finished is not None
+    found = start.finished.attributes
+    status, shown = str(found["status"]), start.target.shown
+    if request.as_json:
+        listed = {name: found[name] for name in ("status", "message", "method", "tolerance", "steps")}
+        listed = {name: value.item() if hasattr(value, "item") else value for name, value in listed.items()}
+        ends = {
+            "t": start.finished.t,
+            "h_drift": float(found["h_drift"]),
+            "p_drift": json.loads(found["p_drift"]),
+        }
+        emit_json({"name": spec.name, "output": shown, **listed, **ends, "seconds": watch.report()})
+    elif not request.quiet:
+        emit(f"{spec.name}: {shown} needs nothing more: {found['message']}")
+    return EXIT_STATUS[status]
+
+
 def as_object(
-    spec: Spec, settings: Settings, target: Target, outcome: Outcome, watch: Stopwatch
+    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch
 ) -> dict[str, Any]:
     """The run for ``--json``."""
     return {
         "name": spec.name,
-        "output": target.shown,
+        "output": start.target.shown,
         "status": outcome.ending.status,
         "message": outcome.message,
         "method": settings.method,
@@ -181,6 +234,7 @@ def as_object(
         "t": outcome.t,
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
+        "resumed": start.earlier is not None,
         "seconds": watch.report(),
     }
 
@@ -191,7 +245,7 @@ def ended(outcome: Outcome) -> str:
     return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
 
 
-def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, watch: Stopwatch) -> str:
+def as_text(spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch) -> str:
     """The run in a few lines."""
     seconds = watch.report()
     return "\n".join(
@@ -201,6 +255,6 @@ def as_text(spec: Spec, settings: Settings, target: Target, outcome: Outcome, wa
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
-            f"  wrote {target.shown} in {seconds['total']:.3f} s",
+            f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
         )
     )

@@ -119,7 +119,8 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
     """Read, derive, compile, integrate and write an ensemble; returns the exit status."""
     began, watch = time.process_time(), Stopwatch()
     with watch.stage("import"):
-        target = find_output(system, output_name(system, request.output, "_sweep"), force=request.force)
+        name = output_name(system, request.output, "_sweep")
+        target = find_output(system, name, force=request.force, resume=request.resume)
     ensemble = read_ensemble(system, request, draws, watch)
     prepared = prepare_run(
         ensemble.spec,

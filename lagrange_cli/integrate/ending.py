@@ -4,8 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
+from typing import TYPE_CHECKING
 
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.progress import Progress
 
 
 class Ending(Enum):
@@ -33,7 +37,8 @@ class Outcome:
     ``t`` is the time up to which the motion was followed, ``steps`` and ``evaluations`` (of the
     equations of motion,
     or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
-    conserved, else None; ``p_drift`` the same for each conserved momentum, by coordinate.
+    conserved, else None; ``p_drift`` the same for each conserved momentum, by coordinate. ``progress`` is
+    what the run can be continued from, if it was interrupted.
     """
 
     ending: Ending
@@ -43,3 +48,4 @@ class Outcome:
     evaluations: int
     h_drift: float | None
     p_drift: Mapping[str, float]
+    progress: Progress | None = None

@@ -23,8 +23,23 @@ has been called again; it must not keep them for longer."""
 
 
 @dataclass(frozen=True)
+class Snapshot:
+    """Where a method can go on from, to the same bits: ``memory`` is all that it knows of the motion, at
+    time ``t``.
+
+    ``steps`` have been taken, and ``samples`` handed over.
+    """
+
+    memory: Array
+    t: float
+    steps: int
+    samples: int
+
+
+@dataclass(frozen=True)
 class End:
-    """Why a method stopped, where (time and state: q, v), and what it took."""
+    """Why a method stopped, where (time and state: q, v), what it took, and where it can go on from, if it
+    can."""
 
     ending: Ending
     t: float
@@ -32,16 +47,41 @@ class End:
     steps: int
     evaluations: int
     detail: str = ""
+    snapshot: Snapshot | None = None
+
+
+@dataclass(frozen=True)
+class Keeper:
+    """Where a method begins (None: at the start), and whom it gives snapshots.
+
+    ``due`` is asked several times a second, with the steps taken; where it says so, all samples before it
+    are handed over, and ``keep`` is given a snapshot.
+    """
+
+    begin: Snapshot | None
+    due: Callable[[int], bool]
+    keep: Callable[[Snapshot], None]
+
+
+NO_KEEPER = Keeper(None, lambda steps: False, lambda snapshot: None)
 
 
 class Method(Protocol):
     """A way to follow a motion."""
 
-    def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
+    def follow(
+        self,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        accept: Accept,
+        watch: Watch,
+        keeper: Keeper = NO_KEEPER,
+    ) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
         ``accept`` is given full chunks of samples, and what there is when the motion ends, however it
-        does.
+        does. One that makes no snapshots ignores its ``keeper``.
         """
         ...
 

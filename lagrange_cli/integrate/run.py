@@ -11,8 +11,9 @@ import numpy as np
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.alongside import Behind
 from lagrange_cli.integrate.ending import Ending, Outcome
-from lagrange_cli.integrate.motion import Array, End, aligned
+from lagrange_cli.integrate.motion import Array, End, Keeper, Snapshot, aligned
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.progress import Keeping, Progress
 from lagrange_cli.integrate.times import Times
 
 if TYPE_CHECKING:
@@ -28,13 +29,15 @@ def integrate(
     emit: Callable[[dict[str, Array]], None],
     interrupted: Callable[[], bool],
     progress: Callable[[float], None] = lambda t: None,
+    keeping: Keeping | None = None,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
 
     ``interrupted`` is asked and ``progress`` told the time reached several times a second. ``emit`` is
     called in another thread, one chunk at a time, while the next one is computed; the arrays are valid during
-    the call only. However the motion ends, all samples up to then have been emitted.
+    the call only. However the motion ends, all samples up to then have been emitted. With ``keeping`` the
+    motion goes on where an earlier run has got to.
     """
     program = prepared.machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters], dtype=np.float64)
@@ -46,7 +49,17 @@ def integrate(
 
     with Behind() as behind:
         samples = Samples(prepared, parameters, lambda chunk: behind.call(partial(emit, chunk)))
-        end = prepared.follower.follow(parameters, state, times, samples.accept, watch)
+        following = partial(prepared.follower.follow, parameters, state, times, samples.accept, watch)
+        if keeping is None:
+            end = following()
+        else:
+
+            def keep(snapshot: Snapshot) -> None:
+                behind.wait()
+                keeping.keep(samples.progress(snapshot))
+
+            begin = None if keeping.begin is None else samples.restore(keeping.begin)
+            end = following(Keeper(begin, keeping.due, keep))
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,
@@ -56,6 +69,7 @@ def integrate(
         evaluations=end.evaluations,
         h_drift=h_drift,
         p_drift=p_drift,
+        progress=None if end.snapshot is None else samples.progress(end.snapshot),
     )
 
 
@@ -103,6 +117,15 @@ class Samples:
                 self._wide.ctypes.data, stride, count,
             )  # fmt: skip
         return dict(zip(names, self._wide[:, :count]))
+
+    def progress(self, snapshot: Snapshot) -> Progress:
+        """How far the run has come, where the method has come to ``snapshot``."""
+        return Progress(snapshot, dict(self._first), dict(self._drift))
+
+    def restore(self, progress: Progress) -> Snapshot:
+        """Go on where another run has come to."""
+        self._first, self._drift = dict(progress.first), dict(progress.drift)
+        return progress.snapshot
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:
         """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved

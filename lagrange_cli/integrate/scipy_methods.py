@@ -13,7 +13,7 @@ import scipy.integrate
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import IMPLICIT
-from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
+from lagrange_cli.integrate.motion import NO_KEEPER, Accept, Array, End, Keeper, Watch, aligned, chunk_size
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass
@@ -122,7 +122,15 @@ class ScipyMethod:
     name: str
     tolerance: float
 
-    def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
+    def follow(
+        self,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        accept: Accept,
+        watch: Watch,
+        keeper: Keeper = NO_KEEPER,
+    ) -> End:
         """See ``motion.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
         collector = Collector(times, len(state), accept)

@@ -8,7 +8,17 @@ import numpy as np
 
 from lagrange_cli.integrate.better import Better
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.motion import Accept, Array, End, Watch, aligned, chunk_size
+from lagrange_cli.integrate.motion import (
+    NO_KEEPER,
+    Accept,
+    Array,
+    End,
+    Keeper,
+    Snapshot,
+    Watch,
+    aligned,
+    chunk_size,
+)
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.native.machine import Machine
@@ -34,32 +44,51 @@ class TaylorMethod:
     better: Better | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
 
-    def follow(self, parameters: Array, state: Array, times: Times, accept: Accept, watch: Watch) -> End:
+    def follow(
+        self,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        accept: Accept,
+        watch: Watch,
+        keeper: Keeper = NO_KEEPER,
+    ) -> End:
         """See ``motion.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.rows + len(program.observed)), times.count)
         stepper = Stepper(self.machine, parameters, state, times, size, self.better)
-        first, ending = 0, None
-        while ending is None:
+        first = 0
+        if keeper.begin is not None:
+            first = keeper.begin.samples
+            stepper.restore(keeper.begin)
+        halted = False
+
+        def pause(t: float) -> bool:
+            nonlocal halted
+            halted = watch(t)
+            return halted or keeper.due(stepper.steps)
+
+        while True:
             wanted = times.chunk(first, size)
-            first += len(wanted)
-            stop, done = stepper.fill(wanted, first == times.count, watch)
+            stop, done = stepper.fill(wanted, first + len(wanted) == times.count, pause)
+            first += done
             samples = stepper.samples[:, :done]
             accept(wanted[:done], samples)
             if stop is Stop.NOT_FINITE and stepper.finite():
-                ending = (
-                    Ending.STEP_UNDERFLOW
+                stop = (
+                    Stop.UNDERFLOW
                 )  # the equations are, but a singularity is so near that the series is not
-            elif stop in ENDINGS:
-                ending = ENDINGS[stop]
-            elif stop is Stop.PAUSE:
-                ending = Ending.INTERRUPTED
-            elif watch(stepper.t):  # the step that holds the last sample began before it
-                last = samples[:, -1].copy()
-                return End(Ending.INTERRUPTED, float(wanted[-1]), last, stepper.steps, stepper.steps)
-            else:
-                stepper.swap()
-        return End(ending, stepper.t, stepper.state, stepper.steps, stepper.steps)
+            if stop in ENDINGS:
+                return End(ENDINGS[stop], stepper.t, stepper.state, stepper.steps, stepper.steps)
+            if stop is Stop.PAUSE or pause(stepper.t):
+                snapshot = stepper.snapshot(first)
+                if halted:
+                    t, state = stepper.t, stepper.state
+                    if stop is not Stop.PAUSE:  # the step that holds the last sample began before it
+                        t, state = float(wanted[-1]), samples[:, -1].copy()
+                    return End(Ending.INTERRUPTED, t, state, stepper.steps, stepper.steps, snapshot=snapshot)
+                keeper.keep(snapshot)
+            stepper.swap()
 
 
 class Stepper:
@@ -94,6 +123,14 @@ class Stepper:
         """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
         spare = np.empty_like(self.samples) if self._spare is None else self._spare
         self.samples, self._spare = spare, self.samples
+
+    def snapshot(self, samples: int) -> Snapshot:
+        """Where the motion is, so many samples having been handed over."""
+        return Snapshot(self._memory.copy(), self.t, self.steps, samples)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from there."""
+        self._memory[:], self.steps = snapshot.memory, snapshot.steps
 
     @property
     def t(self) -> float:

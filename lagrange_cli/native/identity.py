@@ -37,6 +37,13 @@ def identity() -> dict[str, object]:
     }
 
 
+def machine() -> list[object]:
+    """What the last bits of a result depend on besides the version, in terms of JSON."""
+    import llvmlite
+
+    return [llvmlite.__version__, *processor()]
+
+
 def files(folder: str) -> list[list[object]]:
     """Name, size and time of change of each file: an edit or another version makes them differ."""
     with os.scandir(folder) as entries:

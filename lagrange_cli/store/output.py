@@ -3,57 +3,90 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from types import TracebackType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import h5py
+import numpy as np
 
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target, unwritable
+
+if TYPE_CHECKING:
+    from lagrange_cli.store.checkpoint import Checkpoint
+
+CHECKPOINT = "checkpoint"
+"""The dataset with what an interrupted run can be continued from."""
 
 
 class Output:
     """A context in which ``file``, made by ``create`` over a sink, is written and then ``close``d.
 
-    Leaving the context before that removes what was written. Nothing in the file depends on when or where
-    it was written, so the same calls give the same bytes. Every method raises ``FileError`` where the file
-    cannot be written.
+    Leaving the context before that removes what was written, unless it can be continued from a checkpoint.
+    Nothing in the file depends on when or where it was written, so the same calls give the same bytes.
+    Every method raises ``FileError`` where the file cannot be written.
     """
 
     def __init__(self, target: Target, create: Callable[[Sink], Any]) -> None:
         self._target = target
+        self._kept = False
         try:
-            self._sink = Sink(target.temporary)
+            self.sink = Sink(target.temporary)
         except OSError as error:
             raise unwritable(target.shown, error) from error
         try:
-            self.file = create(self._sink)
+            self.file = create(self.sink)
         except BaseException:
             self.abandon()
             raise
 
     def check(self) -> None:
         """Raise what the sink has kept from HDF5."""
-        if self._sink.error is not None:
-            raise unwritable(self._target.shown, self._sink.error) from self._sink.error
+        if self.sink.error is not None:
+            raise unwritable(self._target.shown, self.sink.error) from self.sink.error
 
-    def close(self, attributes: Mapping[str, str | int | float]) -> None:
-        """Write the root's attributes in their order, close the file and give it its name."""
+    def keep(self, checkpoint: Checkpoint) -> None:
+        """Write a checkpoint beside the file, once what is in the file is on disk.
+
+        Where there is no room for it, or no permission any more, the one before stays, and the run goes on.
+        """
+        from lagrange_cli.store.checkpoint import write_whole
+
+        self.sink.synchronize()
+        self.check()
+        with suppress(OSError):
+            write_whole(self._target.checkpoint, checkpoint.pack())
+            self._kept = True
+
+    def close(
+        self, attributes: Mapping[str, str | int | float], checkpoint: Checkpoint | None = None
+    ) -> None:
+        """Write the root's attributes in their order, close the file and give it its name.
+
+        With a ``checkpoint`` the file says how the run can be continued.
+        """
+        if checkpoint is not None:
+            content = np.frombuffer(checkpoint.pack(), dtype="u1")
+            dataset = self.file.create_dataset(CHECKPOINT, data=content)
+            dataset.attrs["long_name"] = "what lagrange --resume goes on from"
+            dataset.make_scale(CHECKPOINT)
         for name, value in attributes.items():
             self.file.attrs[name] = value
         self.file.close()
-        self._sink.synchronize()
+        self.sink.synchronize()
         self.check()
-        self._sink.close()
+        self.sink.close()
         self._target.publish()
 
     def abandon(self) -> None:
-        """Close and remove the unfinished file."""
+        """Close the unfinished file, and remove it unless there is a checkpoint to continue it from."""
         file = getattr(self, "file", None)
         if file:
             file.close()
-        self._sink.close()
-        self._target.discard()
+        self.sink.close()
+        if not self._kept:
+            self._target.discard()
 
     def __enter__(self) -> Output:
         return self
@@ -61,7 +94,7 @@ class Output:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if not self._sink.closed:
+        if not self.sink.closed:
             self.abandon()
 
 

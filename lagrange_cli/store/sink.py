@@ -12,16 +12,37 @@ import os
 from pathlib import Path
 from typing import Any
 
+START = 64
+"""Bytes by which a piece is recognized, besides its length."""
+
 
 class Sink(io.FileIO):
-    """A new file for reading and writing, unbuffered; raises ``OSError`` only on being opened."""
+    """A new file for reading and writing, unbuffered; raises ``OSError`` only on being opened.
+
+    ``place`` is where it is read or written next; ``found`` where the piece ``awaited`` has been written,
+    -1 before.
+    """
 
     def __init__(self, path: Path) -> None:
         super().__init__(path, "w+")
         self.error: OSError | None = None
+        self.place = 0
+        self.awaited: memoryview | None = None
+        self.found = -1
+
+    def expect(self, piece: Any) -> None:
+        """Note where ``piece`` is going to be written."""
+        self.awaited, self.found = memoryview(piece).cast("B"), -1
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        self.place = super().seek(offset, whence)
+        return self.place
 
     def write(self, content: Any) -> int:
         view = memoryview(content).cast("B")
+        awaited = self.awaited
+        if awaited is not None and len(view) == len(awaited) and view[:START] == awaited[:START]:
+            self.found, self.awaited = self.place, None
         done = 0
         while done < len(view) and self.error is None:
             try:

@@ -2,17 +2,20 @@
 
 from __future__ import annotations
 
-import math
+import binascii
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.store.layout import BYTES, Layout, Series
+from lagrange_cli.store.layout import Layout, Series
 from lagrange_cli.store.output import Output, open_file
 from lagrange_cli.store.scales import Scales, describe
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target
+
+if TYPE_CHECKING:
+    from lagrange_cli.store.checkpoint import Checkpoint
 
 TIME = Series("t", long_name="time")
 
@@ -20,48 +23,87 @@ TIME = Series("t", long_name="time")
 class Writer(Output):
     """A context in which ``append`` adds samples and ``close`` makes the file whole (see ``Output``).
 
-    Memory is bounded whatever the number of samples. Every series has the sample times ``/t`` attached as
-    the HDF5 dimension scale of its first axis; for the other axes see ``Scales``.
+    Memory is bounded whatever the number of samples, and the bytes do not depend on how many are appended
+    at a time. Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its first
+    axis; for the other axes see ``Scales``.
     """
 
     def __init__(self, target: Target, layout: Layout, *, expected: int) -> None:
-        self._written = 0
-        rows = layout.chunk_rows(expected)
+        self.rows = layout.chunk_rows(expected)
+        self._written = self._filled = 0
+        self._places: dict[str, list[int]] = {}
+        self._sums: dict[str, list[int]] = {}
 
         def create(sink: Sink) -> Any:
-            largest = max([1, *(math.prod(series.shape) for series in layout.series)])
-            file = open_file(sink, BYTES * rows * largest)
-            self._datasets = create_datasets(file, layout, rows)
+            file = open_file(sink, 0)
+            self._datasets = create_datasets(file, layout, self.rows)
             return file
 
         super().__init__(target, create)
+        self.shapes = {TIME.path: (), **{one.path: one.shape for one in layout.series}}
+        self._places = {path: [] for path in self.shapes}
+        self._sums = {path: [] for path in self.shapes}
+        self._rest = {path: np.zeros((self.rows, *shape)) for path, shape in self.shapes.items()}
 
     def append(self, chunk: Mapping[str, np.ndarray]) -> None:
         """Add the samples of a chunk: ``chunk[path]`` has shape (c, *shape) for ``t`` and every series."""
-        start, stop = self._written, self._written + len(chunk[TIME.path])
-        if start == stop:
-            return
-        for path, dataset in self._datasets.items():
-            extend(dataset, start, chunk[path])
-        self._written = stop
+        done, count = 0, len(chunk[TIME.path])
+        while done < count:
+            part = slice(done, min(count, done + self.rows - self._filled))
+            taken = part.stop - part.start
+            if taken < self.rows:
+                for path, rest in self._rest.items():
+                    rest[self._filled : self._filled + taken] = chunk[path][part]
+            self._filled, done = (self._filled + taken) % self.rows, part.stop
+            if self._filled == 0:
+                for path, rest in self._rest.items():
+                    self._write(path, rest if taken < self.rows else chunk[path][part])
+                self._written += self.rows
         self.check()
 
+    def _write(self, path: str, samples: np.ndarray) -> None:
+        """Give a dataset its next chunk (rows, *shape) as it is: HDF5's own way copies it twice and fills
+        the chunk with zeros first, which takes longer than the disk does."""
+        dataset = self._datasets[path]
+        dataset.id.set_extent((self._written + self.rows, *samples.shape[1:]))
+        whole = np.ascontiguousarray(samples, dataset.dtype)
+        self.sink.expect(whole)
+        dataset.id.write_direct_chunk((self._written, *(0 for _ in samples.shape[1:])), whole)
+        self._places[path].append(self.sink.found)
 
-def extend(dataset: Any, start: int, samples: np.ndarray) -> None:
-    """Put samples (c, *shape) behind the first ``start`` of a dataset.
+    def finish(self) -> None:
+        """Write the samples that do not fill a chunk."""
+        if self._filled:
+            for path, rest in self._rest.items():
+                rest[self._filled :] = 0
+                self._write(path, rest)
+                self._datasets[path].id.set_extent((self._written + self._filled, *rest.shape[1:]))
 
-    What fills a chunk of the file goes there as it is: HDF5's own way copies it twice and fills the chunk
-    with zeros first, which takes longer than the disk does.
-    """
-    rows, others = dataset.chunks[0], (0,) * (samples.ndim - 1)
-    stop = start + len(samples)
-    dataset.id.set_extent((stop, *samples.shape[1:]))
-    while start % rows == 0 and start + rows <= stop:
-        whole, samples = samples[:rows], samples[rows:]
-        dataset.id.write_direct_chunk((start, *others), np.ascontiguousarray(whole, dataset.dtype))
-        start += rows
-    if start < stop:
-        dataset[start:] = samples
+    @property
+    def samples(self) -> int:
+        """How many have been appended."""
+        return self._written + self._filled
+
+    def state(self) -> dict[str, np.ndarray]:
+        """Where the samples are: of each series the places of its whole chunks with their checksums
+        (chunks, 2), and the rest itself."""
+        found = {}
+        for path, rest in self._rest.items():
+            places, sums, size = self._places[path], self._sums[path], rest.nbytes
+            for place in places[len(sums) :]:
+                self.sink.seek(place)
+                piece = bytearray(size)
+                self.sink.readinto(piece)
+                sums.append(binascii.crc32(piece))
+            found[f"places/{path}"] = np.array([places, sums], dtype="i8").T.reshape(-1, 2)
+            found[f"rest/{path}"] = rest[: self._filled].copy()
+        return found
+
+    def close(
+        self, attributes: Mapping[str, str | int | float], checkpoint: Checkpoint | None = None
+    ) -> None:
+        self.finish()
+        super().close(attributes, checkpoint)
 
 
 def create_datasets(file: Any, layout: Layout, rows: int) -> dict[str, Any]:

@@ -1,0 +1,85 @@
+"""``Start``: whether a run begins anew, goes on with what an earlier one has left, or has nothing to do."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.cli.report import complain
+from lagrange_cli.errors import FileError
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.runs import Request
+    from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.resume import Earlier, Finished
+    from lagrange_cli.store.target import Target
+
+
+@dataclass(frozen=True)
+class Start:
+    """Where a run is written, the attributes that say what makes it, and the ``earlier`` run that it goes
+    on with; or the ``finished`` one that leaves nothing to do."""
+
+    target: Target
+    made_by: Mapping[str, Any]
+    earlier: Earlier | None = None
+    finished: Finished | None = None
+
+    def checkpoint(
+        self, content: Mapping[str, Any], arrays: Mapping[str, Any], *, inside: bool
+    ) -> Checkpoint:
+        """The checkpoint of this run, to stand ``inside`` the output or beside it."""
+        from lagrange_cli.store.checkpoint import Checkpoint
+
+        part, replacing = -1 if inside else self.target.part, self.target.force
+        run = signature(self.made_by)
+        return Checkpoint({"run": run, "part": part, "replace": replacing, **content}, arrays)
+
+
+def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
+    """All that the bytes of an output depend on: the attributes that say what made it, and the machine."""
+    from lagrange_cli.native.identity import machine
+
+    return {**made_by, "machine": machine()}
+
+
+def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Start:
+    """How the run starts; to be asked with the target claimed.
+
+    Raises ``FileError`` where there is an earlier run that must not be lost, or another one that cannot be
+    continued.
+    """
+    if not request.resume:
+        make_room(target)
+        return Start(target, made_by)
+    from lagrange_cli.store.resume import Earlier, find_earlier
+
+    found = find_earlier(target, signature(made_by))
+    if isinstance(found, Earlier):
+        replacing = found.part < 0 or bool(found.checkpoint.head.get("replace"))
+        return Start(replace(target, part=int(found.part == 0), force=replacing), made_by, earlier=found)
+    if found is not None and found.attributes.get("status") != "interrupted":
+        return Start(target, made_by, finished=found)
+    if found is None:
+        why = "there is nothing to resume"
+    else:
+        why, target = f"{found.attributes['method']} keeps no checkpoints", replace(target, force=True)
+    if not request.quiet:
+        complain(f"{target.shown}: {why}; the run starts at the beginning")
+    return Start(target, made_by)
+
+
+def make_room(target: Target) -> None:
+    """Remove what earlier runs have left unfinished; raises ``FileError`` where it could be continued."""
+    if not target.checkpoint.exists():
+        return
+    if not target.force:
+        from lagrange_cli.store.resume import unfinished
+
+        if unfinished(target) is not None:
+            raise FileError(
+                f"{target.shown}: an earlier run was cut off, and what it has computed is kept: "
+                "--resume goes on with it, --force starts anew"
+            )
+    target.clear()

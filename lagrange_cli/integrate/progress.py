@@ -1,0 +1,90 @@
+"""``Progress``: how far a run has come, and so all that another run needs to know to go on to the same
+bits."""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.integrate.motion import Array, Snapshot
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.records import dataclass
+
+RARELY = 50
+"""A checkpoint is not written before so many times what the last one took have passed."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """What a run knows besides the samples it has emitted: the method's snapshot, the ``first`` values of
+    what is observed, and how far what is conserved has drifted."""
+
+    snapshot: Snapshot
+    first: Mapping[str, float]
+    drift: Mapping[str, float]
+
+    def as_data(self) -> dict[str, Any]:
+        """All but the memory, in terms of JSON (with NaN and infinities)."""
+        snapshot = self.snapshot
+        return {
+            "t": snapshot.t,
+            "steps": snapshot.steps,
+            "samples": snapshot.samples,
+            "first": dict(self.first),
+            "drift": dict(self.drift),
+        }
+
+    @classmethod
+    def from_data(
+        cls, data: Any, memory: Array | None, program: Interface, conserved: Iterable[str], samples: int
+    ) -> Progress:
+        """What ``as_data`` gave, for a run of ``program`` of which so many ``samples`` are there; raises
+        ``ValueError`` where it is nothing of the kind."""
+        try:
+            t, steps = float(data["t"]), int(data["steps"])
+            first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
+            sound = int(data["samples"]) == samples and steps >= 0 and math.isfinite(t)
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
+            raise ValueError("no progress") from error
+        if memory is None or memory.shape != (program.memory,) or memory.dtype != np.float64 or not sound:
+            raise ValueError("not of this program")
+        if list(first) != list(program.observed if samples else ()) or list(drift) != list(conserved):
+            raise ValueError("of other quantities")
+        return cls(Snapshot(memory, t, steps, samples), first, drift)
+
+
+class Clock:
+    """Says when a checkpoint is due: every so many ``seconds`` of wall time, and after so much ``work``
+    (steps, or members that have ended)."""
+
+    def __init__(self, seconds: float, work: float, done: int = 0) -> None:
+        self._seconds, self._work = seconds, work
+        self._next, self._most = time.monotonic() + seconds, done + work
+
+    def due(self, done: int) -> bool:
+        """Whether it is time, so much work having been done."""
+        return done >= self._most or time.monotonic() >= self._next
+
+    def kept(self, done: int, began: float) -> None:
+        """Start counting anew: a checkpoint is there, whose writing ``began`` then."""
+        now = time.monotonic()
+        self._next = now + max(self._seconds, RARELY * (now - began))
+        self._most = done + self._work
+
+
+class Keeping:
+    """Where a run begins (None: at the start), and what is done with its progress when it is time."""
+
+    def __init__(self, begin: Progress | None, clock: Clock, write: Callable[[Progress], None]) -> None:
+        self.begin, self._clock, self._write = begin, clock, write
+        self.due = clock.due
+
+    def keep(self, progress: Progress) -> None:
+        """Write a checkpoint."""
+        began = time.monotonic()
+        self._write(progress)
+        self._clock.kept(progress.snapshot.steps, began)

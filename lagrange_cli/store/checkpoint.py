@@ -1,0 +1,97 @@
+"""``Checkpoint``: what an unfinished output can be continued from, as bytes that show any damage.
+
+It stands beside the output while that is being written, and in the output of a run that was interrupted.
+The numbers that are in the output file already are not repeated: the checkpoint says where they lie, with a
+checksum of each piece.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.errors import FileError
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+MAGIC = b"lagrange checkpoint 1\n"
+DIGEST = 32
+KINDS = ("f8", "i8", "i1")
+"""The types of arrays that a checkpoint may hold."""
+
+
+class Unusable(FileError):
+    """What should be a checkpoint, or what it leads to, is damaged or was never one."""
+
+
+@dataclass(frozen=True)
+class Checkpoint:
+    """``head`` in terms of JSON, and arrays by name."""
+
+    head: Mapping[str, Any]
+    arrays: Mapping[str, NDArray[Any]]
+
+    def pack(self) -> bytes:
+        """All of it, behind a digest."""
+        from hashlib import sha256
+
+        listed = [[name, one.dtype.str.lstrip("<|"), one.shape] for name, one in self.arrays.items()]
+        head = json.dumps([self.head, listed]).encode()
+        parts = (np.ascontiguousarray(one).tobytes() for one in self.arrays.values())
+        rest = b"".join((len(head).to_bytes(8, "little"), head, *parts))
+        return MAGIC + sha256(rest).digest() + rest
+
+    @classmethod
+    def unpack(cls, content: bytes, shown: str) -> Checkpoint:
+        """What ``pack`` gave; raises ``Unusable`` where it is not that, to the last bit."""
+        from hashlib import sha256
+
+        start = len(MAGIC) + DIGEST
+        rest = memoryview(content)[start:]
+        if content[:start] != MAGIC + sha256(rest).digest():
+            raise damaged(shown)
+        length = int.from_bytes(rest[:8], "little")
+        try:
+            head, listed = json.loads(bytes(rest[8 : 8 + length]))
+            arrays, place = {}, 8 + length
+            for name, kind, shape in listed:
+                if kind not in KINDS or not all(type(n) is int and n >= 0 for n in shape):
+                    raise ValueError
+                size = int(kind[1:]) * math.prod(shape)
+                part = rest[place : place + size]
+                arrays[str(name)] = np.frombuffer(part, dtype=kind).reshape(shape)
+                place += size
+            if place != len(rest) or not isinstance(head, dict):
+                raise ValueError
+        except (ValueError, TypeError, RecursionError) as error:
+            raise damaged(shown) from error
+        return cls(head, arrays)
+
+
+def damaged(shown: str) -> Unusable:
+    """The error of a checkpoint that cannot be used."""
+    return Unusable(f"what an earlier run left for {shown} is damaged: --force starts anew")
+
+
+def write_whole(path: Path, content: bytes) -> None:
+    """Put ``content`` into the file, or leave it as it was; raises ``OSError``."""
+    part = path.with_name(f"{path.name}.new")
+    try:
+        with open(part, "wb") as file:
+            file.write(content)
+            file.flush()
+            os.fsync(file.fileno())
+        part.replace(path)
+    except OSError:
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,53 @@
+"""A lock that one process at a time holds, and that ends with it however it ends."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+
+try:
+    import fcntl
+except ImportError:  # Windows
+    fcntl = None  # type: ignore[assignment]
+
+TAKEN = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
+
+
+def lock(place: Path) -> int | None:
+    """Lock the file ``place``, made for that; None where another process holds it. Raises ``OSError``."""
+    while True:
+        try:
+            held = os.open(place, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666)
+        except PermissionError:
+            if fcntl is None and place.exists():  # what is being removed on Windows
+                return None
+            raise
+        if not _locked(held):
+            os.close(held)
+            return None
+        with suppress(FileNotFoundError):  # the one who held it has removed it meanwhile: once more
+            if os.path.samestat(os.fstat(held), os.stat(place)):
+                return held
+        os.close(held)
+
+
+def _locked(held: int) -> bool:
+    try:
+        if fcntl is not None:
+            fcntl.flock(held, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        else:
+            import msvcrt
+
+            msvcrt.locking(held, msvcrt.LK_NBLCK, 1)
+    except OSError as error:
+        return error.errno not in TAKEN  # a file system without locks
+    return True
+
+
+def unlock(place: Path, held: int) -> None:
+    """Remove the file and let others lock it anew."""
+    with suppress(OSError):
+        place.unlink()
+    os.close(held)
