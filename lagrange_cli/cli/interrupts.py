@@ -7,11 +7,12 @@ import threading
 from types import FrameType, TracebackType
 from typing import Any
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
+"""Signals besides that of Ctrl-C that ask a process to end; they do what Ctrl-C does."""
 
 
 class Interrupts:
-    """A context within which Ctrl-C (or SIGTERM) makes calling this object return True.
+    """A context within which Ctrl-C (or SIGTERM, SIGHUP) makes calling this object return True.
 
     A second one is raised as ``KeyboardInterrupt``, for when nobody asks.
     """
@@ -25,7 +26,8 @@ class Interrupts:
 
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():  # elsewhere Python sets no handlers
-            self._before = {number: signal.signal(number, self._note) for number in SIGNALS}
+            numbers = (signal.SIGINT, *(number for number in ENDING if not ignored(number)))
+            self._before = {number: signal.signal(number, self._note) for number in numbers}
         return self
 
     def __exit__(
@@ -38,3 +40,15 @@ class Interrupts:
         if self._seen:
             raise KeyboardInterrupt
         self._seen = True
+
+
+def ignored(number: signal.Signals) -> bool:
+    """Whether the process was started so as to ignore the signal, as ``nohup`` does."""
+    return signal.getsignal(number) == signal.SIG_IGN
+
+
+def heed_endings() -> None:
+    """From now on, let what asks the process to end raise ``KeyboardInterrupt``, as Ctrl-C does."""
+    for number in ENDING:
+        if not ignored(number):
+            signal.signal(number, signal.default_int_handler)

@@ -12,6 +12,7 @@ from typing import NoReturn
 import click
 
 import lagrange_cli
+from lagrange_cli.cli.interrupts import heed_endings
 from lagrange_cli.cli.report import complain, describe, discard_output
 
 COMMANDS = {
@@ -76,6 +77,7 @@ def run() -> NoReturn:
     By now every file is closed and all output written. To take the interpreter down piece by piece would
     take longer than to follow a short motion.
     """
+    heed_endings()
     status = main()
     atexit._run_exitfuncs()  # what others have asked for at the end of the process, as coverage does
     os._exit(status)

@@ -26,6 +26,11 @@ class Start:
     earlier: Earlier | None = None
     finished: Finished | None = None
 
+    @property
+    def reached(self) -> Any:
+        """How far the earlier run had come; None where there is none."""
+        return None if self.earlier is None else self.earlier.checkpoint.head["reached"]
+
     def checkpoint(
         self, content: Mapping[str, Any], arrays: Mapping[str, Any], *, inside: bool
     ) -> Checkpoint:

@@ -149,7 +149,8 @@ def integrate_and_write(
 
         def checkpoint(progress: Progress, *, inside: bool = False) -> Checkpoint:
             arrays = {"memory": progress.snapshot.memory, **writer.state()}
-            return start.checkpoint({"progress": progress.as_data()}, arrays, inside=inside)
+            content = {"reached": progress.snapshot.t, "progress": progress.as_data()}
+            return start.checkpoint(content, arrays, inside=inside)
 
         def keep(progress: Progress) -> None:
             with watch.stage("write"):
@@ -234,7 +235,7 @@ def as_object(
         "t": outcome.t,
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
-        "resumed": start.earlier is not None,
+        "resumed_from": start.reached,
         "seconds": watch.report(),
     }
 
@@ -251,6 +252,7 @@ def as_text(spec: Spec, settings: Settings, start: Start, outcome: Outcome, watc
     return "\n".join(
         (
             f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
+            *([] if start.earlier is None else [f"  went on from t = {start.reached:.10g}"]),
             f"  {ended(outcome)}",
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",

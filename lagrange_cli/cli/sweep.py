@@ -118,6 +118,8 @@ def processors() -> int:
 def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> int:
     """Read, derive, compile, integrate and write an ensemble; returns the exit status."""
     began, watch = time.process_time(), Stopwatch()
+    if request.resume:
+        raise UsageError("interrupted sweeps cannot be resumed yet; --force starts anew")
     with watch.stage("import"):
         name = output_name(system, request.output, "_sweep")
         target = find_output(system, name, force=request.force, resume=request.resume)
@@ -131,7 +133,8 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
         meanwhile=import_the_rest,
     )
     refuse_long_samples(ensemble, prepared)
-    outcome = follow_and_write(ensemble, prepared, target, watch, threads=threads, quiet=request.quiet)
+    with target.claimed():
+        outcome = follow_and_write(ensemble, prepared, target, watch, threads=threads, quiet=request.quiet)
     if request.as_json:
         emit_json(as_object(ensemble, target, outcome, watch))
     elif not request.quiet:

@@ -50,7 +50,10 @@ class Earlier:
 
     def check(self, run: Attributes) -> None:
         """Raise ``FileError`` unless it is an earlier part of ``run``."""
-        check_same(self.shown, self.checkpoint.head.get("run"), run)
+        head = self.checkpoint.head
+        check_same(self.shown, head.get("run"), run)
+        if type(head.get("reached")) not in (int, float):
+            raise damaged(self.shown)
 
     def read(self, place: int, size: int, checksum: int | None = None) -> bytes:
         """A piece of the file; raises ``Unusable`` where it is not there, or is not what it was."""

@@ -234,7 +234,7 @@ def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
         stderr=subprocess.PIPE,
         text=True,
     )  # fmt: skip
-    while process.poll() is None and not list(tmp_path.glob(".rotating_hoop_sweep.h5.*.part")):
+    while process.poll() is None and not list(tmp_path.glob(".rotating_hoop_sweep.h5.part")):
         time.sleep(0.02)
     time.sleep(0.5)
     process.send_signal(number)

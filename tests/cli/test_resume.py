@@ -1,0 +1,344 @@
+"""``lagrange solve --resume``: runs that are cut off in every way, and what they come to."""
+
+import json
+import os
+import random
+import resource
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.cli import solve as solving
+from lagrange_cli.cli.interrupts import Interrupts
+from lagrange_cli.cli.main import main
+from lagrange_cli.store.output import Output
+from lagrange_cli.store.target import find_target
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.soak import OFTEN, Scene, disturbed, undisturbed
+
+DOUBLE = str(SYSTEMS / "double_pendulum.yaml")
+RUN = (DOUBLE, "--stop", "800", "--samples", "70001", "-o", "out.h5")
+"""A run that takes a while, with samples in two chunks of the file."""
+CONTINUED = ("--outputs", "q,v,p,h,ledger,action,positions")
+
+
+class Nervous(Interrupts):
+    """Interrupts the run when it is asked for the ``patience``-th time."""
+
+    patience = 0
+
+    def __call__(self) -> bool:
+        type(self).patience -= 1
+        return type(self).patience <= 0
+
+
+@pytest.fixture
+def interrupted_after(monkeypatch):
+    """A function that lets the next runs be interrupted after so many looks; after 0, never."""
+
+    def after(patience: int) -> None:
+        monkeypatch.setattr(Nervous, "patience", patience)
+        monkeypatch.setattr(solving, "Interrupts", Nervous if patience else Interrupts)
+
+    return after
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def solve(*arguments: str) -> int:
+    return main(["solve", *arguments])
+
+
+def whole(folder: Path, *arguments: str) -> bytes:
+    """What the run writes if nothing disturbs it; the output is removed."""
+    assert solve(*arguments) == 0
+    content = (folder / "out.h5").read_bytes()
+    (folder / "out.h5").unlink()
+    return content
+
+
+def killed(folder: Path, *arguments: str, size: int = 0) -> list[str]:
+    """Kill a run as soon as it has written a checkpoint and so many bytes; what it leaves."""
+    command = [sys.executable, "-m", "lagrange_cli", "solve", *arguments, "--checkpoint", "0"]
+    process = subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.DEVNULL)
+    part, checkpoint = folder / ".out.h5.part", folder / ".out.h5.checkpoint"
+    while process.poll() is None and not (checkpoint.exists() and part.stat().st_size >= size):
+        time.sleep(0.005)
+    process.kill()
+    assert process.wait(timeout=60) == -signal.SIGKILL
+    return sorted(os.listdir(folder))
+
+
+LONG = (DOUBLE, "--stop", "20000", "--samples", "200001", "-o", "out.h5")
+LEFT = [".out.h5.checkpoint", ".out.h5.lock", ".out.h5.part"]
+
+
+@pytest.mark.parametrize("patience", [1, 2, 3])
+def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_after, patience, capsys):
+    run = (*RUN, *CONTINUED)
+    expected = whole(folder, *run)
+    interrupted_after(patience)
+    assert solve(*run) == 130
+    with h5py.File("out.h5") as file:
+        assert file.attrs["status"] == "interrupted"
+        reached = len(file["t"])
+        assert 0 < reached < 70001
+    for group in (None, "q", "diagnostics/ledger/p", "positions"):
+        with xarray.open_dataset("out.h5", group=group, engine="h5netcdf") as data:
+            assert data.sizes["t"] == reached
+    interrupted_after(2)
+    assert solve(*run, "--resume") == 130
+    interrupted_after(0)
+    assert solve(*run, "--resume", "--json") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+    answer = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert 0 < answer["resumed_from"] < answer["t"] == 800
+    assert os.listdir(folder) == ["out.h5"]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_run_survives_being_killed_at_random_moments(tmp_path, seed):
+    options = ("--stop", "20000", "--samples", "200001", *OFTEN)
+    scene = Scene(("solve", DOUBLE, *options), "double_pendulum.h5")
+    expected, seconds = undisturbed(scene, tmp_path)
+    kills = list(disturbed(scene, tmp_path, expected, seconds, random.Random(seed)))
+    assert all(set(kill.left) - {"double_pendulum.h5"} <= PARTS for kill in kills)
+
+
+PARTS = {f".double_pendulum.h5.{name}" for name in ("part", "1.part", "checkpoint", "lock", "checkpoint.new")}
+
+
+def test_checkpoints_change_no_byte_and_leave_nothing(folder):
+    assert whole(folder, *RUN) == whole(folder, *RUN, "--checkpoint", "0")
+    assert whole(folder, *RUN) == whole(folder, *RUN, "--checkpoint-count", "1")
+    assert os.listdir(folder) == []
+
+
+def test_a_short_run_writes_no_checkpoint(folder, monkeypatch):
+    monkeypatch.setattr(Output, "keep", None)
+    assert solve(str(SYSTEMS / "pendulum.yaml")) == 0
+
+
+def test_a_run_that_was_killed_is_kept_and_goes_on(folder, capfd):
+    expected = whole(folder, *LONG)
+    assert killed(folder, *LONG) == LEFT
+    assert solve(*LONG) == 5
+    assert "--resume goes on with it, --force starts anew" in capfd.readouterr().err
+    assert sorted(os.listdir(folder)) == [".out.h5.checkpoint", ".out.h5.part"]
+    assert solve(*LONG, "--resume") == 0
+    assert "went on from t = " in capfd.readouterr().out
+    assert (folder / "out.h5").read_bytes() == expected
+    assert os.listdir(folder) == ["out.h5"]
+
+
+def test_force_starts_anew(folder, capsys):
+    assert killed(folder, *LONG) == LEFT
+    assert solve(*RUN, "--force", "--json") == 0
+    assert json.loads(capsys.readouterr().out)["resumed_from"] is None
+    assert os.listdir(folder) == ["out.h5"]
+
+
+def test_an_output_that_was_to_be_replaced_stays_until_the_end_and_is_replaced(folder):
+    expected = whole(folder, *LONG)
+    (folder / "out.h5").write_text("another's")
+    assert killed(folder, *LONG, "--force") == [*LEFT, "out.h5"]
+    assert (folder / "out.h5").read_text() == "another's"
+    (folder / "out.h5").unlink()
+    assert solve(*LONG, "--resume") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+def test_a_finished_output_is_left_alone(folder, capsys):
+    expected = solve(*RUN), (folder / "out.h5").read_bytes()
+    capsys.readouterr()
+    assert (solve(*RUN, "--resume", "--json"), (folder / "out.h5").read_bytes()) == expected
+    answer = json.loads(capsys.readouterr().out)
+    assert (answer["status"], answer["t"], answer["name"]) == ("complete", 800, "double pendulum")
+    assert solve(*RUN, "--resume") == 0
+    assert "needs nothing more: reached the end" in capsys.readouterr().out
+
+
+def test_a_motion_that_could_not_be_followed_needs_nothing_more(folder, capsys):
+    (folder / "fall.yaml").write_text(
+        "parameters: {G: 1.0}\ncoordinates: {r: {initial: 1.0}}\nmasses: {stone: 1}\n"
+        "embedding: {stone: [r]}\npotential: -G/r\nsolve: {stop: 10}\n"
+    )
+    assert [solve("fall.yaml"), solve("fall.yaml", "--resume")] == [4, 4]
+    assert "needs nothing more: the step size fell" in capsys.readouterr().out
+
+
+def test_where_there_is_nothing_to_resume_the_run_starts(folder, capsys):
+    assert solve(*RUN, "--resume") == 0
+    assert "nothing to resume; the run starts at the beginning" in capsys.readouterr().err
+
+
+def test_scipys_methods_start_again_and_say_so(folder, interrupted_after, capsys):
+    run = (DOUBLE, "--method", "DOP853", "--stop", "5", "-o", "out.h5")
+    expected = whole(folder, *run)
+    interrupted_after(30)
+    assert solve(*run) == 130
+    interrupted_after(0)
+    assert solve(*run, "--resume") == 0
+    assert "DOP853 keeps no checkpoints; the run starts at the beginning" in capsys.readouterr().err
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+OTHERS = {
+    "parameters": (["--set", "m1=3"], "of other parameters"),
+    "initial state": (["--set", "theta1=0.5"], "of another initial state"),
+    "end": (["--stop", "900"], "another --stop"),
+    "samples": (["--samples", "70002"], "--samples"),
+    "outputs": (["--outputs", "q"], "--outputs"),
+    "tolerance": (["--tolerance", "1e-9"], "of another --tolerance"),
+    "method": (["--method", "DOP853"], "of another --method"),
+}
+
+
+@pytest.mark.parametrize("finished", [True, False])
+@pytest.mark.parametrize(("options", "message"), OTHERS.values(), ids=OTHERS)
+def test_another_run_is_not_continued(folder, interrupted_after, options, message, finished, capsys):
+    interrupted_after(0 if finished else 3)
+    assert solve(*RUN) == (0 if finished else 130)
+    before = (folder / "out.h5").read_bytes()
+    interrupted_after(0)
+    assert solve(*RUN, *options, "--resume") == 5
+    error = capsys.readouterr().err
+    assert "out.h5 cannot be continued: it is" in error and message in error and "--force" in error
+    assert (folder / "out.h5").read_bytes() == before and os.listdir(folder) == ["out.h5"]
+
+
+def test_another_file_of_the_same_name_is_not_continued(folder, capsys):
+    for content in (b"", b"what is this?", (SYSTEMS / "pendulum.yaml").read_bytes()):
+        (folder / "out.h5").write_bytes(content)
+        assert solve(*RUN, "--resume") == 5
+        assert "out.h5 is damaged, or no output of lagrange" in capsys.readouterr().err
+        assert (folder / "out.h5").read_bytes() == content
+    with h5py.File("other.h5", "w") as file:
+        file["t"] = np.arange(3.0)
+    (folder / "other.h5").replace("out.h5")
+    assert solve(*RUN, "--resume") == 5
+    assert "no output of lagrange" in capsys.readouterr().err
+
+
+def test_resume_and_force_contradict_each_other(folder, capsys):
+    assert solve(*RUN, "--resume", "--force") == 2
+    assert "give one of them" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def remains(tmp_path_factory):
+    """What a killed run has left: the names and contents of the files."""
+    folder = tmp_path_factory.mktemp("killed")
+    killed(folder, *LONG, size=5_000_000)
+    return {path.name: path.read_bytes() for path in folder.iterdir()}
+
+
+@pytest.mark.parametrize("name", LEFT[::2])
+@settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(where=st.floats(0, 1), flip=st.integers(1, 255), cut=st.booleans())
+def test_damage_is_found_and_nothing_is_lost(folder, remains, name, where, flip, cut, capsys):
+    for path, content in remains.items():
+        (folder / path).write_bytes(content)
+    content = bytearray(remains[name])
+    place = int(where * (len(content) - 1))
+    if cut:
+        del content[place:]
+    else:
+        content[place] ^= flip
+    (folder / name).write_bytes(content)
+    status = solve(*LONG, "--stop", "20000", "--resume", "--quiet")
+    error = capsys.readouterr().err
+    assert "Traceback" not in error and "report it" not in error
+    if status == 0:  # a byte of the part file that no sample is made of
+        assert name == ".out.h5.part"
+        assert (folder / "out.h5").read_bytes() == whole_long(folder)
+        (folder / "out.h5").unlink()
+    else:
+        assert status == 5 and "is damaged: --force starts anew" in error
+        assert (folder / name).read_bytes() == bytes(content)
+
+
+def whole_long(folder: Path, known: dict[str, bytes] = {}) -> bytes:  # noqa: B006
+    """What ``LONG`` writes."""
+    if not known:
+        assert solve(*LONG, "-o", "whole.h5", "--quiet") == 0
+        known["out.h5"] = (folder / "whole.h5").read_bytes()
+    return known["out.h5"]
+
+
+def test_two_processes_do_not_write_the_same_output(folder, capsys):
+    with find_target("out.h5", force=False).claimed():
+        for options in ([], ["--force"], ["--resume"]):
+            assert solve(*RUN, *options) == 5
+            assert "out.h5 is being written by another process" in capsys.readouterr().err
+    assert os.listdir(folder) == []
+    assert solve(*RUN) == 0
+
+
+def test_a_full_disk_keeps_what_the_last_checkpoint_has(folder):
+    expected = whole(folder, *LONG)
+    limit = len(expected) * 2 // 3
+    run = lagrange(
+        "solve", *LONG, "--checkpoint", "0", cwd=folder,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
+    )  # fmt: skip
+    assert run.returncode == 5
+    assert run.stderr.startswith("Error: out.h5 could not be written: File too large")
+    assert sorted(os.listdir(folder)) == [".out.h5.checkpoint", ".out.h5.part"]
+    assert solve(*LONG, "--resume") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+def test_a_folder_that_goes_away_is_one_clear_error(tmp_path):
+    folder = tmp_path / "folder"
+    folder.mkdir()
+    output = folder / "out.h5"
+    command = [sys.executable, "-m", "lagrange_cli", "solve", *LONG[:-1], str(output)]
+    process = subprocess.Popen(command, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True)
+    while process.poll() is None and not (folder / ".out.h5.part").exists():
+        time.sleep(0.005)
+    folder.rename(tmp_path / "elsewhere")
+    error = process.communicate(timeout=60)[1]
+    assert process.returncode == 5
+    assert "could not be written: No such file or directory" in error and "Traceback" not in error
+
+
+def test_where_checkpoints_cannot_be_written_the_run_goes_on(folder, monkeypatch):
+    expected = whole(folder, *RUN)
+    (folder / ".out.h5.checkpoint.new").mkdir()  # in its place no file can be made
+    assert solve(*RUN, "--checkpoint", "0") == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+@pytest.mark.parametrize(
+    ("number", "closed"),
+    [(signal.SIGINT, []), (signal.SIGTERM, ["out"]), (signal.SIGHUP, ["out", "err"])],
+)
+def test_what_asks_a_run_to_end_is_heeded_with_or_without_a_terminal(tmp_path, number, closed):
+    command = f"exec {sys.executable} -m lagrange_cli solve {' '.join(LONG)} --stop 1e6"
+    command += "".join({"out": " >&-", "err": " 2>&-"}[name] for name in closed)
+    process = subprocess.Popen(
+        ["sh", "-c", command], cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True
+    )
+    while process.poll() is None and not (tmp_path / ".out.h5.part").exists():
+        time.sleep(0.005)
+    process.send_signal(number)
+    error = process.communicate(timeout=60)[1]
+    assert process.returncode == 130
+    assert "Traceback" not in error
+    assert os.listdir(tmp_path) == ["out.h5"]
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file.attrs["status"] == "interrupted" and "interrupted at t = " in file.attrs["message"]

@@ -1,0 +1,141 @@
+"""Kills runs at random moments and goes on with them: ``python -m tests.soak [--kills 200] [--seed 1]``.
+
+Each run is killed again and again until it has come to its end. After every kill, under the output's name
+stands a whole output or none; the last one must be that of a run that nobody disturbed, to the last byte.
+"""
+
+from __future__ import annotations
+
+import argparse
+import random
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import h5py
+
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+
+KILLS = (signal.SIGKILL,) * 4 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+"""The most are such that the process is never asked."""
+OFTEN = ("--checkpoint", "0.03")
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A command, and the name of what it writes."""
+
+    arguments: tuple[str, ...]
+    output: str
+
+
+SCENES = {
+    "samples": Scene(
+        ("solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "40000", "--samples", "400001", *OFTEN),
+        "double_pendulum.h5",
+    ),
+    "steps": Scene(
+        ("solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "40000", "--samples", "11", *OFTEN),
+        "double_pendulum.h5",
+    ),
+    "ledger": Scene(
+        ("solve", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--stop", "100000", "--step", "0.5",
+         "--outputs", "q,ledger,action,positions", *OFTEN),
+        "driven_damped_pendulum.h5",
+    ),
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Kill:
+    """One of the times a run was ended: by what, when, and what it left."""
+
+    number: signal.Signals
+    after: float
+    left: tuple[str, ...]
+    whole: bool
+
+
+def undisturbed(scene: Scene, folder: Path) -> tuple[bytes, float]:
+    """What the command writes, and in how many seconds."""
+    lagrange(*scene.arguments, cwd=folder)  # compiled by now
+    (folder / scene.output).unlink()
+    began = time.monotonic()
+    run = lagrange(*scene.arguments, cwd=folder)
+    assert (run.returncode, run.stderr) == (0, ""), run.stderr
+    content = (folder / scene.output).read_bytes()
+    (folder / scene.output).unlink()
+    return content, time.monotonic() - began
+
+
+def disturbed(
+    scene: Scene, folder: Path, expected: bytes, seconds: float, chance: random.Random
+) -> Iterator[Kill]:
+    """Run the command, each time with ``--resume``, and end it at a random moment, until it comes to its
+    end."""
+    output = folder / scene.output
+    command = [sys.executable, "-m", "lagrange_cli", *scene.arguments, "--resume", "--json"]
+    while True:
+        process = subprocess.Popen(
+            command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+        )
+        number, after = chance.choice(KILLS), chance.uniform(0.2, 1.0) * seconds
+        try:
+            _, err = process.communicate(timeout=after)
+        except subprocess.TimeoutExpired:
+            process.send_signal(number)
+            _, err = process.communicate(timeout=60)
+        assert "Traceback" not in err and "report it" not in err, err
+        whole = output.exists() and is_whole(output, expected)
+        if process.returncode == 0:
+            assert whole and sorted(path.name for path in folder.iterdir()) == [scene.output]
+            return
+        assert process.returncode in (130, -number), (process.returncode, err)
+        yield Kill(number, after, tuple(sorted(path.name for path in folder.iterdir())), whole)
+
+
+def is_whole(output: Path, expected: bytes) -> bool:
+    """Whether the run is complete; raises where what is under its name is neither that nor an interrupted
+    one."""
+    with h5py.File(output) as file:
+        status = file.attrs["status"]
+        assert status in ("complete", "interrupted")
+        assert file.attrs["message"]
+    if status == "complete":
+        assert output.read_bytes() == expected
+    return bool(status == "complete")
+
+
+def soak(kills: int, seed: int) -> None:
+    """End runs so many times, and say how many have survived."""
+    chance, survived, runs = random.Random(seed), 0, 0
+    with tempfile.TemporaryDirectory() as name:
+        expected = {}
+        for key, scene in SCENES.items():
+            expected[key] = undisturbed(scene, Path(name))
+        while survived < kills:
+            key = list(SCENES)[runs % len(SCENES)]
+            folder = Path(name) / str(runs)
+            folder.mkdir()
+            for kill in disturbed(SCENES[key], folder, *expected[key], chance):
+                survived += 1
+                left = ", ".join(kill.left) or "nothing"
+                print(
+                    f"{survived:4} {key}: {kill.number.name} after {kill.after:.3f} s leaves {left}",
+                    flush=True,
+                )
+            runs += 1
+    print(f"{survived} kills survived of {survived}; {runs} runs ended with the bytes of one left in peace")
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=200)
+    parser.add_argument("--seed", type=int, default=1)
+    options = parser.parse_args()
+    soak(options.kills, options.seed)
