@@ -36,7 +36,7 @@ EXIT_STATUS = """## Exit status
 | 3 | the system file is wrong; every mistake is shown with its place and a way out |
 | 4 | the motion could not be continued (what was computed is kept), or `--verify` found a difference |
 | 5 | a file could not be read or written |
-| 130 | interrupted by Ctrl-C, SIGTERM or SIGHUP (what was computed is kept, `--resume` goes on; a second Ctrl-C gives up at once) |
+| 130 | interrupted (what was computed is kept, `--resume` goes on; a second Ctrl-C gives up at once) |
 
 With several systems: the highest of theirs; the others still run. Results go to standard output; progress (on
 a terminal only), warnings and errors to standard error. With `--json` a system that fails has an object of

@@ -48,6 +48,15 @@ SCENES = {
          "--outputs", "q,ledger,action,positions", *OFTEN),
         "driven_damped_pendulum.h5",
     ),
+    "members": Scene(
+        ("sweep", str(SYSTEMS / "double_pendulum.yaml"), "--over", "theta1=0:2:999", "--stop", "100", *OFTEN),
+        "double_pendulum_sweep.h5",
+    ),
+    "trajectories": Scene(
+        ("sweep", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--random", "theta=normal(0,1)", "--members",
+         "3000", "--stop", "400", "--outputs", "q,v,h", "--samples", "201", *OFTEN),
+        "driven_damped_pendulum_sweep.h5",
+    ),
 }  # fmt: skip
 
 

@@ -11,6 +11,7 @@ from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.members import Draws, Members
+    from lagrange_cli.cli.resuming import Start
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.members import EnsembleOutcome
@@ -18,7 +19,6 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
     from lagrange_cli.store.layout import Series
-    from lagrange_cli.store.target import Target
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,13 @@ def series(ensemble: Ensemble, prepared: Prepared) -> tuple[Series, ...]:
     return (*(replace(one, sampled=False) for one in found), *made)
 
 
-def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | int | float]:
-    """The root's attributes: everything that made the file, and how the members ended."""
-    draws = ensemble.draws
+def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:
+    """The root's attributes that say what made the file."""
+    import binascii
+
+    import numpy as np
+
+    draws, values = ensemble.draws, ensemble.values
     described: dict[str, Any] = {
         "shape": dict(ensemble.members.shape),
         "over": dict(draws.over),
@@ -71,10 +75,19 @@ def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | 
         "table": draws.table,
         "seed": draws.seed if draws.random else None,
     }
+    checksum = 0
+    for column in (*values.differing.values(), *values.q, *values.v):
+        checksum = binascii.crc32(np.asarray(column, dtype="f8").tobytes(), checksum)
     return {
-        **origin(ensemble.spec, ensemble.settings, ensemble.values.common, None),
+        **origin(ensemble.spec, ensemble.settings, values.common, f"crc32 {checksum:08x}", ensemble.sampled),
         "sweep": json.dumps({name: value for name, value in described.items() if value not in ({}, None)}),
-        "members": ensemble.values.members,
+        "members": values.members,
+    }
+
+
+def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | int | float]:
+    """The root's attributes that say how the members ended."""
+    return {
         "steps": outcome.steps,
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
@@ -101,13 +114,11 @@ def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
     return "; ".join(parts)
 
 
-def as_object(
-    ensemble: Ensemble, target: Target, outcome: EnsembleOutcome, watch: Stopwatch
-) -> dict[str, Any]:
+def as_object(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch: Stopwatch) -> dict[str, Any]:
     """The ensemble for ``--json``."""
     return {
         "name": ensemble.spec.name,
-        "output": target.shown,
+        "output": start.target.shown,
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
         "members": ensemble.values.members,
@@ -117,11 +128,12 @@ def as_object(
         "steps": outcome.steps,
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
+        "resumed_from": start.reached,
         "seconds": watch.report(),
     }
 
 
-def as_text(ensemble: Ensemble, target: Target, outcome: EnsembleOutcome, watch: Stopwatch) -> str:
+def as_text(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch: Stopwatch) -> str:
     """The ensemble in a few lines."""
     settings, members = ensemble.settings, ensemble.values.members
     shape = " x ".join(f"{length} {name}" for name, length in ensemble.members.shape.items())
@@ -132,10 +144,11 @@ def as_text(ensemble: Ensemble, target: Target, outcome: EnsembleOutcome, watch:
     return "\n".join(
         (
             f"{ensemble.spec.name}: {count_of(members, 'member')} ({shape}{seeded})",
+            *([] if start.earlier is None else [f"  went on with {start.reached} that had ended"]),
             f"  {', '.join(ended)}",
             f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} in all, "
             f"method {settings.method}",
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
-            f"  wrote {target.shown} in {seconds['total']:.3f} s",
+            f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
         )
     )

@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.report import complain
+from lagrange_cli.cli.report import complain, emit, emit_json
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.runs import Request
+    from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target
@@ -88,3 +90,19 @@ def make_room(target: Target) -> None:
                 "--resume goes on with it, --force starts anew"
             )
     target.clear()
+
+
+def say_finished(found: Finished, shown: str, watch: Stopwatch, request: Request) -> int:
+    """Say that there is nothing left to do, and how the run had ended; returns its exit status."""
+    from lagrange_cli.cli.runs import EXIT_STATUS
+
+    told = {name: x.item() if hasattr(x, "item") else x for name, x in found.attributes.items()}
+    if request.as_json:
+        names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
+        listed = {name: told[name] for name in names if name in told}
+        where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
+        ends = {} if "members" in told else {"t": found.t}
+        emit_json({**listed, **where, **ends, "seconds": watch.report()})
+    elif not request.quiet:
+        emit(f"{told['name']}: {shown} needs nothing more: {told['message']}")
+    return EXIT_STATUS[told["status"]]

@@ -204,12 +204,14 @@ def units_of(spec: Spec) -> dict[str, str]:
 
 
 def origin(
-    spec: Spec, settings: Settings, parameters: dict[str, float], start: Any
+    spec: Spec, settings: Settings, parameters: dict[str, float], initial: Any, sampled: bool = True
 ) -> dict[str, str | int | float]:
-    """The root's attributes that say what made the file; ``start`` stands for the initial state, or many."""
+    """The root's attributes that say what made the file; ``initial`` stands for the initial state, or
+    many."""
     import json
 
-    asked = {name: getattr(settings, name) for name in ("start", "stop", "count", "step")}
+    names = ("start", "stop", "count", "step") if sampled else ("start", "stop")
+    asked = {name: getattr(settings, name) for name in names}
     return {
         "generator": f"lagrange-cli {lagrange_cli.__version__}",
         "name": spec.name,
@@ -218,7 +220,7 @@ def origin(
         **({"sizes": json.dumps(dict(spec.sizes))} if spec.sizes else {}),
         "method": settings.method,
         "tolerance": settings.tolerance,
-        "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": start}),
+        "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
     }
 
 

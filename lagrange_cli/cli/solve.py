@@ -13,7 +13,7 @@ from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
 from lagrange_cli.cli.report import complain, count_of, display_name, emit, emit_json, finite, run_each
-from lagrange_cli.cli.resuming import Start, take_up
+from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
     Request,
@@ -89,7 +89,7 @@ def solve_system(system: str, request: Request) -> int:
         with watch.stage("import"):
             start = take_up(target, made_by, request)
         if start.finished is not None:
-            return say_finished(spec, start, request, watch)
+            return say_finished(start.finished, target.shown, watch, request)
         prepared = prepare_run(spec, settings, watch, cached=request.cache, meanwhile=import_the_rest)
         outcome = integrate_and_write(spec, values, settings, prepared, start, watch, request)
     status = outcome.ending.status
@@ -198,25 +198,6 @@ def attributes(made_by: Mapping[str, str | int | float], outcome: Outcome) -> di
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
     }
-
-
-def say_finished(spec: Spec, start: Start, request: Request, watch: Stopwatch) -> int:
-    """Say that there is nothing left to do, and how the run had ended; returns its exit status."""
-    assert start.finished is not None
-    found = start.finished.attributes
-    status, shown = str(found["status"]), start.target.shown
-    if request.as_json:
-        listed = {name: found[name] for name in ("status", "message", "method", "tolerance", "steps")}
-        listed = {name: value.item() if hasattr(value, "item") else value for name, value in listed.items()}
-        ends = {
-            "t": start.finished.t,
-            "h_drift": float(found["h_drift"]),
-            "p_drift": json.loads(found["p_drift"]),
-        }
-        emit_json({"name": spec.name, "output": shown, **listed, **ends, "seconds": watch.report()})
-    elif not request.quiet:
-        emit(f"{spec.name}: {shown} needs nothing more: {found['message']}")
-    return EXIT_STATUS[status]
 
 
 def as_object(

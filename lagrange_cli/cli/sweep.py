@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.ensemble import Ensemble, as_object, as_text, attributes, sentence, series
+from lagrange_cli.cli.ensemble import Ensemble, as_object, as_text, attributes, made_by, sentence, series
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import parse_pairs, system_argument
 from lagrange_cli.cli.progress import MembersProgress
 from lagrange_cli.cli.report import STANDARD_INPUT, complain, display_name, emit, emit_json, run_each
+from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
     Request,
@@ -34,7 +35,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.members import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
-    from lagrange_cli.store.target import Target
+    from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.resume import Earlier
 
 LARGEST = 2**26
 """Bytes of one member's samples, which are kept in memory until it has ended."""
@@ -118,27 +120,29 @@ def processors() -> int:
 def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> int:
     """Read, derive, compile, integrate and write an ensemble; returns the exit status."""
     began, watch = time.process_time(), Stopwatch()
-    if request.resume:
-        raise UsageError("interrupted sweeps cannot be resumed yet; --force starts anew")
     with watch.stage("import"):
         name = output_name(system, request.output, "_sweep")
         target = find_output(system, name, force=request.force, resume=request.resume)
     ensemble = read_ensemble(system, request, draws, watch)
-    prepared = prepare_run(
-        ensemble.spec,
-        ensemble.settings,
-        watch,
-        cached=request.cache,
-        ensemble=True,
-        meanwhile=import_the_rest,
-    )
-    refuse_long_samples(ensemble, prepared)
     with target.claimed():
-        outcome = follow_and_write(ensemble, prepared, target, watch, threads=threads, quiet=request.quiet)
+        with watch.stage("import"):
+            start = take_up(target, made_by(ensemble), request)
+        if start.finished is not None:
+            return say_finished(start.finished, target.shown, watch, request)
+        prepared = prepare_run(
+            ensemble.spec,
+            ensemble.settings,
+            watch,
+            cached=request.cache,
+            ensemble=True,
+            meanwhile=import_the_rest,
+        )
+        refuse_long_samples(ensemble, prepared)
+        outcome = follow_and_write(ensemble, prepared, start, watch, threads=threads, request=request)
     if request.as_json:
-        emit_json(as_object(ensemble, target, outcome, watch))
+        emit_json(as_object(ensemble, start, outcome, watch))
     elif not request.quiet:
-        emit(as_text(ensemble, target, outcome, watch))
+        emit(as_text(ensemble, start, outcome, watch))
         if request.timings:
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if outcome.status != "complete":
@@ -189,23 +193,30 @@ def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
 
 
 def follow_and_write(
-    ensemble: Ensemble, prepared: Prepared, target: Target, watch: Stopwatch, *, threads: int, quiet: bool
+    ensemble: Ensemble,
+    prepared: Prepared,
+    start: Start,
+    watch: Stopwatch,
+    *,
+    threads: int,
+    request: Request,
 ) -> EnsembleOutcome:
     """Follow all members into the output file, whatever way they end."""
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble import ensemble_method
-    from lagrange_cli.integrate.members import follow_ensemble
+    from lagrange_cli.integrate.members import UNFINISHED, EnsembleOutcome, follow_ensemble
+    from lagrange_cli.integrate.progress import Clock, Keeping
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout
 
-    times, sampled = times_of(ensemble), ensemble.sampled
-    progress = MembersProgress(ensemble.spec.name, ensemble.values.members, quiet=quiet)
+    times, sampled, members = times_of(ensemble), ensemble.sampled, ensemble.values.members
+    progress = MembersProgress(ensemble.spec.name, members, quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
             writer = EnsembleWriter(
-                target,
+                start.target,
                 Layout(series(ensemble, prepared)),
-                members=ensemble.values.members,
+                members=members,
                 times=times.chunk(0, times.count) if sampled else None,
             )
 
@@ -217,7 +228,35 @@ def follow_and_write(
             progress.show(done)
             return interrupted()
 
+        def checkpoint(outcome: EnsembleOutcome, *, inside: bool = False) -> Checkpoint:
+            ended = outcome.endings != UNFINISHED
+            content = {"outcome": outcome.as_data(), "regions": writer.regions(ended)}
+            reached = members - outcome.count("interrupted")
+            return start.checkpoint(
+                {"reached": reached, **content}, {"endings": outcome.endings}, inside=inside
+            )
+
+        def keep(outcome: EnsembleOutcome) -> None:
+            with watch.stage("write"):
+                writer.keep(checkpoint(outcome))
+
+        def restored(earlier: Earlier) -> EnsembleOutcome:
+            head, endings = earlier.checkpoint.head, earlier.checkpoint.arrays.get("endings")
+            try:
+                begin = EnsembleOutcome.from_data(head.get("outcome"), endings, members)
+            except ValueError as error:
+                raise damaged(earlier.shown) from error
+            writer.restore(earlier, begin.endings != UNFINISHED)
+            return begin
+
         with writer:
+            begin = None
+            if start.earlier is not None:
+                from lagrange_cli.store.checkpoint import damaged
+
+                with watch.stage("write"):
+                    begin = restored(start.earlier)
+            clock = Clock(request.checkpoint, request.checkpoint_count, start.reached or 0)
             with watch.stage("integrate"):
                 outcome = follow_ensemble(
                     prepared,
@@ -229,12 +268,14 @@ def follow_and_write(
                     report,
                     sampled=sampled,
                     threads=threads,
+                    keeping=Keeping(begin, clock, keep),
                 )
             progress.clear()
             with watch.stage("write"):
+                last = checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
                 sentences = [ending.value for ending in Ending]
                 writer.write_texts("message", "how the member ended", sentences, outcome.endings)
-                writer.close(attributes(ensemble, outcome))
+                writer.close({**start.made_by, **attributes(ensemble, outcome)}, last)
     return outcome
 
 

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +13,10 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble import Batch, EnsembleMethod
 from lagrange_cli.integrate.motion import Array, End, aligned
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.progress import Keeping
 from lagrange_cli.integrate.run import sentence
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -53,6 +53,31 @@ class EnsembleOutcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
 
+    def as_data(self) -> dict[str, Any]:
+        """All but the endings, in terms of JSON (with NaN and infinities)."""
+        drifts = {"h_drift": self.h_drift, "p_drift": dict(self.p_drift)}
+        return {"failed": self.failed, "steps": self.steps, **drifts}
+
+    @classmethod
+    def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
+        """What ``as_data`` gave, for so many members; raises ``ValueError`` where it is nothing of the
+        kind."""
+        if endings is None or endings.dtype != np.int8 or endings.shape != (members,):
+            raise ValueError("of other members")
+        if ((endings < 0) | (endings >= len(ENDINGS))).any():
+            raise ValueError("no endings")
+        try:
+            failed, h = data["failed"], data["h_drift"]
+            return cls(
+                endings.copy(),
+                None if failed is None else (int(failed[0]), str(failed[1])),
+                int(data["steps"]),
+                None if h is None else float(h),
+                {str(name): float(x) for name, x in data["p_drift"].items()},
+            )
+        except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
+            raise ValueError("no outcome") from error
+
     def count(self, status: str) -> int:
         """How many members have that status."""
         return sum(int((self.endings == i).sum()) for i, one in enumerate(ENDINGS) if one.status == status)
@@ -74,16 +99,20 @@ def follow_ensemble(
     *,
     sampled: bool,
     threads: int,
+    keeping: Keeping[EnsembleOutcome] | None = None,
 ) -> EnsembleOutcome:
     """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
 
     Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
     if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
     ``families`` are those of the coordinates. ``watch`` is told how many members have ended, several times
-    a second; True stops them all. The arrays are valid during the call only.
+    a second; True stops them all. The arrays are valid during the call only. With ``keeping``, members that
+    an earlier run has followed to their end are not followed again, nor emitted but for their start.
     """
     program = prepared.machine.program
     books = Books(prepared, times, emit, sampled=sampled, members=values.members)
+    if keeping is not None and keeping.begin is not None:
+        books.restore(keeping.begin)
     size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))
     going = True
     for start in range(0, values.members, size):
@@ -92,16 +121,20 @@ def follow_ensemble(
         parameters = table([values.parameters[name] for name in program.parameters], part)
         states = table([*values.q, *values.v, *(0.0 for _ in program.integrals)], part)
         books.open(start, parameters, states)
-        if going:
-            report = partial(told, watch, start)
-            going = method.follow(parameters, states, times, sampled, books.accept, report, threads)
+        missing = books.missing()
+        if going and len(missing):
+
+            def told(done: int, before: int = part.stop - len(missing)) -> bool:
+                if keeping is not None and keeping.due(before + done):
+                    books.flush()
+                    keeping.keep(books.outcome(), before + done)
+                return watch(before + done)
+
+            going = method.follow(
+                parameters[missing], states[missing], times, sampled, books.accept, told, threads
+            )
         books.close()
     return books.outcome()
-
-
-def told(watch: Callable[[int], bool], before: int, done: int) -> bool:
-    """Tell ``watch`` how many members have ended, with those of earlier parts."""
-    return watch(before + done)
 
 
 def table(columns: Sequence[Number], part: slice) -> Array:
@@ -138,28 +171,40 @@ class Books:
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
         self._most = max(1, MEMORY // (8 * width * (times.count if sampled else 1)))
 
+    def restore(self, outcome: EnsembleOutcome) -> None:
+        """Go on where another run has come to."""
+        self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
+        drifts = {"h": outcome.h_drift, **{f"p_{name}": x for name, x in outcome.p_drift.items()}}
+        self._drift = {name: drifts.get(name) or 0.0 for name in self._drift}
+
     def open(self, first: int, parameters: Array, states: Array) -> None:
         """Go on with the members from ``first``: their parameters (b, P) and states (b, rows)."""
         self._first, self._parameters, self._states = first, parameters, states
+        self._missing = self.missing()
         self._batches: list[Batch] = []
         self._gathered, self._due = 0, time.monotonic() + OFTEN
 
+    def missing(self) -> Index:
+        """Those of the members from ``first`` that have not ended, counted from there."""
+        return np.flatnonzero(self._endings[self._first :][: len(self._states)] == UNFINISHED)
+
     def accept(self, batch: Batch) -> None:
-        """Take members that have ended, counted from ``first``."""
-        self._batches.append(batch)
+        """Take members that have ended, counted among those that were missing at the beginning."""
+        self._batches.append(replace(batch, index=self._missing[batch.index]))
         self._gathered += len(batch.index)
         if self._gathered >= self._most or time.monotonic() >= self._due:
-            self._flush()
+            self.flush()
 
     def close(self) -> None:
         """Write what is still there, and nan for those that have not ended."""
-        self._flush()
-        missing = np.flatnonzero(self._endings[self._first :][: len(self._states)] == UNFINISHED)
+        self.flush()
+        missing = self.missing()
         width, samples = self._states.shape[1], None if self._times is None else len(self._times)
         for start in range(0, len(missing), self._most):
             self._write(unfinished(missing[start : start + self._most], width, samples))
 
-    def _flush(self) -> None:
+    def flush(self) -> None:
+        """Write what has ended."""
         self._due = time.monotonic() + OFTEN
         if self._batches:
             batch = joined(self._batches)

@@ -6,13 +6,15 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 import numpy as np
 
 from lagrange_cli.integrate.motion import Array, Snapshot
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass
+
+T = TypeVar("T")
 
 RARELY = 50
 """A checkpoint is not written before so many times what the last one took have passed."""
@@ -76,15 +78,15 @@ class Clock:
         self._most = done + self._work
 
 
-class Keeping:
+class Keeping(Generic[T]):
     """Where a run begins (None: at the start), and what is done with its progress when it is time."""
 
-    def __init__(self, begin: Progress | None, clock: Clock, write: Callable[[Progress], None]) -> None:
+    def __init__(self, begin: T | None, clock: Clock, write: Callable[[T], None]) -> None:
         self.begin, self._clock, self._write = begin, clock, write
         self.due = clock.due
 
-    def keep(self, progress: Progress) -> None:
-        """Write a checkpoint."""
+    def keep(self, progress: T, done: int) -> None:
+        """Write a checkpoint, so much work having been done."""
         began = time.monotonic()
         self._write(progress)
-        self._clock.kept(progress.snapshot.steps, began)
+        self._clock.kept(done, began)

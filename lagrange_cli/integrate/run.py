@@ -29,7 +29,7 @@ def integrate(
     emit: Callable[[dict[str, Array]], None],
     interrupted: Callable[[], bool],
     progress: Callable[[float], None] = lambda t: None,
-    keeping: Keeping | None = None,
+    keeping: Keeping[Progress] | None = None,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
@@ -56,7 +56,7 @@ def integrate(
 
             def keep(snapshot: Snapshot) -> None:
                 behind.wait()
-                keeping.keep(samples.progress(snapshot))
+                keeping.keep(samples.progress(snapshot), snapshot.steps)
 
             begin = None if keeping.begin is None else samples.restore(keeping.begin)
             end = following(Keeper(begin, keeping.due, keep))

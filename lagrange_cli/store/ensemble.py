@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import binascii
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import h5py
 import numpy as np
 
 from lagrange_cli.records import replace
+from lagrange_cli.store.checkpoint import damaged
 from lagrange_cli.store.layout import BYTES, Layout, Series, free_name
 from lagrange_cli.store.output import Output, open_file
 from lagrange_cli.store.scales import Scales, describe
@@ -19,8 +21,12 @@ from lagrange_cli.store.target import Target
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.store.resume import Earlier
+
 MEMBER = "member"
 TIME = Series("t", long_name="time")
+PIECE = 2**24
+"""Bytes that are read back at a time."""
 BLOCK = 65536
 """Members that are numbered, or get their text, at a time."""
 
@@ -76,6 +82,39 @@ class EnsembleWriter(Output):
                 dataset[index[run.start] : index[run.stop - 1] + 1] = rows[run]
         self.check()
 
+    def regions(self, ended: NDArray[np.bool_]) -> dict[str, list[int]]:
+        """Of each dataset its place in the file, and a checksum of the rows of the members that have
+        ``ended``; from now on they are in the file."""
+        self.file.flush()
+        self.check()
+        found = {}
+        for path, dataset in self._datasets.items():
+            place, size, checksum = dataset.id.get_offset(), row_size(dataset), 0
+            for rows in pieces(ended, size):
+                self.sink.seek(place + rows.start * size)
+                piece = bytearray(len(rows) * size)
+                self.sink.readinto(piece)
+                checksum = binascii.crc32(piece, checksum)
+            found[path] = [place, checksum]
+        return found
+
+    def restore(self, earlier: Earlier, ended: NDArray[np.bool_]) -> None:
+        """Give the members that have ``ended`` in an earlier run what it had; raises ``Unusable``."""
+        places = earlier.checkpoint.head.get("regions")
+        if not isinstance(places, dict) or list(places) != list(self._datasets):
+            raise damaged(earlier.shown)
+        for path, dataset in self._datasets.items():
+            (place, expected), size, checksum = places[path], row_size(dataset), 0
+            for rows in pieces(ended, size):
+                piece = earlier.read(place + rows.start * size, len(rows) * size)
+                checksum = binascii.crc32(piece, checksum)
+                dataset[rows.start : rows.stop] = np.frombuffer(piece, dataset.dtype).reshape(
+                    -1, *dataset.shape[1:]
+                )
+            if checksum != expected:
+                raise damaged(earlier.shown)
+        self.check()
+
     def write_texts(self, path: str, long_name: str, texts: Sequence[str], chosen: NDArray[np.int8]) -> None:
         """Add a dataset of text: for each member the one of ``texts`` that ``chosen`` (members,) says."""
         used = np.unique(chosen)
@@ -90,6 +129,21 @@ class EnsembleWriter(Output):
         for start in range(0, self._members, BLOCK):
             dataset[start : start + BLOCK] = rows[chosen[start : start + BLOCK]]
         self.check()
+
+
+def row_size(dataset: Any) -> int:
+    """Bytes of a member."""
+    size: int = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
+    return size
+
+
+def pieces(ended: NDArray[np.bool_], size: int) -> Iterator[range]:
+    """The members that have ``ended``, of ``size`` bytes each, some megabytes of neighbours at a time."""
+    edges = np.flatnonzero(np.diff(ended, prepend=False, append=False))
+    for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist()):
+        most = max(1, PIECE // size)
+        for first in range(start, stop, most):
+            yield range(first, min(first + most, stop))
 
 
 def create_member_scale(file: Any, name: str, members: int) -> Any:

@@ -17,9 +17,12 @@ import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.cli import solve as solving
+import lagrange_cli.cli.solve as solving
+import lagrange_cli.cli.sweep as sweeping
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
+from lagrange_cli.integrate.ensemble import OneByOne
+from lagrange_cli.integrate.lanes import LanesMethod
 from lagrange_cli.store.output import Output
 from lagrange_cli.store.target import find_target
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
@@ -72,7 +75,8 @@ def whole(folder: Path, *arguments: str) -> bytes:
 
 def killed(folder: Path, *arguments: str, size: int = 0) -> list[str]:
     """Kill a run as soon as it has written a checkpoint and so many bytes; what it leaves."""
-    command = [sys.executable, "-m", "lagrange_cli", "solve", *arguments, "--checkpoint", "0"]
+    arguments = arguments if arguments[0] == "sweep" else ("solve", *arguments)
+    command = [sys.executable, "-m", "lagrange_cli", *arguments, "--checkpoint", "0"]
     process = subprocess.Popen(command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.DEVNULL)
     part, checkpoint = folder / ".out.h5.part", folder / ".out.h5.checkpoint"
     while process.poll() is None and not (checkpoint.exists() and part.stat().st_size >= size):
@@ -116,6 +120,73 @@ def test_a_run_survives_being_killed_at_random_moments(tmp_path, seed):
     expected, seconds = undisturbed(scene, tmp_path)
     kills = list(disturbed(scene, tmp_path, expected, seconds, random.Random(seed)))
     assert all(set(kill.left) - {"double_pendulum.h5"} <= PARTS for kill in kills)
+
+
+SWEEPS = {
+    "ends": ("--over", "theta1=1:2:60", "--stop", "3000"),
+    "trajectories": ("--random", "theta1=normal(2,1)", "--members", "60", "--stop", "3000",
+                     "--outputs", "q,h", "--samples", "51"),
+    "one by one": ("--over", "theta1=0:2:7", "--stop", "0.5", "--method", "DOP853"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("arguments", SWEEPS.values(), ids=SWEEPS)
+@pytest.mark.parametrize("patience", [2, 3])
+def test_an_interrupted_sweep_follows_only_the_members_that_are_missing(
+    folder, arguments, patience, monkeypatch, capsys
+):
+    run = ["sweep", DOUBLE, *arguments, "-o", "out.h5", "--jobs", "1", "--json"]
+    assert main(run) == 0
+    expected = (folder / "out.h5").read_bytes()
+    monkeypatch.setattr(Nervous, "patience", patience)
+    monkeypatch.setattr(sweeping, "Interrupts", Nervous)
+    assert main([*run, "--force"]) == 130
+    monkeypatch.setattr(sweeping, "Interrupts", Interrupts)
+    with h5py.File("out.h5") as file:
+        ended = (file["status"][()] == b"complete").sum()
+        assert (file["status"][()] == b"interrupted").sum() == len(file["status"]) - ended > 0
+        assert file.attrs["status"] == "interrupted" and f"when {ended} of" in file.attrs["message"]
+    with xarray.open_dataset("out.h5", group="q", engine="h5netcdf") as data:
+        assert np.isfinite(data.theta2.values).all(axis=-1).sum() in (ended, 0)
+    followed = followed_members(monkeypatch)
+    assert main([*run, "--resume"]) == 0
+    assert sum(followed) == len(h5py.File("out.h5")["status"]) - ended
+    assert (folder / "out.h5").read_bytes() == expected
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["resumed_from"] == ended
+    assert main([*run, "--resume"]) == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+def followed_members(monkeypatch) -> list[int]:
+    """How many members are followed from now on, in each part of the sweep."""
+    counts: list[int] = []
+    for kind in (LanesMethod, OneByOne):
+
+        def follow(self, parameters, states, *rest, plain=kind.follow):
+            counts.append(len(states))
+            return plain(self, parameters, states, *rest)
+
+        monkeypatch.setattr(kind, "follow", follow)
+    return counts
+
+
+def test_a_sweep_that_was_killed_is_kept_and_goes_on(folder, capsys):
+    sweep = ("sweep", DOUBLE, "--over", "theta1=0:2:2001", "--stop", "100", "-o", "out.h5")
+    assert main([*sweep]) == 0
+    expected = (folder / "out.h5").read_bytes()
+    (folder / "out.h5").unlink()
+    assert killed(folder, *sweep) == LEFT
+    assert main([*sweep]) == 5
+    assert main([*sweep, "--over", "m1=1,2", "--resume"]) == 5
+    assert "out.h5 cannot be continued: it is of other" in capsys.readouterr().err
+    content = bytearray((folder / ".out.h5.part").read_bytes())
+    (folder / ".out.h5.part").write_bytes(content[: len(content) // 2])
+    assert main([*sweep, "--resume"]) == 5
+    assert "is damaged" in capsys.readouterr().err
+    (folder / ".out.h5.part").write_bytes(content)
+    assert main([*sweep, "--resume"]) == 0
+    assert (folder / "out.h5").read_bytes() == expected
+    assert os.listdir(folder) == ["out.h5"]
 
 
 PARTS = {f".double_pendulum.h5.{name}" for name in ("part", "1.part", "checkpoint", "lock", "checkpoint.new")}
