@@ -44,7 +44,7 @@ def test_the_wheel_holds_every_module_and_no_test(wheel):
 
 def test_the_command_and_the_version_are_declared(wheel):
     info = f"lagrange_cli-{lagrange_cli.__version__}.dist-info"
-    assert "lagrange = lagrange_cli.cli.main:run" in wheel.read(f"{info}/entry_points.txt").decode()
+    assert "lagrange = lagrange_cli.__main__:run" in wheel.read(f"{info}/entry_points.txt").decode()
     metadata = wheel.read(f"{info}/METADATA").decode()
     assert "Requires-Python: >=3.10" in metadata
     assert "License-Expression: MIT" in metadata

@@ -48,7 +48,7 @@ def ignored(number: signal.Signals) -> bool:
 
 
 def heed_endings() -> None:
-    """From now on, let what asks the process to end raise ``KeyboardInterrupt``, as Ctrl-C does."""
-    for number in ENDING:
+    """From now on, let Ctrl-C and what else asks the process to end raise ``KeyboardInterrupt``."""
+    for number in (signal.SIGINT, *ENDING):
         if not ignored(number):
             signal.signal(number, signal.default_int_handler)

@@ -18,6 +18,10 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass
 
+STILL = 100
+"""Steps in a row that do not change the time, after which a method is taken to be stuck. (LSODA goes on for
+ever.)"""
+
 
 class Singular(ArithmeticError):
     """The mass matrix cannot be inverted here."""
@@ -134,7 +138,7 @@ class ScipyMethod:
         """See ``motion.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
         collector = Collector(times, len(state), accept)
-        t, y, steps, evaluations = times.start, state, 0, 0
+        t, y, steps, evaluations, still = times.start, state, 0, 0, 0
         ending, detail = Ending.COMPLETE, ""
         collector.take(t, lambda when: np.tile(state[:, None], len(when)))
         try:
@@ -149,6 +153,10 @@ class ScipyMethod:
                     steps, evaluations = steps + 1, solver.nfev
                     if message is not None:
                         ending, detail = Ending.METHOD_FAILED, message.rstrip(".")
+                        break
+                    still = still + 1 if solver.t == t else 0
+                    if still > STILL:
+                        ending, detail = Ending.METHOD_FAILED, "its steps are below the resolution of time"
                         break
                     if not np.all(np.isfinite(solver.y)):
                         ending = Ending.NOT_A_NUMBER

@@ -1,5 +1,6 @@
 """``lagrange solve --resume``: runs that are cut off in every way, and what they come to."""
 
+import errno
 import json
 import os
 import random
@@ -387,6 +388,19 @@ def test_a_folder_that_goes_away_is_one_clear_error(tmp_path):
     assert "could not be written: No such file or directory" in error and "Traceback" not in error
 
 
+def test_a_folder_that_becomes_unwritable_keeps_the_result_in_the_hidden_file(folder, monkeypatch, capsys):
+    expected = whole(folder, *RUN)
+
+    def refused(*names: Path) -> None:
+        raise PermissionError(errno.EACCES, "Permission denied")
+
+    monkeypatch.setattr(Path, "replace", refused)
+    assert solve(*RUN, "--checkpoint", "0") == 5
+    error = capsys.readouterr().err
+    assert "out.h5 could not be written: Permission denied; the result is whole in" in error
+    assert (folder / ".out.h5.part").read_bytes() == expected
+
+
 def test_where_checkpoints_cannot_be_written_the_run_goes_on(folder, monkeypatch):
     expected = whole(folder, *RUN)
     (folder / ".out.h5.checkpoint.new").mkdir()  # in its place no file can be made
@@ -413,3 +427,14 @@ def test_what_asks_a_run_to_end_is_heeded_with_or_without_a_terminal(tmp_path, n
     assert os.listdir(tmp_path) == ["out.h5"]
     with h5py.File(tmp_path / "out.h5") as file:
         assert file.attrs["status"] == "interrupted" and "interrupted at t = " in file.attrs["message"]
+
+
+def test_ctrl_c_while_the_command_is_loaded_ends_it_without_a_traceback(tmp_path):
+    (tmp_path / "click.py").write_text("import os, signal\nos.kill(os.getpid(), signal.SIGINT)\n")
+    run = subprocess.run(
+        [sys.executable, "-m", "lagrange_cli", "solve", DOUBLE],
+        cwd=tmp_path,
+        env={**ENVIRONMENT, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ENVIRONMENT['PYTHONPATH']}"},
+        capture_output=True,
+    )
+    assert (run.returncode, run.stdout, run.stderr) == (-signal.SIGINT, b"", b"")

@@ -1,0 +1,96 @@
+"""The same bits, however many samples are asked for, in whatever pieces, and wherever a run is interrupted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from unittest import mock
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.integrate import taylor
+from lagrange_cli.integrate.ending import Ending, Outcome
+from lagrange_cli.integrate.progress import Clock, Keeping, Progress
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
+from tests.motion import prepared, values_of
+
+SYSTEMS = {
+    "double_pendulum": 12.0,
+    "driven_damped_pendulum": 40.0,
+    "spherical_pendulum": 30.0,
+    "central_force": 40.0,
+    "n_pendulum": 2.0,
+    "charged_particle": 25.0,
+}
+"""What is followed, and for how long; cyclic coordinates, explicit time and a family among them."""
+OUTPUTS = ("q", "v", "p", "h", "ledger", "action")
+
+
+class Run:
+    """A motion that is followed bit by bit: each time until it has been asked ``looks`` times to stop."""
+
+    def __init__(self, system: str, samples: int, looks: int, size: int = 65536) -> None:
+        ready, values, stop = prepared(system, outputs=OUTPUTS), values_of(system), SYSTEMS[system]
+        times = Times(0.0, stop, samples, stop / (samples - 1))
+        self.series: dict[str, list[np.ndarray]] = {}
+        self.pieces = 0
+        begin: Progress | None = None
+        with (
+            mock.patch.object(taylor, "chunk_size", lambda width: size),
+            mock.patch.object(taylor, "BREATH", 0.0),
+            mock.patch.object(taylor, "FEWEST", 1 if looks else 64),
+        ):
+            while True:
+                keeping = Keeping(begin, Clock(1e9, 1e9), self.refuse)
+                left = iter(range(looks))
+                interrupted = (lambda left=left: next(left, None) is None) if looks else (lambda: False)
+                self.outcome: Outcome = integrate(
+                    ready, values, times, self.emit, interrupted, keeping=keeping
+                )
+                self.pieces += 1
+                if self.outcome.ending is not Ending.INTERRUPTED:
+                    break
+                begin = self.outcome.progress
+
+    def emit(self, chunk: Mapping[str, np.ndarray]) -> None:
+        for path, samples in chunk.items():
+            self.series.setdefault(path, []).append(np.array(samples))
+
+    def refuse(self, progress: Progress) -> None:
+        raise AssertionError("no checkpoint is due")
+
+    def __getitem__(self, path: str) -> bytes:
+        return np.concatenate(self.series[path]).tobytes()
+
+
+@given(
+    system=st.sampled_from(list(SYSTEMS)),
+    samples=st.integers(2, 700),
+    looks=st.integers(1, 40),
+    size=st.integers(1, 300),
+)
+@settings(max_examples=25, deadline=None)
+def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size):
+    whole, pieces = Run(system, samples, 0), Run(system, samples, looks, size)
+    assert list(whole.series) == list(pieces.series)
+    for path in whole.series:
+        assert whole[path] == pieces[path], path
+    for name in ("steps", "t", "ending", "message", "h_drift", "p_drift"):
+        assert getattr(whole.outcome, name) == getattr(pieces.outcome, name), name
+
+
+def test_a_run_is_really_taken_to_pieces():
+    assert Run("double_pendulum", 100, 1).pieces > 50
+
+
+@given(system=st.sampled_from(list(SYSTEMS)), samples=st.integers(2, 200), finer=st.integers(1, 5))
+@settings(max_examples=25, deadline=None)
+def test_the_samples_asked_for_change_neither_steps_nor_samples(system, samples, finer):
+    """At the instants that both have; a power of two makes them the same to the last bit."""
+    coarse, fine = Run(system, samples, 0), Run(system, (samples - 1) * 2**finer + 1, 0)
+    assert (coarse.outcome.steps, coarse.outcome.t) == (fine.outcome.steps, fine.outcome.t)
+    for path, parts in coarse.series.items():
+        every = np.concatenate(fine.series[path])[:: 2**finer]
+        assert np.concatenate(parts).tobytes() == np.ascontiguousarray(every).tobytes(), path
