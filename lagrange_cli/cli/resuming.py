@@ -65,6 +65,10 @@ def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Sta
     found = find_earlier(target, signature(made_by))
     if isinstance(found, Earlier):
         replacing = found.part < 0 or bool(found.checkpoint.head.get("replace"))
+        if target.path.exists() and not replacing:
+            raise FileError(
+                f"{target.shown} is newer than the run that was cut off, and is kept: move it away"
+            )
         return Start(replace(target, part=int(found.part == 0), force=replacing), made_by, earlier=found)
     if found is not None and found.attributes.get("status") != "interrupted":
         return Start(target, made_by, finished=found)

@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 MAGIC = b"lagrange checkpoint 1\n"
 DIGEST = 32
+LARGEST = 2**30
+"""Bytes that a checkpoint may have."""
 KINDS = ("f8", "i8", "i1")
 """The types of arrays that a checkpoint may hold."""
 
@@ -85,8 +87,10 @@ def damaged(shown: str) -> Unusable:
 def write_whole(path: Path, content: bytes) -> None:
     """Put ``content`` into the file, or leave it as it was; raises ``OSError``."""
     part = path.with_name(f"{path.name}.new")
+    with suppress(OSError):  # what was left behind, or put there to lead elsewhere
+        part.unlink(missing_ok=True)
     try:
-        with open(part, "wb") as file:
+        with open(part, "xb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())

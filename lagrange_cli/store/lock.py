@@ -12,6 +12,7 @@ try:
 except ImportError:  # Windows
     fcntl = None  # type: ignore[assignment]
 
+FLAGS = os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0) | getattr(os, "O_NOFOLLOW", 0)
 TAKEN = (errno.EACCES, errno.EAGAIN, errno.EDEADLK)
 
 
@@ -19,7 +20,7 @@ def lock(place: Path) -> int | None:
     """Lock the file ``place``, made for that; None where another process holds it. Raises ``OSError``."""
     while True:
         try:
-            held = os.open(place, os.O_RDWR | os.O_CREAT | getattr(os, "O_CLOEXEC", 0), 0o666)
+            held = os.open(place, FLAGS, 0o666)
         except PermissionError:
             if fcntl is None and place.exists():  # what is being removed on Windows
                 return None

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import h5py
 import numpy as np
 
+from lagrange_cli.errors import FileError
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target, unwritable
 
@@ -31,6 +32,7 @@ class Output:
     def __init__(self, target: Target, create: Callable[[Sink], Any]) -> None:
         self._target = target
         self._kept = False
+        target.discard()  # what was left behind, or put there to lead elsewhere
         try:
             self.sink = Sink(target.temporary)
         except OSError as error:
@@ -44,7 +46,9 @@ class Output:
     def check(self) -> None:
         """Raise what the sink has kept from HDF5."""
         if self.sink.error is not None:
-            raise unwritable(self._target.shown, self.sink.error) from self.sink.error
+            error = unwritable(self._target.shown, self.sink.error)
+            hint = "; --resume goes on from the last checkpoint" if self._kept else ""
+            raise FileError(f"{error}{hint}") from self.sink.error
 
     def keep(self, checkpoint: Checkpoint) -> None:
         """Write a checkpoint beside the file, once what is in the file is on disk.

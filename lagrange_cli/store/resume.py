@@ -13,7 +13,7 @@ import numpy as np
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
-from lagrange_cli.store.checkpoint import Checkpoint, damaged
+from lagrange_cli.store.checkpoint import LARGEST, Checkpoint, damaged
 from lagrange_cli.store.output import CHECKPOINT
 from lagrange_cli.store.target import PARTS, Target
 
@@ -101,7 +101,7 @@ def unfinished(target: Target) -> Earlier | None:
 
     Raises ``FileError`` where it cannot be read, ``Unusable`` where it is damaged.
     """
-    if not target.checkpoint.exists():
+    if not target.checkpoint.is_file():
         return None
     checkpoint = Checkpoint.unpack(read_file(target.checkpoint, target.shown), target.shown)
     part = checkpoint.head.get("part")
@@ -114,6 +114,8 @@ def unfinished(target: Target) -> Earlier | None:
 def read_file(place: Path, shown: str) -> bytes:
     """All of a file."""
     try:
+        if place.stat().st_size > LARGEST:
+            raise damaged(shown)
         return place.read_bytes()
     except OSError as error:
         raise FileError(
@@ -128,18 +130,17 @@ def find_earlier(target: Target, run: Attributes) -> Earlier | Finished | None:
     Raises ``FileError`` where there is something else in the way, or it is damaged.
     """
     output = read_output(target) if target.path.exists() else None
+    beside = unfinished(target)
     if isinstance(output, Finished):
-        try:
-            check_same(
-                target.shown, output.attributes, {name: run[name] for name in run if name != "machine"}
-            )
+        asked = {name: value for name, value in run.items() if name != "machine"}
+        if difference(output.attributes, asked) is None:
+            if beside is None or difference(beside.checkpoint.head.get("run"), run) is None:
+                target.clear()  # a process was killed when the output had just got its name
             return output
-        except FileError:
-            if not target.checkpoint.exists():
-                raise
-    earlier = unfinished(target)
-    if earlier is None and isinstance(output, Earlier):
-        earlier = output
+        if beside is None:
+            check_same(target.shown, output.attributes, asked)
+        output = None
+    earlier = beside or output
     if earlier is not None:
         earlier.check(run)
     return earlier
@@ -151,9 +152,12 @@ def read_output(target: Target) -> Earlier | Finished:
     try:
         with h5py.File(target.path, "r") as file:
             attributes = dict(file.attrs)
-            content = bytes(file[CHECKPOINT][()]) if CHECKPOINT in file else None
+            kept = file.get(CHECKPOINT)
+            if kept is not None and (kept.dtype != np.uint8 or kept.ndim != 1 or len(kept) > LARGEST):
+                raise damaged(shown)
+            content = None if kept is None else kept[()].tobytes()
             last = float(file["t"][-1]) if "t" in file and len(file["t"]) else math.nan
-    except (OSError, KeyError, ValueError, TypeError, RuntimeError) as error:
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
         raise FileError(
             f"{shown} is damaged, or no output of lagrange: --force replaces it, --output names another"
         ) from error
@@ -167,14 +171,21 @@ def read_output(target: Target) -> Earlier | Finished:
 
 def check_same(shown: str, earlier: Any, run: Attributes) -> None:
     """Raise ``FileError`` unless ``earlier`` says what ``run`` says."""
-    if not isinstance(earlier, Mapping) or "generator" not in earlier:
+    name = difference(earlier, run)
+    if name == "generator" and (not isinstance(earlier, Mapping) or name not in earlier):
         raise FileError(f"{shown} is no output of lagrange: --force replaces it, --output names another")
-    for name, value in run.items():
-        if not same(earlier.get(name), value):
-            what = DIFFERENT.get(name, f"of another {name}")
-            raise FileError(
-                f"{shown} cannot be continued: it is {what}; --force replaces it, --output names another"
-            )
+    if name is not None:
+        what = DIFFERENT.get(name, f"of another {name}")
+        raise FileError(
+            f"{shown} cannot be continued: it is {what}; --force replaces it, --output names another"
+        )
+
+
+def difference(earlier: Any, run: Attributes) -> str | None:
+    """The first of the attributes ``run`` that ``earlier`` does not have, or has otherwise."""
+    if not isinstance(earlier, Mapping):
+        return "generator"
+    return next((name for name, value in run.items() if not same(earlier.get(name), value)), None)
 
 
 def same(one: Any, other: Any) -> bool:

@@ -24,7 +24,7 @@ class Sink(io.FileIO):
     """
 
     def __init__(self, path: Path) -> None:
-        super().__init__(path, "w+")
+        super().__init__(path, "x+")
         self.error: OSError | None = None
         self.place = 0
         self.awaited: memoryview | None = None

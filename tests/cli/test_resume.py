@@ -243,6 +243,25 @@ def test_a_finished_output_is_left_alone(folder, capsys):
     assert "needs nothing more: reached the end" in capsys.readouterr().out
 
 
+@pytest.mark.parametrize("others", [False, True])
+def test_a_run_that_was_killed_when_its_output_had_just_got_its_name_is_finished(
+    folder, remains, others, capsys
+):
+    """What it had been continued from is still there. What belongs to another run stays."""
+    run = RUN if others else LONG
+    assert solve(*run) == 0
+    for name, content in remains.items():
+        (folder / name).write_bytes(content)
+    assert solve(*run, "--resume") == 0
+    assert sorted(os.listdir(folder)) == (sorted({*remains, "out.h5"} - {LEFT[1]}) if others else ["out.h5"])
+    if others:
+        assert solve(*LONG, "--resume") == 5
+        assert "out.h5 is newer than the run that was cut off" in capsys.readouterr().err
+        (folder / "out.h5").unlink()
+        assert solve(*LONG, "--resume") == 0
+        assert (folder / "out.h5").read_bytes() == whole_long(folder)
+
+
 def test_a_motion_that_could_not_be_followed_needs_nothing_more(folder, capsys):
     (folder / "fall.yaml").write_text(
         "parameters: {G: 1.0}\ncoordinates: {r: {initial: 1.0}}\nmasses: {stone: 1}\n"
@@ -368,7 +387,9 @@ def test_a_full_disk_keeps_what_the_last_checkpoint_has(folder):
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)),
     )  # fmt: skip
     assert run.returncode == 5
-    assert run.stderr.startswith("Error: out.h5 could not be written: File too large")
+    assert run.stderr == (
+        "Error: out.h5 could not be written: File too large; --resume goes on from the last checkpoint\n"
+    )
     assert sorted(os.listdir(folder)) == [".out.h5.checkpoint", ".out.h5.part"]
     assert solve(*LONG, "--resume") == 0
     assert (folder / "out.h5").read_bytes() == expected
@@ -399,6 +420,23 @@ def test_a_folder_that_becomes_unwritable_keeps_the_result_in_the_hidden_file(fo
     error = capsys.readouterr().err
     assert "out.h5 could not be written: Permission denied; the result is whole in" in error
     assert (folder / ".out.h5.part").read_bytes() == expected
+
+
+@pytest.mark.parametrize(
+    "name", [".out.h5.part", ".out.h5.checkpoint.new", ".out.h5.lock", ".out.h5.checkpoint"]
+)
+@pytest.mark.parametrize("kind", ["link", "fifo"])
+def test_what_lies_where_the_hidden_files_go_is_neither_followed_nor_waited_for(folder, name, kind, capsys):
+    (folder / "precious").write_text("precious")
+    if kind == "link":
+        (folder / name).symlink_to("precious")
+    else:
+        os.mkfifo(folder / name)
+    status = solve(*RUN, "--checkpoint", "0")
+    error = capsys.readouterr().err
+    assert status in (0, 5) and "Traceback" not in error and "report it" not in error
+    assert (status == 0) is h5py.is_hdf5("out.h5")
+    assert (folder / "precious").read_text() == "precious"
 
 
 def test_where_checkpoints_cannot_be_written_the_run_goes_on(folder, monkeypatch):

@@ -1,4 +1,4 @@
-"""The same bits, however many samples are asked for, in whatever pieces, and wherever a run is interrupted."""
+"""The same bits, however many samples are asked for, in whatever pieces, and wherever it is interrupted."""
 
 from __future__ import annotations
 
