@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import atexit
+import os
 import signal
 import threading
+from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any
+
+from lagrange_cli.cli.report import INTERRUPTED
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
 """Signals besides that of Ctrl-C that ask a process to end; they do what Ctrl-C does."""
@@ -48,7 +53,15 @@ def ignored(number: signal.Signals) -> bool:
 
 
 def heed_endings() -> None:
-    """From now on, let Ctrl-C and what else asks the process to end raise ``KeyboardInterrupt``."""
+    """From now on, end the process at once where Ctrl-C, or what else asks it to end, comes."""
     for number in (signal.SIGINT, *ENDING):
         if not ignored(number):
-            signal.signal(number, signal.default_int_handler)
+            signal.signal(number, leave)
+
+
+def leave(number: int, frame: FrameType | None) -> None:
+    """End the process. (An exception would be lost where it falls into code that is called back.)"""
+    with suppress(OSError):
+        os.write(2, b"Interrupted.\n")
+    atexit._run_exitfuncs()
+    os._exit(INTERRUPTED)

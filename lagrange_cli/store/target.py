@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import atexit
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -60,9 +61,11 @@ class Target:
                 f"{self.shown} is being written by another process: "
                 "wait for it, or --output names another file"
             )
+        atexit.register(unlock, place, held)
         try:
             yield
         finally:
+            atexit.unregister(unlock)
             unlock(place, held)
 
     def publish(self) -> None:
