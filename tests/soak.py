@@ -21,7 +21,7 @@ import h5py
 
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
-KILLS = (signal.SIGKILL,) * 4 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
+KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """The most are such that the process is never asked."""
 OFTEN = ("--checkpoint", "0.03")
 
@@ -93,7 +93,7 @@ def disturbed(
         process = subprocess.Popen(
             command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
-        number, after = chance.choice(KILLS), chance.uniform(0.2, 1.0) * seconds
+        number, after = chance.choice(KILLS), chance.uniform(0.3, 1.0) * seconds
         try:
             _, err = process.communicate(timeout=after)
         except subprocess.TimeoutExpired:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.resuming import Start
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
-    from lagrange_cli.integrate.members import EnsembleOutcome
+    from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
@@ -36,7 +36,8 @@ class Ensemble:
 
 def series(ensemble: Ensemble, prepared: Prepared) -> tuple[Series, ...]:
     """The datasets of the ensemble, in the file's order."""
-    from lagrange_cli.integrate.members import STATUS, drift_path
+    from lagrange_cli.integrate.ensemble_outcome import STATUS
+    from lagrange_cli.integrate.members import drift_path
     from lagrange_cli.records import replace
     from lagrange_cli.store.layout import Series
 

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.cli.members import Draws
-    from lagrange_cli.integrate.members import EnsembleOutcome
+    from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.store.checkpoint import Checkpoint
@@ -204,7 +204,8 @@ def follow_and_write(
     """Follow all members into the output file, whatever way they end."""
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble import ensemble_method
-    from lagrange_cli.integrate.members import UNFINISHED, EnsembleOutcome, follow_ensemble
+    from lagrange_cli.integrate.ensemble_outcome import UNFINISHED, EnsembleOutcome
+    from lagrange_cli.integrate.members import follow_ensemble
     from lagrange_cli.integrate.progress import Clock, Keeping
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
@@ -11,12 +11,13 @@ import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble import Batch, EnsembleMethod
+from lagrange_cli.integrate.ensemble_outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.motion import Array, End, aligned
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.progress import Keeping
 from lagrange_cli.integrate.run import sentence
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,65 +28,12 @@ if TYPE_CHECKING:
     Index = NDArray[np.int64]
     Emit = Callable[[Index, dict[str, Any]], None]
 
-ENDINGS = tuple(Ending)
-STATUS = f"S{max(len(ending.status) for ending in ENDINGS)}"
-"""numpy's name for the type of a member's status."""
-UNFINISHED = ENDINGS.index(Ending.INTERRUPTED)
 MEMORY = 16 * 2**20
 """Bytes of initial values that are laid out at a time, and of what has ended before it is written."""
 OFTEN = 1.0
 """Seconds after which what has ended is written, however little it is."""
 FEWEST = 512
 """Members that are laid out at least, however large they are."""
-
-
-@dataclass(frozen=True)
-class EnsembleOutcome:
-    """What came of an ensemble.
-
-    ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
-    to its end, and how that went; drifts are the largest of all members, as in ``Outcome``.
-    """
-
-    endings: NDArray[np.int8]
-    failed: tuple[int, str] | None
-    steps: int
-    h_drift: float | None
-    p_drift: Mapping[str, float]
-
-    def as_data(self) -> dict[str, Any]:
-        """All but the endings, in terms of JSON (with NaN and infinities)."""
-        drifts = {"h_drift": self.h_drift, "p_drift": dict(self.p_drift)}
-        return {"failed": self.failed, "steps": self.steps, **drifts}
-
-    @classmethod
-    def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
-        """What ``as_data`` gave, for so many members; raises ``ValueError`` where it is nothing of the
-        kind."""
-        if endings is None or endings.dtype != np.int8 or endings.shape != (members,):
-            raise ValueError("of other members")
-        if ((endings < 0) | (endings >= len(ENDINGS))).any():
-            raise ValueError("no endings")
-        try:
-            failed, h = data["failed"], data["h_drift"]
-            return cls(
-                endings.copy(),
-                None if failed is None else (int(failed[0]), str(failed[1])),
-                int(data["steps"]),
-                None if h is None else float(h),
-                {str(name): float(x) for name, x in data["p_drift"].items()},
-            )
-        except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
-            raise ValueError("no outcome") from error
-
-    def count(self, status: str) -> int:
-        """How many members have that status."""
-        return sum(int((self.endings == i).sum()) for i, one in enumerate(ENDINGS) if one.status == status)
-
-    @property
-    def status(self) -> str:
-        """``interrupted`` if some members were never followed, ``failed`` if some failed, ``complete``."""
-        return next((one for one in ("interrupted", "failed") if self.count(one)), "complete")
 
 
 def follow_ensemble(
