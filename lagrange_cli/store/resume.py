@@ -27,6 +27,7 @@ DIFFERENT = {
     "sizes": "of other sizes",
     "method": "of another --method",
     "tolerance": "of another --tolerance",
+    "precision": "of another --precision",
     "sweep": "of other members",
     "run": "of another initial state, or of another --stop, --samples, --step or --outputs",
     "machine": "made on another processor, or by another LLVM, which would give other last digits",
@@ -182,10 +183,12 @@ def check_same(shown: str, earlier: Any, run: Attributes) -> None:
 
 
 def difference(earlier: Any, run: Attributes) -> str | None:
-    """The first of the attributes ``run`` that ``earlier`` does not have, or has otherwise."""
+    """The first attribute that only one of ``run`` and ``earlier`` has, or that they have otherwise."""
     if not isinstance(earlier, Mapping):
         return "generator"
-    return next((name for name, value in run.items() if not same(earlier.get(name), value)), None)
+    missing = [name for name in DIFFERENT if name in earlier and name not in run]
+    differing = (name for name, value in run.items() if not same(earlier.get(name), value))
+    return next(differing, None) or next(iter(missing), None)
 
 
 def same(one: Any, other: Any) -> bool:

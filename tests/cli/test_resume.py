@@ -311,6 +311,14 @@ def test_another_run_is_not_continued(folder, interrupted_after, options, messag
     assert (folder / "out.h5").read_bytes() == before and os.listdir(folder) == ["out.h5"]
 
 
+def test_what_only_an_earlier_run_says_makes_it_another(folder, capsys):
+    assert solve(*RUN) == 0
+    with h5py.File("out.h5", "r+") as file:
+        file.attrs["sizes"] = '{"N": 3}'
+    assert solve(*RUN, "--resume") == 5
+    assert "it is of other sizes" in capsys.readouterr().err
+
+
 def test_another_file_of_the_same_name_is_not_continued(folder, capsys):
     for content in (b"", b"what is this?", (SYSTEMS / "pendulum.yaml").read_bytes()):
         (folder / "out.h5").write_bytes(content)
