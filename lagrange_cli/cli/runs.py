@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from functools import wraps
+from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +15,8 @@ from lagrange_cli.cli.report import INTERRUPTED, stem
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS
 from lagrange_cli.cli.source import derive_system
 from lagrange_cli.errors import MotionError, UsageError
-from lagrange_cli.records import dataclass
+from lagrange_cli.integrate.methods import DOUBLE
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
@@ -88,6 +89,7 @@ class Request:
     resume: bool
     checkpoint: float
     checkpoint_count: int
+    precision: str = DOUBLE
 
 
 def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
@@ -165,12 +167,13 @@ def prepare_run(
         from lagrange_cli.native.cache import find_cache
     return prepare_system(
         spec,
-        derive_system,
+        partial(derive_system, exact=settings.precision != DOUBLE),
         find_cache(wanted=cached),
         method=settings.method,
         tolerance=settings.tolerance,
         outputs=settings.outputs,
         ensemble=ensemble,
+        precision=settings.precision,
         stage=watch.stage,
         meanwhile=meanwhile,
     )
@@ -181,7 +184,7 @@ def series_of(spec: Spec, prepared: Prepared) -> tuple[Series, ...]:
     from lagrange_cli.store.layout import Series
 
     units = units_of(spec)
-    return tuple(
+    found = [
         Series(
             dataset.path,
             dataset.shape,
@@ -192,7 +195,15 @@ def series_of(spec: Spec, prepared: Prepared) -> tuple[Series, ...]:
         )
         for dataset in prepared.datasets
         if dataset.path != "t"
-    )
+    ]
+    if prepared.machine.program.parts > 1:
+        from lagrange_cli.integrate.twofold import LOW
+
+        text = "what {} is beyond the double in /{}"
+        found += [
+            replace(one, path=LOW + one.path, long_name=text.format(one.long_name, one.path)) for one in found
+        ]
+    return tuple(found)
 
 
 def units_of(spec: Spec) -> dict[str, str]:
@@ -220,6 +231,7 @@ def origin(
         **({"sizes": json.dumps(dict(spec.sizes))} if spec.sizes else {}),
         "method": settings.method,
         "tolerance": settings.tolerance,
+        **({} if settings.precision == DOUBLE else {"precision": settings.precision}),
         "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
     }
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.integrate.methods import DOUBLE
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -35,6 +36,9 @@ TIGHTEST_TOLERANCE = {"taylor": 1e-16}
 TIGHTEST_OF_SCIPY = 100 * FULL_PRECISION
 """scipy's methods raise smaller relative tolerances to this one, with a warning."""
 
+FULL_DOUBLE_DOUBLE = 2.0**-104
+"""The default tolerance of double-double."""
+
 DEFAULT_TOLERANCE = {"taylor": FULL_PRECISION}
 DEFAULT_OF_SCIPY = 1e-10
 
@@ -50,6 +54,7 @@ class Settings:
     method: str
     tolerance: float
     outputs: frozenset[str]
+    precision: str = DOUBLE
 
 
 def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
@@ -69,7 +74,7 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
     return replace(defaults, **given)
 
 
-def resolve_settings(spec: Spec, options: SolveDefaults) -> Settings:
+def resolve_settings(spec: Spec, options: SolveDefaults, precision: str = DOUBLE) -> Settings:
     """The settings of a run: the options of the command line over the file's ``solve`` section.
 
     Raises ``UsageError`` for what the command line asks, ``SpecError`` for what the file asks.
@@ -80,14 +85,19 @@ def resolve_settings(spec: Spec, options: SolveDefaults) -> Settings:
     check_defaults(spec)
     count, step = sample_times(asked.start, asked.stop, asked.samples, asked.step)
     method = resolve_method(asked.method)
+    if precision != DOUBLE and method != METHODS[0]:
+        raise UsageError(
+            f"--precision {precision} is for method {METHODS[0]} alone, not for {method}: add --method {METHODS[0]}"
+        )
     return Settings(
         start=asked.start,
         stop=asked.stop,
         count=count,
         step=step,
         method=method,
-        tolerance=resolve_tolerance(asked.tolerance, method),
+        tolerance=resolve_tolerance(asked.tolerance, method, precision),
         outputs=resolve_outputs(asked.outputs, has_particles=spec.lagrangian is None),
+        precision=precision,
     )
 
 
@@ -158,11 +168,12 @@ def resolve_method(name: str | None) -> str:
     raise UsageError(f"unknown method {name!r}; {suggest(name, METHODS)}")
 
 
-def resolve_tolerance(tolerance: float | None, method: str) -> float:
+def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOUBLE) -> float:
     """The tolerance asked for, if the method can take it; else the method's default."""
+    double = precision == DOUBLE
     if tolerance is None:
-        return DEFAULT_TOLERANCE.get(method, DEFAULT_OF_SCIPY)
-    tightest = TIGHTEST_TOLERANCE.get(method, TIGHTEST_OF_SCIPY)
+        return DEFAULT_TOLERANCE.get(method, DEFAULT_OF_SCIPY) if double else FULL_DOUBLE_DOUBLE
+    tightest = TIGHTEST_TOLERANCE.get(method, TIGHTEST_OF_SCIPY) if double else FULL_DOUBLE_DOUBLE / 4
     if not tightest <= tolerance <= LOOSEST_TOLERANCE:
         raise UsageError(
             f"the tolerance of method {method} must be from {tightest:.3g} to {LOOSEST_TOLERANCE:g}, "

@@ -30,6 +30,8 @@ from lagrange_cli.cli.settings import resolve_settings
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.methods import DOUBLE, PRECISIONS
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     import numpy as np
@@ -54,16 +56,23 @@ if TYPE_CHECKING:
     callback=refuse("systems run one after the other for now", unless=1),
     help="Solve so many systems at a time (only 1 for now).",
 )
+@click.option(
+    "--precision",
+    type=click.Choice(PRECISIONS),
+    default=DOUBLE,
+    help="Digits of all numbers: some 16, or 31 at about fifty times the time [double].",
+)
 @run_options(
     output="The file to write [SYSTEM.h5, in this directory].",
     outputs=f"What to write, as {list_of_outputs()}.",
 )
-def solve(systems: tuple[str, ...], request: Request) -> int:
+def solve(systems: tuple[str, ...], request: Request, precision: str) -> int:
     """Integrate the motion of each system and write it to an HDF5 file.
 
     SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
     """
     refuse_shared_outputs(systems, request.output)
+    request = replace(request, precision=precision)
     return run_each(systems, lambda system: solve_system(system, request), as_json=request.as_json)
 
 
@@ -84,7 +93,7 @@ def solve_system(system: str, request: Request) -> int:
         name = output_name(system, request.output)
         target = find_output(system, name, force=request.force, resume=request.resume)
     spec, values, settings = read_run(system, request, watch)
-    made_by = origin(spec, settings, dict(values.parameters), [values.q, values.v])
+    made_by = origin(spec, settings, dict(values.parameters), initial_state(values))
     with target.claimed():
         with watch.stage("import"):
             start = take_up(target, made_by, request)
@@ -109,10 +118,18 @@ def read_run(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, Val
     content = read_bytes(system)
     with watch.stage("import"):
         from lagrange_cli.spec.read import read_spec
-        from lagrange_cli.spec.values import resolve_values
+        from lagrange_cli.spec.values import resolve_long_values, resolve_values
     with watch.stage("parse"):
         spec = read_spec(content, display_name(system), request.sizes)
-        return spec, resolve_values(spec, request.overrides), resolve_settings(spec, request.options)
+        resolve = resolve_values if request.precision == DOUBLE else resolve_long_values
+        values = resolve(spec, request.overrides)
+        return spec, values, resolve_settings(spec, request.options, request.precision)
+
+
+def initial_state(values: Values) -> list[Any]:
+    """What stands for it in the output."""
+    low = values.low
+    return [values.q, values.v, *([] if low is None else [low.q, low.v, dict(low.parameters)])]
 
 
 def import_the_rest() -> None:

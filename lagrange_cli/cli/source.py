@@ -32,8 +32,8 @@ def read_system(system: str, sizes: Mapping[str, str] | None = None) -> Spec:
     return read_spec(content, display_name(system), sizes)
 
 
-def derive_system(spec: Spec) -> Residual:
-    """The equations of motion over the expression graph.
+def derive_system(spec: Spec, *, exact: bool = False) -> Residual:
+    """The equations of motion over the expression graph; if ``exact``, no number in them is rounded.
 
     Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
     """
@@ -41,8 +41,13 @@ def derive_system(spec: Spec) -> Residual:
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
 
+    algebra = GraphAlgebra()
+    if exact:
+        from lagrange_cli.expression.exact import ExactGraphAlgebra
+
+        algebra = ExactGraphAlgebra()
     with located(spec):
-        return derive(build_model(spec, GraphAlgebra()))
+        return derive(build_model(spec, algebra))
 
 
 @contextmanager

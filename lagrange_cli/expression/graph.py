@@ -104,6 +104,10 @@ class Scaled:
 class Graph:
     """A table in which every distinct expression exists once."""
 
+    number = staticmethod(float)
+    """What numbers are; with ``tidy``, ``power_of`` and ``function_of`` the arithmetic of constants."""
+    tidy, power_of, function_of = staticmethod(tidy), staticmethod(real_power), staticmethod(real_function)
+
     def __init__(self) -> None:
         self.nodes: list[Node] = []
         self._table: dict[tuple[Any, ...], Node] = {}
@@ -119,7 +123,7 @@ class Graph:
 
     def constant(self, value: float) -> Node:
         """The node of a number (-0.0 is 0)."""
-        value = float(value) + 0.0
+        value = self.number(value) + 0.0
         return self._make(Kind.NUMBER, value, (), 0)
 
     def symbol(self, name: str) -> Node:
@@ -237,7 +241,7 @@ class Graph:
         while pending:
             node, exponent = pending.pop()
             if node.kind is Kind.NUMBER:
-                coefficient *= real_power(node.data, exponent)
+                coefficient *= self.power_of(node.data, exponent)
                 continue
             integral = exponent == int(exponent) if math.isfinite(exponent) else False
             if integral and node.kind is Kind.PRODUCT:
@@ -245,13 +249,13 @@ class Graph:
                 continue
             scaled = self.split_coefficient(node)
             if scaled.node is not node and (integral or scaled.coefficient > 0.0):
-                coefficient *= real_power(scaled.coefficient, exponent)
+                coefficient *= self.power_of(scaled.coefficient, exponent)
                 pending.append((scaled.node, exponent))
                 continue
             collected[node] = collected.get(node, 0) + exponent
         if coefficient == 0.0:
             return self.zero
-        parts = [(a, tidy(e)) for a, e in collected.items() if e != 0]
+        parts = [(a, self.tidy(e)) for a, e in collected.items() if e != 0]
         if not parts:
             return self.constant(coefficient)
         parts.sort(key=lambda part: part[0].number)
@@ -264,7 +268,7 @@ class Graph:
     def power(self, base: Node, exponent: Node) -> Node:
         """``base ** exponent``; a numerical exponent makes a product, any other a power node."""
         if exponent.kind is Kind.NUMBER:
-            return self.product([(base, tidy(exponent.data))])
+            return self.product([(base, self.tidy(exponent.data))])
         if base is self.one:
             return self.one
         return self._make(Kind.POWER, None, (base, exponent))
@@ -275,7 +279,7 @@ class Graph:
         if name == "sqrt":
             return self.product([(arguments[0], 0.5)])
         if all(argument.kind is Kind.NUMBER for argument in arguments):
-            return self.constant(real_function(name, [argument.data for argument in arguments]))
+            return self.constant(self.function_of(name, [argument.data for argument in arguments]))
         return self._make(Kind.FUNCTION, name, arguments)
 
     def ddt(self, node: Node) -> Node:
@@ -335,7 +339,7 @@ class Graph:
             for argument, exponent in self._arguments_with(node, symbol):
                 rate = inner(argument)
                 if not rate.is_zero:
-                    terms.append((self.product([(node, 1), (argument, -1), (rate, 1)]), float(exponent)))
+                    terms.append((self.product([(node, 1), (argument, -1), (rate, 1)]), self.number(exponent)))
             return self.sum(terms)
         return self.sum(
             [

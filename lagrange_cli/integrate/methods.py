@@ -5,3 +5,7 @@ TAYLOR = "taylor"
 
 IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
 """Those of scipy's methods that want the Jacobian."""
+
+DOUBLE, DOUBLE_DOUBLE = "double", "double-double"
+PRECISIONS = (DOUBLE, DOUBLE_DOUBLE)
+"""What numbers are: one double, or the sum of two."""

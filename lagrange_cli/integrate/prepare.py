@@ -8,7 +8,7 @@ from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.integrate.alongside import alongside
-from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods import DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.native.interface import Interface
@@ -60,6 +60,7 @@ def prepare_system(
     tolerance: float,
     outputs: frozenset[str],
     ensemble: bool = False,
+    precision: str = DOUBLE,
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
@@ -75,7 +76,10 @@ def prepare_system(
     def write() -> tuple[Program, Recording]:
         from lagrange_cli.integrate.writing import write_run
 
-        return write_run(derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble)
+        return write_run(
+            derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
+            precision=precision,
+        )  # fmt: skip
 
     def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -84,7 +88,10 @@ def prepare_system(
     kept, key = None, None
     with stage("cache"):
         if cache is not None:
-            key = key_of(spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble)
+            key = key_of(
+                spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
+                precision=precision,
+            )  # fmt: skip
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
         if kept is not None:
@@ -130,7 +137,8 @@ def follower(
 
 
 def key_of(
-    spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False
+    spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False,
+    precision: str = DOUBLE,
 ) -> str | None:
     """All that a compiled program depends on; None where that cannot be found out.
 
@@ -142,7 +150,7 @@ def key_of(
         made_by = identity()
     except OSError:
         return None
-    kind = ["taylor", tolerance.hex(), ensemble] if method == TAYLOR else ["rates", method in IMPLICIT]
+    kind = ["taylor", tolerance.hex(), ensemble, precision] if method == TAYLOR else ["rates", method in IMPLICIT]
     return json.dumps([structure(spec), kind, sorted(outputs), made_by])
 
 

@@ -54,7 +54,7 @@ class Progress:
             raise ValueError("no progress") from error
         if memory is None or memory.shape != (program.memory,) or memory.dtype != np.float64 or not sound:
             raise ValueError("not of this program")
-        if list(first) != list(program.observed if samples else ()) or list(drift) != list(conserved):
+        if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
         return cls(Snapshot(memory, t, steps, samples), first, drift)
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from functools import reduce
+from operator import add
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from lagrange_cli.records import dataclass
 
@@ -16,6 +18,9 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
     Series = Mapping[str, Array]
     """Rows by name, each of shape (c,): observed quantities, or quadratures."""
+
+
+T = TypeVar("T", bound=Any)
 
 
 class Making(Enum):
@@ -51,20 +56,28 @@ class Dataset:
     def make(self, observed: Series, integrals: Series, first: Mapping[str, float | Array]) -> Array:
         """Its samples (c, *shape); ``first`` holds the observed quantities at the start, one number each, or
         one for each sample where these are not all of one motion."""
+        return self.shaped(self.parts(observed, integrals, first))
+
+    def parts(self, observed: Mapping[str, T], integrals: Mapping[str, T], first: Mapping[str, Any]) -> list[T]:
+        """The same, number by number: rows (c,), or anything that can be added."""
         if self.making is Making.INTEGRAL:
-            return integrals[self.path]
+            return [integrals[self.path]]
         rows = [observed[name] for name in self.sources]
         if self.making is Making.SUM:
-            return sum(rows[1:], rows[0])
+            return [reduce(add, rows)]
         if self.making is Making.BALANCE:
             rows = [row - first[name] for row, name in zip(rows, self.sources)]
             names = map(self.quadrature, self.sources)
             rows = [row - integrals[name] if name in integrals else row for row, name in zip(rows, names)]
+        return rows
+
+    def shaped(self, rows: Sequence[Array]) -> Array:
+        """Rows (c,) as samples (c, *shape)."""
         if not self.shape:
             return rows[0]
         import numpy as np
 
-        return np.stack(rows, axis=1).reshape(-1, *self.shape)
+        return np.stack(list(rows), axis=1).reshape(-1, *self.shape)
 
 
 @dataclass(frozen=True)
@@ -91,15 +104,20 @@ class Recording:
 
         ``states`` (rows, c) holds q, v and the ``integrals``; for ``first`` see ``Dataset.make``.
         """
+        found = self.state_series(states)
+        quadratures = dict(zip(integrals, states[2 * len(self.coordinates) :]))
+        for made in self.made:
+            found[made.path] = made.make(observed, quadratures, first)
+        return found
+
+    def state_series(self, states: Array) -> dict[str, Array]:
+        """Those of q and v."""
         found = {}
         row = {"q": 0, "v": len(self.coordinates)}
         for dataset in self.states:
             kind, count = dataset.path[0], math.prod(dataset.shape)
             found[dataset.path] = states[row[kind] : row[kind] + count].T.reshape(-1, *dataset.shape)
             row[kind] += count
-        quadratures = dict(zip(integrals, states[2 * len(self.coordinates) :]))
-        for made in self.made:
-            found[made.path] = made.make(observed, quadratures, first)
         return found
 
     def as_data(self) -> dict[str, Any]:

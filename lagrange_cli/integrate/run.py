@@ -40,15 +40,16 @@ def integrate(
     motion goes on where an earlier run has got to.
     """
     program = prepared.machine.program
-    parameters = np.array([values.parameters[name] for name in program.parameters], dtype=np.float64)
-    state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
+    given = [values] if values.low is None else [values, values.low]
+    parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
+    state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
 
     def watch(t: float) -> bool:
         progress(t)
         return interrupted()
 
     with Behind() as behind:
-        samples = Samples(prepared, parameters, lambda chunk: behind.call(partial(emit, chunk)))
+        samples = samples_of(prepared)(prepared, parameters, lambda chunk: behind.call(partial(emit, chunk)))
         following = partial(prepared.follower.follow, parameters, state, times, samples.accept, watch)
         if keeping is None:
             end = following()
@@ -71,6 +72,15 @@ def integrate(
         p_drift=p_drift,
         progress=None if end.snapshot is None else samples.progress(end.snapshot),
     )
+
+
+def samples_of(prepared: Prepared) -> type[Samples]:
+    """What makes datasets of numbers of that many parts."""
+    if prepared.machine.program.parts == 1:
+        return Samples
+    from lagrange_cli.integrate.twofold import TwofoldSamples
+
+    return TwofoldSamples
 
 
 class Samples:
@@ -105,7 +115,7 @@ class Samples:
 
     def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
         machine = self._prepared.machine
-        names, count = machine.program.observed, len(times)
+        names, count = machine.program.quantities, len(times)
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
         self._wide, self._other = self._other, self._wide

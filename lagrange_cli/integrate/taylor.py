@@ -55,7 +55,7 @@ class TaylorMethod:
     ) -> End:
         """See ``motion.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
-        size = min(chunk_size(program.rows + len(program.observed)), times.count)
+        size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
         stepper = Stepper(self.machine, parameters, state, times, size, self.better)
         first = 0
         if keeper.begin is not None:
@@ -112,10 +112,12 @@ class Stepper:
         self._memory, self._work = aligned(program.memory), aligned(program.work)
         self._trial = aligned(program.trial)
         self._clock = 2 * program.width
-        self._memory[: self._rows], self._memory[self._clock] = state, times.start
+        for part, given in enumerate(state.reshape(program.parts, -1)):
+            self._memory[part * program.width :][: self._rows] = given
+        self._memory[self._clock] = times.start
         self._info = np.zeros(2, dtype=np.int64)
         self._pause = 4 * FEWEST
-        self.samples = np.empty((self._rows, size + LANES))
+        self.samples = np.empty((program.parts * self._rows, size + LANES))
         self._spare: Array | None = None
         self.steps = 0
 

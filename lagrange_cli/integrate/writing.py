@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.integrate.plan import Plan, make_plan
 from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.mechanics.explicit import Linearization, linearize
@@ -16,13 +16,20 @@ RATES = 2
 
 
 def write_run(
-    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False
+    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False,
+    precision: str = DOUBLE,
 ) -> tuple[Program, Recording]:
     """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.
 
     One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
     """
     plan = make_plan(residual, outputs)
+    if precision == DOUBLE_DOUBLE:
+        from lagrange_cli.native import twofold_program as twofold
+
+        order = twofold.order_for(tolerance)
+        program = twofold.write_twofold_program(residual, order, plan.integrands, plan.observed, tolerance)
+        return program, plan.recording
     if ensemble and method == TAYLOR:
         from lagrange_cli.native.lanes import suits_lanes, with_lanes
 

@@ -18,6 +18,11 @@ BEYOND = 3
 """Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""
 
 
+def low(name: str) -> str:
+    """What the low part of an observed quantity is called."""
+    return f"low {name}"
+
+
 def width_of(rows: int) -> int:
     """Doubles that so many rows of the state take: one vector, or several whole ones."""
     return next((width for width in (2, 4) if width >= rows), LANES * -(-rows // LANES))
@@ -41,7 +46,7 @@ class Interface:
     ``order`` is that of q's series, ``degrees`` the number of coordinates. ``observed`` names the
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
     whose values follow q and v in the state. ``lanes`` is what eight motions at once work on; 0 where the
-    program has no code for them.
+    program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
     """
 
     order: int
@@ -52,11 +57,17 @@ class Interface:
     constants: int
     work: int
     lanes: int
+    parts: int
 
     @property
     def rows(self) -> int:
         """Rows of the state: q, v and the integrals."""
         return 2 * self.degrees + len(self.integrals)
+
+    @property
+    def quantities(self) -> tuple[str, ...]:
+        """The rows of what ``@observe`` computes: the names, and where numbers have low parts, theirs."""
+        return self.observed + tuple(map(low, self.observed)) * (self.parts - 1)
 
     @property
     def width(self) -> int:

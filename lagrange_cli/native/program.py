@@ -97,6 +97,7 @@ def write_program(
         constants=size,
         work=work,
         lanes=0,
+        parts=1,
         series=series,
         operations={"jet": expansion.emitter.operations, "observe": observe_operations},
     )

@@ -23,11 +23,15 @@ from lagrange_cli.spec.spec import Expression, Spec
 
 @dataclass(frozen=True)
 class Values:
-    """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates."""
+    """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
+
+    ``low`` is what the numbers are beyond these doubles, where they are known so well.
+    """
 
     parameters: Mapping[str, float]
     q: tuple[float, ...]
     v: tuple[float, ...]
+    low: Values | None = None
 
 
 def resolve_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Values:
@@ -39,6 +43,20 @@ def resolve_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Va
             initial value that is missing.
     """
     return Values(*evaluate_run(spec, overrides or {}, NumberAlgebra(), {}))
+
+
+def resolve_long_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Values:
+    """The same in double-double: decimals as they are written, functions and pi to as many digits."""
+    from lagrange_cli.expression.exact import LongNumberAlgebra, in_two_parts
+
+    parameters, *state = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {})
+    named = {name: in_two_parts(value) for name, value in parameters.items()}
+    both = [
+        ({name: value[part] for name, value in named.items()},
+         *(tuple(in_two_parts(x)[part] for x in row) for row in state))
+        for part in (0, 1)
+    ]  # fmt: skip
+    return Values(*both[0], low=Values(*both[1]))
 
 
 def evaluate_run(

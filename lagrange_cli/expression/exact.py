@@ -1,0 +1,145 @@
+"""The graph's algebra, and that of numbers, for runs in double-double: nothing is rounded to doubles.
+
+A number of the file is what is written there, 9.81 a fraction; what is irrational, pi or sqrt(2), is known to
+``DIGITS`` digits. So a coefficient is the same wherever derivation brings it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from fractions import Fraction
+from typing import Any
+
+import mpmath
+
+from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node
+from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.syntax import Tree
+
+DIGITS = 70
+_CONTEXT = mpmath.mp.clone()
+_CONTEXT.dps = DIGITS
+_MOST_BITS = 2000
+"""Numerators and denominators that become longer are rounded to ``DIGITS`` digits."""
+
+
+class Exact(Fraction):
+    """A fraction that stays one where floats are added or multiplied, infinite ones apart."""
+
+    __slots__ = ()
+
+
+def _operation(name: str) -> Callable[[Exact, Any], Any]:
+    plain, of_floats = getattr(Fraction, name), getattr(float, name)
+
+    def operation(self: Exact, other: Any) -> Any:
+        if isinstance(other, float):
+            if not math.isfinite(other):
+                return of_floats(float(self), other)
+            other = Fraction(other)
+        made = plain(self, other)
+        return _bounded(made) if isinstance(made, Fraction) else made
+
+    return operation
+
+
+for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"):
+    setattr(Exact, f"__{_name}__", _operation(f"__{_name}__"))
+Exact.__neg__ = lambda self: Exact(Fraction.__neg__(self))  # type: ignore[method-assign, assignment]
+Exact.__abs__ = lambda self: Exact(Fraction.__abs__(self))  # type: ignore[method-assign, assignment]
+
+
+def _bounded(value: Fraction) -> Exact:
+    if value.denominator.bit_length() + value.numerator.bit_length() > _MOST_BITS:
+        return _rounded(_real(value))
+    return Exact(value)
+
+
+def _real(value: Any) -> Any:
+    """A number of any kind in mpmath's terms."""
+    if isinstance(value, Fraction):
+        return _CONTEXT.mpf(value.numerator) / value.denominator
+    return _CONTEXT.mpf(value)
+
+
+def _rounded(value: Any) -> Any:
+    """What mpmath has computed: nan where it is not real, inf where no double is as large."""
+    if not isinstance(value, _CONTEXT.mpf):
+        return math.nan
+    if not _CONTEXT.isfinite(value) or abs(value) > 1.7e308:
+        return float(value)
+    sign, mantissa, exponent, _ = value._mpf_
+    scaled = Fraction(int(mantissa)) * Fraction(2) ** exponent
+    return Exact(-scaled if sign else scaled)
+
+
+class ExactGraph(Graph):
+    """A graph whose numbers are exact, or nearly so."""
+
+    @staticmethod
+    def number(value: Any) -> Any:  # type: ignore[override]
+        return Exact(value) if isinstance(value, Fraction) or math.isfinite(value) else value
+
+    @staticmethod
+    def tidy(exponent: Any) -> Any:  # type: ignore[override]
+        return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else exponent
+
+    @staticmethod
+    def power_of(base: Any, exponent: Any) -> Any:  # type: ignore[override]
+        if base == 0 and exponent < 0:
+            return math.inf
+        if isinstance(base, Fraction) and exponent == int(exponent) and abs(exponent) < 100:
+            return Exact(Fraction(base) ** int(exponent))
+        return _rounded(_real(base) ** _real(exponent))
+
+    @staticmethod
+    def function_of(name: str, arguments: Sequence[Any]) -> Any:  # type: ignore[override]
+        if name == "log" and arguments[0] == 0:
+            return -math.inf
+        return _rounded(getattr(_CONTEXT, name)(*map(_real, arguments)))
+
+
+class ExactGraphAlgebra(GraphAlgebra):
+    """``Algebra[Node]`` over such a graph."""
+
+    def __init__(self) -> None:
+        self.graph = ExactGraph()
+
+    def number(self, text: str) -> Node:
+        return self.graph.constant(Exact(text))
+
+    def pi(self) -> Node:
+        return self.graph.constant(_rounded(+_CONTEXT.pi))
+
+
+class LongNumberAlgebra(NumberAlgebra):
+    """Parameters and initial values with ``DIGITS`` digits (numbers of mpmath)."""
+
+    def number(self, text: str) -> Any:
+        return _CONTEXT.mpf(text)
+
+    def pi(self) -> Any:
+        return +_CONTEXT.pi
+
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        """Raises ArithmeticError outside the function's domain."""
+        if name == "log" and arguments[0] == 0:
+            raise ArithmeticError("log(0) is not a real number")
+        value = getattr(_CONTEXT, name)(*map(_CONTEXT.mpf, arguments))
+        if not isinstance(value, _CONTEXT.mpf):
+            shown = ", ".join(f"{float(argument):.6g}" for argument in arguments)
+            raise ArithmeticError(f"{name}({shown}) is not a real number")
+        return value
+
+    def finite(self, tree: Tree, value: Any) -> Any:
+        if isinstance(value, _CONTEXT.mpc):  # a power of a negative number
+            value = math.nan
+        rounded = super().finite(tree, value)
+        return value if isinstance(value, _CONTEXT.mpf) else _CONTEXT.mpf(rounded)
+
+
+def in_two_parts(value: Any) -> tuple[float, float]:
+    """The double nearest to a number of ``LongNumberAlgebra``, and the one nearest to what is left."""
+    high = float(value)
+    return high, float(_CONTEXT.mpf(value) - high)
