@@ -87,7 +87,7 @@ def resolve_settings(spec: Spec, options: SolveDefaults, precision: str = DOUBLE
     method = resolve_method(asked.method)
     if precision != DOUBLE and method != METHODS[0]:
         raise UsageError(
-            f"--precision {precision} is for method {METHODS[0]} alone, not for {method}: add --method {METHODS[0]}"
+            f"--precision {precision} is for {METHODS[0]} alone, not {method}: add --method {METHODS[0]}"
         )
     return Settings(
         start=asked.start,

@@ -7,6 +7,7 @@ A number of the file is what is written there, 9.81 a fraction; what is irration
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 from typing import Any
@@ -20,6 +21,7 @@ from lagrange_cli.expression.syntax import Tree
 DIGITS = 70
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = DIGITS
+LARGEST = sys.float_info.max
 _MOST_BITS = 2000
 """Numerators and denominators that become longer are rounded to ``DIGITS`` digits."""
 
@@ -28,6 +30,12 @@ class Exact(Fraction):
     """A fraction that stays one where floats are added or multiplied, infinite ones apart."""
 
     __slots__ = ()
+
+
+def _exact(text: str) -> Any:
+    """The number a literal stands for; 0 and infinity where a double would be (and not a million digits)."""
+    rounded = float(text)
+    return Exact(text) if rounded and math.isfinite(rounded) else rounded
 
 
 def _operation(name: str) -> Callable[[Exact, Any], Any]:
@@ -46,11 +54,11 @@ def _operation(name: str) -> Callable[[Exact, Any], Any]:
 
 for _name in ("add", "radd", "sub", "rsub", "mul", "rmul", "truediv", "rtruediv"):
     setattr(Exact, f"__{_name}__", _operation(f"__{_name}__"))
-Exact.__neg__ = lambda self: Exact(Fraction.__neg__(self))  # type: ignore[method-assign, assignment]
-Exact.__abs__ = lambda self: Exact(Fraction.__abs__(self))  # type: ignore[method-assign, assignment]
+Exact.__neg__ = lambda self: Exact(Fraction.__neg__(self))  # type: ignore[method-assign]
+Exact.__abs__ = lambda self: Exact(Fraction.__abs__(self))  # type: ignore[method-assign]
 
 
-def _bounded(value: Fraction) -> Exact:
+def _bounded(value: Fraction) -> Any:
     if value.denominator.bit_length() + value.numerator.bit_length() > _MOST_BITS:
         return _rounded(_real(value))
     return Exact(value)
@@ -67,7 +75,7 @@ def _rounded(value: Any) -> Any:
     """What mpmath has computed: nan where it is not real, inf where no double is as large."""
     if not isinstance(value, _CONTEXT.mpf):
         return math.nan
-    if not _CONTEXT.isfinite(value) or abs(value) > 1.7e308:
+    if not _CONTEXT.isfinite(value) or abs(value) > LARGEST:
         return float(value)
     sign, mantissa, exponent, _ = value._mpf_
     scaled = Fraction(int(mantissa)) * Fraction(2) ** exponent
@@ -82,19 +90,19 @@ class ExactGraph(Graph):
         return Exact(value) if isinstance(value, Fraction) or math.isfinite(value) else value
 
     @staticmethod
-    def tidy(exponent: Any) -> Any:  # type: ignore[override]
+    def tidy(exponent: Any) -> Any:
         return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else exponent
 
     @staticmethod
-    def power_of(base: Any, exponent: Any) -> Any:  # type: ignore[override]
+    def power_of(base: Any, exponent: Any) -> Any:
         if base == 0 and exponent < 0:
             return math.inf
         if isinstance(base, Fraction) and exponent == int(exponent) and abs(exponent) < 100:
-            return Exact(Fraction(base) ** int(exponent))
+            return _bounded(Fraction(base) ** int(exponent))
         return _rounded(_real(base) ** _real(exponent))
 
     @staticmethod
-    def function_of(name: str, arguments: Sequence[Any]) -> Any:  # type: ignore[override]
+    def function_of(name: str, arguments: Sequence[Any]) -> Any:
         if name == "log" and arguments[0] == 0:
             return -math.inf
         return _rounded(getattr(_CONTEXT, name)(*map(_real, arguments)))
@@ -107,7 +115,7 @@ class ExactGraphAlgebra(GraphAlgebra):
         self.graph = ExactGraph()
 
     def number(self, text: str) -> Node:
-        return self.graph.constant(Exact(text))
+        return self.graph.constant(_exact(text))
 
     def pi(self) -> Node:
         return self.graph.constant(_rounded(+_CONTEXT.pi))
@@ -117,15 +125,17 @@ class LongNumberAlgebra(NumberAlgebra):
     """Parameters and initial values with ``DIGITS`` digits (numbers of mpmath)."""
 
     def number(self, text: str) -> Any:
-        return _CONTEXT.mpf(text)
+        return _real(_exact(text))
 
     def pi(self) -> Any:
         return +_CONTEXT.pi
 
     def function(self, name: str, arguments: Sequence[Any]) -> Any:
-        """Raises ArithmeticError outside the function's domain."""
+        """Raises ArithmeticError outside the function's domain, OverflowError beyond the largest double."""
         if name == "log" and arguments[0] == 0:
             raise ArithmeticError("log(0) is not a real number")
+        if any(abs(argument) > LARGEST for argument in arguments):  # more digits than anyone can wait for
+            raise OverflowError
         value = getattr(_CONTEXT, name)(*map(_CONTEXT.mpf, arguments))
         if not isinstance(value, _CONTEXT.mpf):
             shown = ", ".join(f"{float(argument):.6g}" for argument in arguments)

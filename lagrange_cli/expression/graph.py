@@ -339,7 +339,8 @@ class Graph:
             for argument, exponent in self._arguments_with(node, symbol):
                 rate = inner(argument)
                 if not rate.is_zero:
-                    terms.append((self.product([(node, 1), (argument, -1), (rate, 1)]), self.number(exponent)))
+                    rest = self.product([(node, 1), (argument, -1), (rate, 1)])
+                    terms.append((rest, self.number(exponent)))
             return self.sum(terms)
         return self.sum(
             [

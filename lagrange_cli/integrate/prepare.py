@@ -137,7 +137,12 @@ def follower(
 
 
 def key_of(
-    spec: Spec, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False,
+    spec: Spec,
+    *,
+    method: str,
+    tolerance: float,
+    outputs: frozenset[str],
+    ensemble: bool = False,
     precision: str = DOUBLE,
 ) -> str | None:
     """All that a compiled program depends on; None where that cannot be found out.
@@ -150,7 +155,11 @@ def key_of(
         made_by = identity()
     except OSError:
         return None
-    kind = ["taylor", tolerance.hex(), ensemble, precision] if method == TAYLOR else ["rates", method in IMPLICIT]
+    kind = (
+        ["taylor", tolerance.hex(), ensemble, precision]
+        if method == TAYLOR
+        else ["rates", method in IMPLICIT]
+    )
     return json.dumps([structure(spec), kind, sorted(outputs), made_by])
 
 

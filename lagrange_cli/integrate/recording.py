@@ -58,7 +58,9 @@ class Dataset:
         one for each sample where these are not all of one motion."""
         return self.shaped(self.parts(observed, integrals, first))
 
-    def parts(self, observed: Mapping[str, T], integrals: Mapping[str, T], first: Mapping[str, Any]) -> list[T]:
+    def parts(
+        self, observed: Mapping[str, T], integrals: Mapping[str, T], first: Mapping[str, Any]
+    ) -> list[T]:
         """The same, number by number: rows (c,), or anything that can be added."""
         if self.making is Making.INTEGRAL:
             return [integrals[self.path]]

@@ -16,7 +16,12 @@ RATES = 2
 
 
 def write_run(
-    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False,
+    residual: Residual,
+    *,
+    method: str,
+    tolerance: float,
+    outputs: frozenset[str],
+    ensemble: bool = False,
     precision: str = DOUBLE,
 ) -> tuple[Program, Recording]:
     """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.

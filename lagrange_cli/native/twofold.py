@@ -1,8 +1,8 @@
 """Double-double numbers in LLVM IR: the unevaluated sum of two doubles, some 106 bits.
 
-Sums and products by transformations without rounding (Dekker, Numerische Mathematik 18, 1971; Knuth, TAOCP 2, sec.
-4.2.2); the algorithms are those of Joldes, Muller and Popescu, ACM TOMS 44 (2017), which bound their errors
-by a few units of 2^-106. Each operation is a function of its own, called where it is needed.
+Sums and products by transformations without rounding (Dekker, Numer. Math. 18, 1971; Knuth, TAOCP 2, sec.
+4.2.2), put together as by Joldes, Muller and Popescu (ACM TOMS 44, 2017), who bound their errors by a
+few units of 2^-106. Each operation is a function of its own, called where it is needed.
 """
 
 from __future__ import annotations
@@ -82,8 +82,8 @@ class Twofold(Emitter):
     def put(self, value: Pair | None, pointer: str, index: int | str, beyond: int) -> None:
         """Store a number there; None is 0."""
         place = self.place(pointer, index)
-        self.store(value and value.high, place, 0)
-        self.store(value and value.low, place, beyond)
+        self.store(None if value is None else value.high, place, 0)
+        self.store(None if value is None else value.low, place, beyond)
 
     def place(self, pointer: str, index: int | str) -> str:
         """The address of the double ``pointer[index]``."""
@@ -96,9 +96,7 @@ class Twofold(Emitter):
     def choose(self, condition: str, yes: Pair, no: Pair) -> Pair:
         """One of two numbers."""
         ways = ((yes.high, no.high), (yes.low, no.low))
-        return Pair(
-            self, *(self.define(f"select i1 {condition}, double {a}, double {b}") for a, b in ways)
-        )
+        return Pair(self, *(self.define(f"select i1 {condition}, double {a}, double {b}") for a, b in ways))
 
     def compare(self, relation: str, a: Operand, b: float | Operand) -> str:
         """A relation between two doubles."""
@@ -160,7 +158,7 @@ def two_product(e: Emitter, a: Operand, b: Operand) -> tuple[Operand, Operand]:
 
 
 def define(name: str, kinds: str, formula: Callable[..., Pair | tuple[Operand, Operand]]) -> str:
-    """The text of ``@twofold_name``; ``kinds`` has a p for each argument that is a number, a d for a double."""
+    """The text of ``@twofold_name``; ``kinds``: p for an argument that is a number, d for one double."""
     body = Twofold()
     given: list[Pair | Operand] = [
         f"%a{i}" if kind == "d" else Pair(body, f"%a{i}", f"%b{i}") for i, kind in enumerate(kinds)
@@ -217,9 +215,9 @@ def _sqrt(e: Twofold, a: Pair) -> Pair:
 def convolve(beyond: int) -> str:
     """``@convolve(a, b, n)``: sum_{m=0}^{n} a[m] b[n-m].
 
-    ``a`` and ``b`` are the addresses of coefficients 0; the low parts are ``beyond`` doubles behind, and there are
-    zeros before coefficients 0. Lanes of vectors hold sums of every eighth term: products without their rounding,
-    added up with it.
+    ``a`` and ``b`` are the addresses of coefficients 0; low parts are ``beyond`` doubles behind, and
+    there are zeros before coefficients 0. A lane has the sum of every eighth term, and apart from it all that
+    was rounded off.
     """
     e = Twofold()
     sums = [e.define(f"alloca {VECTOR}, align 64") for _ in range(2)]

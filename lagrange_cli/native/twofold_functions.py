@@ -1,7 +1,7 @@
 """The elementary functions of double-double numbers as LLVM IR.
 
-Sine, cosine and the exponential by reduction and Taylor series; what is inverse to them by one step of Newton's
-iteration from the double value, which doubles its digits.
+Sine, cosine and the exponential by reduction and Taylor series; what is inverse to them by one step of
+Newton's iteration from the double value, which doubles its digits.
 """
 
 from __future__ import annotations
@@ -11,19 +11,16 @@ from fractions import Fraction
 from math import factorial
 
 from lagrange_cli.native.emitter import Operand, literal, operand
-from lagrange_cli.native.twofold import TYPE, Pair, Twofold, define, fast_sum, split, two_product
+from lagrange_cli.native.twofold import Pair, Twofold, define, fast_sum, two_product
 
 LARGEST_ANGLE = 2.0**40
-"""Beyond it there is no sine: three doubles of pi would no longer do, and a double-double angle has few digits left."""
+"""Beyond it there is no sine: few digits would be left of the angle, and four doubles of pi no longer do."""
 SERIES = 31
 """The last power of sine's series that counts below pi/4."""
 
-PI = Fraction(
-    3141592653589793238462643383279502884197169399375105820974944592307816406286208998628034825342117068, 10**99
-)
-LN2 = Fraction(
-    6931471805599453094172321214581765680755001343602552541206800094933936219696947156058633269964186875, 10**100
-)
+MINUS_ONE, INFINITY = operand(literal(-1.0)), operand(literal(float("inf")))
+PI = Fraction("3.141592653589793238462643383279502884197169399375105820974944592307816406286208998628")
+LN2 = Fraction("0.6931471805599453094172321214581765680755001343602552541206800094933936219696947156058633")
 
 
 def horner(e: Twofold, coefficients: Sequence[Fraction], x: Pair) -> Pair:
@@ -84,9 +81,6 @@ def _sin_cos(cosine: bool) -> str:
     return define("cos" if cosine else "sin", "p", formula)
 
 
-MINUS_ONE = operand(literal(-1.0))
-
-
 def _exp(e: Twofold, x: Pair) -> Pair:
     bounded = e.call("llvm.minnum.f64", e.call("llvm.maxnum.f64", x.high, literal(-800.0)), literal(800.0))
     twos = nearest(e, operand(e.mul(bounded, literal(float(1 / LN2)))))
@@ -100,12 +94,7 @@ def _exp(e: Twofold, x: Pair) -> Pair:
         factor = e.define(f"bitcast i64 {bits} to double")
         made = Pair(e, operand(e.mul(made.high, factor)), operand(e.mul(made.low, factor)))
     zero, infinite = e.compare("olt", x.high, -745.2), e.compare("ogt", x.high, 709.79)
-    return e.choose(
-        zero, e.number(0), e.choose(infinite, Pair(e, INFINITY, operand(None)), made)
-    )
-
-
-INFINITY = operand(literal(float("inf")))
+    return e.choose(zero, e.number(0), e.choose(infinite, Pair(e, INFINITY, operand(None)), made))
 
 
 def _log(e: Twofold, x: Pair) -> Pair:

@@ -1,60 +1,19 @@
-"""``@jet`` in double-double: the Taylor coefficients of one step, the recurrences of ``stage`` over rows in memory.
+"""``@jet`` in double-double: the Taylor coefficients of one step, by the recurrences of ``stage``.
 
-Every series has a row: coefficients' high parts behind zeros, then the low parts, again behind zeros. Stages
-with coefficients 0 and 1 are written out, the others are a loop.
+Stages with coefficients 0 and 1 are written out, the others are a loop over rows in memory.
 """
 
 from __future__ import annotations
 
 from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.series import FREE, Op, Series, SeriesProgram, reciprocal
+from lagrange_cli.mechanics.series import FREE, Op, Series, reciprocal
 from lagrange_cli.native.emitter import literal, operand
-from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.scalars import Constants
 from lagrange_cli.native.twofold import TYPE, Pair, Twofold
+from lagrange_cli.native.twofold_rows import Rows
 from lagrange_cli.native.twofold_values import Values, add_scaled, power
 from lagrange_cli.records import dataclass, field
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Where things are in ``%work`` and in the state, whose low parts are ``width`` doubles behind.
-
-    ``weighted`` are further rows for m p[m] of powers; behind all rows come the factored blocks of masses.
-    """
-
-    program: SeriesProgram
-    order: int
-    width: int
-    weighted: dict[int, int]
-    blocks: tuple[int, ...]
-
-    @property
-    def beyond(self) -> int:
-        """Doubles from a high part in a row to its low part."""
-        return LANES + LANES * -(-(self.order + 1 + LANES) // LANES)
-
-    def row(self, index: int) -> int:
-        """Where coefficient 0 of a series is."""
-        return 2 * self.beyond * index + LANES
-
-    def block(self, index: int) -> int:
-        """Where the factors of a block are, n numbers for each of n rows; then n pivots, and n numbers of room."""
-        rows = 2 * self.beyond * (len(self.program.series) + len(self.weighted))
-        return rows + sum(2 * n * (n + 2) for n in self.blocks[:index])
-
-    @property
-    def doubles(self) -> int:
-        """Size of ``%work``."""
-        return LANES * -(-self.block(len(self.blocks)) // LANES)
-
-
-def arrange(program: SeriesProgram, residual: Residual, order: int, width: int) -> Rows:
-    """The places for ``program`` with q's series to ``order``."""
-    weighted = [i for i, one in enumerate(program.series) if one.op is Op.POWER and not reciprocal(one.data)]
-    places = {index: len(program.series) + i for i, index in enumerate(weighted)}
-    return Rows(program, order, width, places, tuple(map(len, residual.blocks)))
 
 
 @dataclass
@@ -219,7 +178,7 @@ class Stage:
         if one.op is Op.LINEAR:
             return self.linear(one, [self.at(i, one.level) for i in one.arguments], None)
         if one.op is Op.MULTIPLY:
-            return self.convolution(*one.arguments, one.level)
+            return self.convolution(one.arguments[0], one.arguments[1], one.level)
         if one.op is Op.DERIVATIVE:
             value = self.at(one.arguments[0], one.level + 1)
             return value and value.scaled(self.number(one.level + 1))
@@ -327,105 +286,3 @@ class Stage:
             return value and value.divided(self.number(one.level))
         value = changed(one.arguments[0], one.level)
         return value and value * self.jet.gains[index][0]
-
-
-def linear_solver() -> str:
-    """``i1 @factor(a, n)`` and ``@solve(a, b, n)``: elimination with row interchanges.
-
-    ``a`` holds n rows of n numbers, then n pivots (whole numbers); the inverses of U's diagonal take its place.
-    """
-    return _factor() + _solve()
-
-
-def _factor() -> str:
-    e = Twofold()
-    largest, where = e.define("alloca double"), e.define("alloca i64")
-    good = e.define("alloca i1")
-    e.line(f"  store i1 true, ptr {good}")
-    pivots = e.integer("mul", e.integer("mul", "%n", "%n"), 2)
-
-    def at(i: str, j: str) -> str:
-        return e.integer("mul", e.integer("add", e.integer("mul", i, "%n"), j), 2)
-
-    def column(j: str) -> None:
-        e.line(f"  store double -1.0, ptr {largest}\n  store i64 {j}, ptr {where}")
-
-        def search(i: str) -> None:
-            size = e.call("llvm.fabs.f64", e.load("%a", at(i, j)))
-            larger = e.compare("ogt", size, e.load(largest, 0))
-            best = e.define(f"select i1 {larger}, double {size}, double {e.load(largest, 0)}")
-            old = e.define(f"load i64, ptr {where}")
-            e.line(f"  store i64 {e.define(f'select i1 {larger}, i64 {i}, i64 {old}')}, ptr {where}")
-            e.store(best, largest, 0)
-
-        e.loop(j, "%n", search)
-        old = e.define(f"load i1, ptr {good}")
-        regular = e.compare("ogt", e.load(largest, 0), 0.0)
-        e.line(f"  store i1 {e.define(f'and i1 {old}, {regular}')}, ptr {good}")
-        pivot = e.define(f"load i64, ptr {where}")
-        e.line(f"  store i64 {pivot}, ptr {e.place('%a', e.integer('add', pivots, j))}")
-
-        def swap(c: str) -> None:
-            one, other = e.get("%a", at(j, c), 1), e.get("%a", at(pivot, c), 1)
-            e.put(one, "%a", at(pivot, c), 1)
-            e.put(other, "%a", at(j, c), 1)
-
-        e.loop(0, "%n", swap)
-        inverse = e.number(1) / e.get("%a", at(j, j), 1)
-        e.put(inverse, "%a", at(j, j), 1)
-        below = e.integer("add", j, 1)
-
-        def eliminate(i: str) -> None:
-            factor = e.get("%a", at(i, j), 1) * inverse
-            e.put(factor, "%a", at(i, j), 1)
-
-            def update(c: str) -> None:
-                changed = e.get("%a", at(i, c), 1) - factor * e.get("%a", at(j, c), 1)
-                e.put(changed, "%a", at(i, c), 1)
-
-            e.loop(below, "%n", update)
-
-        e.loop(below, "%n", eliminate)
-
-    e.loop(0, "%n", column)
-    e.line(f"  ret i1 {e.define(f'load i1, ptr {good}')}")
-    lines = "\n".join(e.lines)
-    return f"define internal i1 @factor(ptr %a, i64 %n) #0 {{\n{lines}\n}}\n"
-
-
-def _solve() -> str:
-    e = Twofold()
-    pivots = e.integer("mul", e.integer("mul", "%n", "%n"), 2)
-
-    def at(i: str, j: str) -> str:
-        return e.integer("mul", e.integer("add", e.integer("mul", i, "%n"), j), 2)
-
-    def twice(i: str) -> str:
-        return e.integer("mul", i, 2)
-
-    def eliminate(i: str, j: str, x: Pair) -> None:
-        e.put(e.get("%b", twice(i), 1) - x * e.get("%a", at(i, j), 1), "%b", twice(i), 1)
-
-    def swap(j: str) -> None:
-        pivot = e.define(f"load i64, ptr {e.place('%a', e.integer('add', pivots, j))}")
-        one, other = e.get("%b", twice(j), 1), e.get("%b", twice(pivot), 1)
-        e.put(one, "%b", twice(pivot), 1)
-        e.put(other, "%b", twice(j), 1)
-
-    def forward(j: str) -> None:
-        x = e.get("%b", twice(j), 1)
-        e.loop(e.integer("add", j, 1), "%n", lambda i: eliminate(i, j, x))
-
-    def backward(step: str) -> None:
-        j = e.integer("sub", e.integer("sub", "%n", step), 1)
-        x = e.get("%b", twice(j), 1) * e.get("%a", at(j, j), 1)
-        e.put(x, "%b", twice(j), 1)
-        e.loop(0, j, lambda i: eliminate(i, j, x))
-
-    e.loop(0, "%n", swap)
-    e.loop(0, "%n", forward)
-    e.loop(0, "%n", backward)
-    lines = "\n".join(e.lines)
-    return f"define internal void @solve(ptr %a, ptr %b, i64 %n) #0 {{\n{lines}\n  ret void\n}}\n"
-
-

@@ -14,7 +14,9 @@ from lagrange_cli.native.program import ATTRIBUTES, GLOBALS, Program
 from lagrange_cli.native.scalars import DECLARATIONS, Constants
 from lagrange_cli.native.twofold import Pair, Twofold, convolve, operations
 from lagrange_cli.native.twofold_functions import functions
-from lagrange_cli.native.twofold_jet import Jet, arrange, linear_solver
+from lagrange_cli.native.twofold_jet import Jet
+from lagrange_cli.native.twofold_linear import linear_solver
+from lagrange_cli.native.twofold_rows import arrange
 from lagrange_cli.native.twofold_stepper import TwofoldStepper
 from lagrange_cli.native.twofold_values import Values
 

@@ -10,7 +10,7 @@ from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.native.stepper import LAST_TERM, LOWEST_TERM, SLACK
 from lagrange_cli.native.template import fill_in
 from lagrange_cli.native.twofold import TYPE, Pair, Twofold, fast_sum, two_sum
-from lagrange_cli.native.twofold_jet import Rows
+from lagrange_cli.native.twofold_rows import Rows
 from lagrange_cli.records import dataclass
 
 LONGEST = 1e30
@@ -18,7 +18,7 @@ LONGEST = 1e30
 RESOLUTION = 2.0**-96
 """Steps below this part of the time are too short to be told apart."""
 ALMOST = 2.0**-40
-"""To what part of their size the accelerations at a step's end must be those of the series, where that is checked."""
+"""To what part of their size the accelerations at a step's end must be those of the series, where checked."""
 ROUNDING = 2.0**-80
 """The part of a coordinate that may be rounding, there."""
 
@@ -67,7 +67,7 @@ class TwofoldStepper:
         return list(enumerate(places, degrees))
 
     def length(self) -> str:
-        """``@length(state, work, h)``: the step, sizes being measured over ``h``; not a number where coefficients are."""
+        """``@length(state, work, h)``: the step, sizes measured over ``h``; nan where coefficients are."""
         body, one = Twofold(), operand(literal(1.0))
         safety = (LAST_TERM * self.tolerance) ** (1.0 / self.top)
         worst, total = body.define("alloca double"), body.define("alloca double")
@@ -103,7 +103,7 @@ class TwofoldStepper:
         return function("double @length(ptr %state, ptr %work, double %h)", body)
 
     def polynomial(self) -> str:
-        """``@polynomial(row, h)``: sum_{m=1}^{order} row[m] h^m. The upper half has no digits beyond a double."""
+        """``@polynomial(row, h)``: sum_{m=1}^{order} row[m] h^m; of the upper half a double is enough."""
         body, half = Twofold(), self.rows.order // 2 + 4
         total = body.define("alloca [2 x double]")
         h = Pair(body, "%h", "%hl")
@@ -135,7 +135,7 @@ class TwofoldStepper:
         return body.unpacked(made)
 
     def sample(self) -> str:
-        """``@sample``: the state (%h, %hl) into the step, rows ``stride`` apart, low parts ``beyond`` behind."""
+        """``@sample``: the state at (%h, %hl), rows ``stride`` apart, low parts ``beyond`` behind."""
         body = Twofold()
         for row, index in enumerate(self.state):
             value = body.get("%state", row, self.rows.width) + self.change(body, index)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
@@ -70,11 +70,11 @@ class Values:
             return self._body.function(node.data, *arguments)
         raise ValueError(f"{node.kind} has no value at a single state")
 
-    def _product(self, bases: list[Pair], exponents: tuple[int | Fraction, ...]) -> Pair:
+    def _product(self, bases: list[Pair], exponents: Sequence[int | float | Fraction]) -> Pair:
         sides: list[Pair | None] = [None, None]
         for base, exponent in zip(bases, exponents):
             side = int(exponent < 0)
-            factor, so_far = power(base, abs(exponent)), sides[side]
+            factor, so_far = power(base, -exponent if exponent < 0 else exponent), sides[side]
             sides[side] = factor if so_far is None else so_far * factor
         above, below = sides
         if below is None:
@@ -114,5 +114,3 @@ def add_scaled(total: Pair | None, value: Pair, coefficient: float | Fraction) -
         simple = number.low == operand(None)
         scaled = value.scaled(number.high) if simple else value * number
     return scaled if total is None else total + scaled
-
-

@@ -49,14 +49,14 @@ def resolve_long_values(spec: Spec, overrides: Mapping[str, str] | None = None) 
     """The same in double-double: decimals as they are written, functions and pi to as many digits."""
     from lagrange_cli.expression.exact import LongNumberAlgebra, in_two_parts
 
-    parameters, *state = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {})
-    named = {name: in_two_parts(value) for name, value in parameters.items()}
-    both = [
-        ({name: value[part] for name, value in named.items()},
-         *(tuple(in_two_parts(x)[part] for x in row) for row in state))
-        for part in (0, 1)
-    ]  # fmt: skip
-    return Values(*both[0], low=Values(*both[1]))
+    parameters, q, v = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {})
+
+    def part(i: int, low: Values | None = None) -> Values:
+        named = {name: in_two_parts(value)[i] for name, value in parameters.items()}
+        start, speed = (tuple(in_two_parts(x)[i] for x in row) for row in (q, v))
+        return Values(named, start, speed, low)
+
+    return part(0, part(1))
 
 
 def evaluate_run(
