@@ -26,7 +26,7 @@ def solved(folder, system, *options):
         found = {}
 
         def visit(path, item):
-            if isinstance(item, h5py.Dataset) and not path.startswith("low/"):
+            if isinstance(item, h5py.Dataset) and item.dtype == float and not path.startswith("low/"):
                 low = file[f"low/{path}"][:] if f"low/{path}" in file else np.zeros_like(item[:])
                 pairs = zip(item[:].ravel(), low.ravel())
                 found[path] = [MP.mpf(float(a)) + MP.mpf(float(b)) for a, b in pairs]
