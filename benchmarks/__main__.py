@@ -10,6 +10,7 @@ from benchmarks import (
     brouwer,
     chain,
     derivation,
+    doubledouble,
     ensemble,
     integration,
     large,
@@ -20,7 +21,10 @@ from benchmarks import (
 )
 from benchmarks.report import required_table
 
-MODULES = (startup, shell, large, derivation, integration, workprecision, chain, ensemble, samples, brouwer)
+MODULES = (
+    startup, shell, large, derivation, integration, workprecision, chain, ensemble, samples, brouwer,
+    doubledouble,
+)  # fmt: skip
 BENCHMARKS = tuple(module.BENCHMARK for module in MODULES)
 
 
