@@ -23,11 +23,25 @@ class Ending(Enum):
     INTERRUPTED = "interrupted"
 
     @property
+    def way_out(self) -> str:
+        """What a user can do about it; nothing where nothing is wrong."""
+        return WAYS_OUT.get(self, "")
+
+    @property
     def status(self) -> str:
         """The word for the output file: ``complete``, ``interrupted`` or ``failed``."""
         if self is Ending.COMPLETE:
             return "complete"
         return "interrupted" if self is Ending.INTERRUPTED else "failed"
+
+
+WAYS_OUT = {
+    Ending.SINGULAR_MASS_MATRIX: "end before it with --stop, or describe the system in other coordinates",
+    Ending.STEP_UNDERFLOW: "end before it with --stop, or smooth what is singular there",
+    Ending.NOT_A_NUMBER: "end before it with --stop; look for an overflow, a division by zero, or a root or "
+    "logarithm of a negative number",
+    Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
+}
 
 
 @dataclass(frozen=True)

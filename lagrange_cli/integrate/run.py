@@ -157,4 +157,4 @@ def sentence(end: End, coordinates: tuple[str, ...]) -> str:
     ]
     listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
     detail = f" ({end.detail})" if end.detail else ""
-    return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}"
+    return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}; {end.ending.way_out}"

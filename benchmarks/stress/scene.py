@@ -1,0 +1,70 @@
+"""``Scene``: a motion that is hard to follow, what is known of it, and who else follows it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+Exact = Callable[[Mapping[str, Any], tuple[Any, ...], tuple[Any, ...], Any], tuple[Any, ...]]
+"""q at a time, from the parameters, q and v at the start: all of them mpmath's numbers."""
+
+QUADRUPLE = "quadruple"
+"""The printed equations, which sympy derives, followed by heyoka in quadruple precision."""
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A system file and the way to follow it.
+
+    ``reference`` is a closed form, ``QUADRUPLE``, or None where nobody knows the motion and only what is
+    conserved can be judged. ``peers`` are the engines that can express it. ``error`` is the largest error
+    of q, relative to its size, that counts as right where one rounding of the start explains less, ``size``
+    that of the terms which h is a difference of, where T and U do not show it. ``quick``: it is in the fast
+    subset.
+    """
+
+    name: str
+    what: str
+    text: str
+    stop: float
+    reference: Exact | str | None = QUADRUPLE
+    start: float = 0.0
+    samples: int = 201
+    peers: tuple[str, ...] = ("heyoka", "DOP853", "Radau")
+    settings: tuple[str, ...] = ()
+    error: float = 1e-11
+    size: float = 0.0
+    quick: bool = False
+
+
+def particle(potential: str, *, x: str = "1", v: str = "0", more: str = "", **parameters: str) -> str:
+    """The file of a particle of mass 1 on a line, with ``more`` lines at its end."""
+    listed = "".join(f"  {name}: {value}\n" for name, value in parameters.items())
+    return (
+        (f"parameters:\n{listed}" if listed else "")
+        + f"coordinates:\n  x: {{initial: {x}, velocity: {v}}}\n"
+        + f"masses: {{p: 1}}\nembedding: {{p: [x]}}\npotential: {potential}\n{more}"
+    )
+
+
+def bodies(masses: str, x: str, y: str, u: str, v: str, constant: str = "1") -> str:
+    """The file of point masses in a plane, which attract one another; lists of numbers."""
+    count = len(masses.split(","))
+    return f"""\
+parameters:
+  G: {constant}
+  m: [{masses}]
+  x0: [{x}]
+  y0: [{y}]
+  u0: [{u}]
+  v0: [{v}]
+coordinates:
+  x[i in range({count})]: {{initial: "x0[i]", velocity: "u0[i]"}}
+  y[i in range({count})]: {{initial: "y0[i]", velocity: "v0[i]"}}
+masses:
+  body[i in range({count})]: m[i]
+embedding:
+  body[i in range({count})]: [x[i], y[i]]
+potential: -sum(G*m[i]*m[j]/norm(body[i] - body[j]) for i in range({count}) for j in range(i))
+"""
