@@ -45,7 +45,9 @@ def main() -> int:
             print(line(judged), flush=True)
     if options.write:
         write_page(results)
-    counts = {verdict: sum(r.verdict == verdict for r in results) for verdict in ("right", "refused", "wrong")}
+    counts = {
+        verdict: sum(r.verdict == verdict for r in results) for verdict in ("right", "refused", "wrong")
+    }
     print(", ".join(f"{count} {verdict}" for verdict, count in counts.items()))
     return 1 if counts["wrong"] else 0
 

@@ -175,7 +175,9 @@ def judged(scene: Scene, told: Mapping[str, Any], kept: Kept, known: Known | Non
         "error of q": (error, max(scene.error, 0.0 if isnan(rounding) else ROUNDINGS * rounding)),
         "drift of h": (h, drift), "drift of p": (p, drift), "ledger": (ledger, drift),
     }  # fmt: skip
-    faults = [f"{what} {value:.1e} > {bound:.1e}" for what, (value, bound) in allowed.items() if value > bound]
+    faults = [
+        f"{what} {value:.1e} > {bound:.1e}" for what, (value, bound) in allowed.items() if value > bound
+    ]
     if not np.isfinite(kept.q).all():
         faults.append("q is not finite")
     ended = told["status"] == "complete"

@@ -14,15 +14,63 @@ FIGURES = ROOT / "docs" / "figures"
 LEAST = 1e-17
 """Errors below it are drawn there."""
 CURVES = 10
+PAGE = """\
+# Stability: motions chosen to break it
+
+(This page is made by `python -m benchmarks.stress --write`, in about fifteen minutes; `--quick` runs the
+fast scenes only, `--scenes NAME...` those named. The scenes are the table in
+`benchmarks/stress/scenes.py`.)
+
+**{count} scenes: {counts}.**
+
+Every scene runs `lagrange solve` at its defaults, in a process of its own with limits of time and memory.
+*right*: it reached its end, and what it wrote agrees with the reference and with what is conserved.
+*refused*: it ended early with a sentence that says where and what to do, and what it wrote up to there is
+right. *wrong*: anything else, above all a number that is silently off.
+
+- *error of q*: the largest over the samples, relative to each coordinate's largest value. The reference is
+  a closed form in 60 digits, or the printed equations (sympy's, which take another route than what is
+  integrated) followed by heyoka in quadruple precision.
+- *one rounding*: by how much the reference moves when every initial value is changed by one part in 2^52.
+  An error is right up to {roundings} times that, or up to 1e-11 (more where the scene says so, and why).
+- *h*, *p*, *ledger*: drifts relative to the size of what is conserved; right up to {drift} times the square
+  root of the steps. No scene has a constraint residual, as constraints are not supported yet.
+- *growth*: the power of time by which h (its ledger, where h is not conserved) moves away; 0.5 is a random
+  walk of roundings.
+
+{scenes}
+
+## Refused, and what is said
+
+{refused}
+
+## Wrong, and why
+
+{wrong}
+
+## Beside others
+
+Errors of q from the same start, with the same equations and the same measure; in brackets the steps (scipy:
+evaluations). heyoka at its default tolerance, DOP853 at 1e-12, Radau at 1e-9, rebound's IAS15 at its
+default where the scene is point masses in their gravity. Each had ten seconds.
+
+{beside}
+
+![errors of q beside others](figures/stress_errors.svg)
+
+![how h moves](figures/stress_growth.svg)
+
+{machine}
+"""
 ENGINES = ("lagrange", "heyoka", "DOP853", "Radau", "IAS15")
 
 
 def line(judged: Judged) -> str:
     """What is printed as a scene ends."""
-    beside = "; ".join(
-        f"{name} {shown(each.error)} {each.message}".rstrip() for name, each in judged.peers
+    beside = "; ".join(f"{name} {shown(each.error)} {each.message}".rstrip() for name, each in judged.peers)
+    figures = (
+        f"h {shown(judged.h)}, p {shown(judged.p)}, ledger {shown(judged.ledger)}, q {shown(judged.error)}"
     )
-    figures = f"h {shown(judged.h)}, p {shown(judged.p)}, ledger {shown(judged.ledger)}, q {shown(judged.error)}"
     words = " | ".join(filter(None, (judged.because, judged.message, beside)))
     return f"{judged.scene.name:20} {judged.verdict:8} {figures}, {judged.steps} steps | {words}"
 
@@ -40,49 +88,22 @@ def write_page(results: Sequence[Judged]) -> None:
 
 def page(results: Sequence[Judged]) -> str:
     """The document."""
+    verdicts = ("right", "refused", "wrong")
     counts = ", ".join(
-        f"{sum(each.verdict == verdict for each in results)} {verdict}"
-        for verdict in ("right", "refused", "wrong")
+        f"{sum(each.verdict == verdict for each in results)} {verdict}" for verdict in verdicts
     )
-    return "\n\n".join(
-        (
-            "# Stability: motions chosen to break it",
-            "(This page is made by `python -m benchmarks.stress --write`, in about fifteen minutes; `--quick` "
-            "runs the fast scenes, `--scenes NAME...` those named. The scenes are the table in "
-            "`benchmarks/stress/scenes.py`.)",
-            f"**{len(results)} scenes: {counts}.**",
-            "Every scene runs `lagrange solve` at its defaults, in a process with limits of time and memory. "
-            "*right*: it reached its end, and what it wrote agrees with the reference and with what is "
-            "conserved. *refused*: it ended early with a sentence that says where and what to do, and what it "
-            "wrote up to there is right. *wrong*: anything else, a number that is silently off above all.",
-            "- *error of q*: the largest over all samples, relative to each coordinate's largest value. The "
-            "reference is a closed form in 60 digits, or the printed equations (sympy's, another route than "
-            "what is integrated) followed by heyoka in quadruple precision.\n"
-            "- *one rounding*: what the reference moves by when every initial value is changed by one part in "
-            f"2^52. An error is right up to {ROUNDINGS:g} times that, or 1e-11 (where a scene says so, more).\n"
-            f"- *h*, *p*, *ledger*: drifts relative to the size of what is conserved; right up to {DRIFT:.0e} "
-            "times the square root of the steps.\n"
-            "- *growth*: the power of time by which h (its ledger, where h is not conserved) moves away; 0.5 "
-            "is a random walk of roundings.\n"
-            "- No scene has a constraint residual, as constraints are not supported yet.",
-            markdown_table(
-                ("scene", "", "verdict", "error of q", "one rounding", "h", "p", "ledger", "growth", "steps"),
-                map(row, results),
-            ),
-            "## Refused, and what is said",
-            "\n".join(f"- *{e.scene.name}*: {e.message}" for e in results if e.verdict == "refused") or "None.",
-            "## Wrong, and why",
-            "\n".join(f"- *{e.scene.name}*: {e.because}" for e in results if e.verdict == "wrong") or "None.",
-            "## Beside others",
-            "Errors of q, from the same start, the same equations and the same measure; in brackets steps "
-            "(evaluations for scipy). heyoka at its default tolerance, DOP853 at 1e-12, Radau at 1e-9, rebound's IAS15 at "
-            "its defaults where the scene is point masses in their gravity; each had ten seconds.",
-            markdown_table(("scene", *ENGINES), map(beside, results)),
-            "![errors of q beside others](figures/stress_errors.svg)",
-            "![how h moves](figures/stress_growth.svg)",
-            machine("heyoka", "scipy", "rebound", "sympy", "mpmath"),
-        )
-    ) + "\n"
+    header = ("scene", "", "verdict", "error of q", "one rounding", "h", "p", "ledger", "growth", "steps")
+    return PAGE.format(
+        count=len(results),
+        counts=counts,
+        roundings=f"{ROUNDINGS:g}",
+        drift=f"{DRIFT:.0e}",
+        scenes=markdown_table(header, map(row, results)),
+        refused="\n".join(f"- *{e.scene.name}*: {e.message}" for e in results if e.verdict == "refused"),
+        wrong="\n".join(f"- *{e.scene.name}*: {e.because}" for e in results if e.verdict == "wrong"),
+        beside=markdown_table(("scene", *ENGINES), map(beside, results)),
+        machine=machine("heyoka", "scipy", "rebound", "sympy", "mpmath"),
+    )
 
 
 def row(judged: Judged) -> tuple[str, ...]:

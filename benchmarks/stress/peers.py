@@ -40,7 +40,10 @@ def with_heyoka(equations: Equations, times: Array, initial: Any, number: Any) -
     parameters = {symbol: value for symbol, value in equations.parameters.items() if symbol in used}
     named |= {symbol: hy.par[k] for k, symbol in enumerate(parameters)}
     named[TIME] = hy.time
-    rates = [*state[len(equations.q) :], *(in_heyoka(each, named, number) for each in equations.accelerations)]
+    rates = [
+        *state[len(equations.q) :],
+        *(in_heyoka(each, named, number) for each in equations.accelerations),
+    ]
     integrator = hy.taylor_adaptive(
         list(zip(state, rates)),
         [number(each) for each in initial],
@@ -92,10 +95,11 @@ def with_scipy(method: str, tolerance: float) -> Callable[[Scene, Equations, Arr
     """A method of ``solve_ivp``."""
 
     def follow(scene: Scene, equations: Equations, times: Array) -> Followed:
-        from scipy.integrate import solve_ivp
+        from scipy import integrate
 
         size = np.abs(equations.initial).max() or 1.0
-        solution = solve_ivp(
+        solve: Any = integrate.solve_ivp  # its types leave no room for a method by name
+        solution = solve(
             rates_of(equations), (times[0], times[-1]), equations.initial, method=method,
             t_eval=times, rtol=tolerance, atol=tolerance * size,
         )  # fmt: skip
@@ -168,7 +172,8 @@ def write_reference(scene: Scene, path: str) -> None:
         import mpmath as mp
 
         mp.mp.dps = DIGITS
-        assert callable(scene.reference)
+        exact = scene.reference
+        assert callable(exact)
         values = values_of(scene)
         parameters = {name: mp.mpf(value) for name, value in values.parameters.items()}
 
@@ -177,7 +182,7 @@ def write_reference(scene: Scene, path: str) -> None:
                 tuple(mp.mpf(x) * (1 + (-1) ** k * scale) for k, x in enumerate(each))
                 for each in (values.q, values.v)
             ]
-            found = [scene.reference(parameters, *start, mp.mpf(t)) for t in times[which]]
+            found = [exact(parameters, start[0], start[1], mp.mpf(t)) for t in times[which]]
             return np.array(found, dtype=object).T
 
         q, other = at(0), at(mp.mpf(2) ** -52)

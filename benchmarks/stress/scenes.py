@@ -57,7 +57,8 @@ coordinates:
   theta: {initial: 1e-3}
   phi: {initial: 0, velocity: 1}
   psi: {initial: 0, velocity: spin}
-lagrangian: I1*(theta_dot**2 + phi_dot**2*sin(theta)**2)/2 + I3*(psi_dot + phi_dot*cos(theta))**2/2 - mgl*cos(theta)
+lagrangian: I1*(theta_dot**2 + phi_dot**2*sin(theta)**2)/2
+  + I3*(psi_dot + phi_dot*cos(theta))**2/2 - mgl*cos(theta)
 """
 L4 = """\
 parameters: {mu: 0.01}
@@ -96,7 +97,7 @@ def slider(embedding: str, potential: str, v: str) -> str:
 
 
 SCENES = (
-    # -- gravity ------------------------------------------------------------------------------------------
+    # -- gravity ------------------------------------------------------------------------------------
     Scene(
         "near_collision", "Kepler's ellipse, e = 0.999999, 10 periods", shipped("central_force_cartesian"),
         62.8, settings=("e=0.999999",), peers=EXPLICIT,
@@ -127,7 +128,7 @@ SCENES = (
     Scene(
         "figure_eight", "the figure eight, 50 periods", shipped("figure_eight"), 316.3, peers=NBODY,
     ),
-    # -- pendulums and tops -------------------------------------------------------------------------------
+    # -- pendulums and tops -------------------------------------------------------------------------
     Scene(
         "double_pendulum", "a chaotic double pendulum, 1e6 s", shipped("double_pendulum"), 1e6,
         reference=None, samples=2001, peers=("heyoka",),
@@ -163,7 +164,7 @@ SCENES = (
         "chain", "fifty pendulums, one hung from the other", shipped("n_pendulum"), 10.0, reference=None,
         peers=(),
     ),
-    # -- stiff, steep, kinked -------------------------------------------------------------------------------
+    # -- stiff, steep, kinked -----------------------------------------------------------------------
     Scene("stiff_spring", "a pendulum on a spring of stiffness 1e10", SPRING_PENDULUM, 1.0, peers=EXPLICIT),
     Scene(
         "strong_damping", "an oscillator damped 1e6 times too much",
@@ -192,7 +193,7 @@ SCENES = (
         particle("-x*exp(-((t - 50)/w)**2)/(w*sqrt(pi))", w="1e-3", x="0"), 100.0,
         reference=closed.pulse, quick=True,
     ),
-    # -- ranges of numbers ----------------------------------------------------------------------------------
+    # -- ranges of numbers --------------------------------------------------------------------------
     Scene(
         "rod", "a bead on a turning rod, to exp(700)", particle("-x**2/2"), 700.0, reference=closed.rod,
         error=1e-10, quick=True,
@@ -239,7 +240,7 @@ SCENES = (
     ),
     Scene("unstable", "negative stiffness, from 1e-300", particle("-x**2/2", x="1e-300"), 600.0,
           reference=closed.rod, error=1e-10),
-    # -- sampling ---------------------------------------------------------------------------------------------
+    # -- sampling -----------------------------------------------------------------------------------
     Scene(
         "two_samples", "1e4 periods between two samples", particle("x**2/2"), 62831.853, samples=2,
         reference=closed.oscillator, peers=EXPLICIT, error=1e-9,
@@ -248,7 +249,7 @@ SCENES = (
         "dense_samples", "samples 1e-12 apart", particle("x**2/2"), 1e-7, samples=100_001,
         reference=closed.oscillator, quick=True,
     ),
-    # -- singular ---------------------------------------------------------------------------------------------
+    # -- singular -----------------------------------------------------------------------------------
     Scene("mass_approached", "a mass matrix that comes close to singular",
           slider("x**2/2", "1e-8/x", "-1"), 2.0, peers=EXPLICIT),
     Scene("mass_crossed", "a mass matrix x**4 that is singular on the way",
