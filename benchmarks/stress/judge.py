@@ -20,7 +20,7 @@ from benchmarks.stress.scene import Scene
 from lagrange_cli import read_spec
 
 Array = NDArray[np.float64]
-SECONDS = 120.0
+SECONDS = 300.0
 PEER_SECONDS = 10.0
 REFERENCE_SECONDS = 120.0
 ROUNDINGS = 1000.0
@@ -165,7 +165,7 @@ def judged(scene: Scene, told: Mapping[str, Any], kept: Kept, known: Known | Non
     conserved = told["h_drift"] is not None
     with np.errstate(invalid="ignore", over="ignore"):
         moved = np.abs(kept.h - kept.h[:1] if conserved else kept.ledger_h) / kept.size
-        momentum = float(np.max(np.abs(kept.p), initial=0.0)) or 1.0
+        momentum = max(float(np.max(np.abs(kept.p), initial=0.0)), scene.size) or 1.0
         ledgers = [np.abs(kept.ledger_h) / kept.size, *(np.abs(kept.ledger_p) / momentum)]
         h = float(np.max(moved, initial=0.0)) if conserved else nan
         ledger = float(np.max(ledgers, initial=0.0))

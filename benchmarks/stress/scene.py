@@ -20,7 +20,7 @@ class Scene:
     ``reference`` is a closed form, ``QUADRUPLE``, or None where nobody knows the motion and only what is
     conserved can be judged. ``peers`` are the engines that can express it. ``error`` is the largest error
     of q, relative to its size, that counts as right where one rounding of the start explains less, ``size``
-    that of the terms which h is a difference of, where T and U do not show it. ``quick``: it is in the fast
+    that of the terms which h and p are made of, where T, U and p do not show it. ``quick``: it is in the fast
     subset.
     """
 

@@ -156,16 +156,17 @@ SCENES = (
     ),
     Scene(
         "bifurcation", "a bead on a hoop turned at its critical rate", shipped("rotating_hoop"), 200.0,
-        settings=("omega=sqrt(g/a)", "theta=0.1"), quick=True,
+        settings=("omega=sqrt(g/a)", "theta=0.1"), size=1.0,  # of the forces that cancel
+        quick=True,
     ),
-    Scene("kapitza", "Kapitza's pendulum, driven at 1e4 rad/s", KAPITZA, 10.0, peers=EXPLICIT),
+    Scene("kapitza", "Kapitza's pendulum, driven at 1e4 rad/s", KAPITZA, 1.0, peers=EXPLICIT, size=10.0),
     Scene("sleeping_top", "a fast top, 1e-3 from the vertical", TOP, 50.0, error=1e-8, quick=True),
     Scene(
         "chain", "fifty pendulums, one hung from the other", shipped("n_pendulum"), 10.0, reference=None,
         peers=(),
     ),
     # -- stiff, steep, kinked -----------------------------------------------------------------------
-    Scene("stiff_spring", "a pendulum on a spring of stiffness 1e10", SPRING_PENDULUM, 1.0, peers=EXPLICIT),
+    Scene("stiff_spring", "a pendulum on a spring of stiffness 1e10", SPRING_PENDULUM, 0.1, peers=EXPLICIT),
     Scene(
         "strong_damping", "an oscillator damped 1e6 times too much",
         particle("x**2/2", more="dissipation: 1e6*x_dot**2/2\n"), 10.0, reference=closed.overdamped,
