@@ -100,7 +100,11 @@ def page(results: Sequence[Judged]) -> str:
         drift=f"{DRIFT:.0e}",
         scenes=markdown_table(header, map(row, results)),
         refused="\n".join(f"- *{e.scene.name}*: {e.message}" for e in results if e.verdict == "refused"),
-        wrong="\n".join(f"- *{e.scene.name}*: {e.because}" for e in results if e.verdict == "wrong"),
+        wrong="\n".join(
+            f"- *{e.scene.name}*: {e.because}. {e.scene.known}".rstrip()
+            for e in results
+            if e.verdict == "wrong"
+        ),
         beside=markdown_table(("scene", *ENGINES), map(beside, results)),
         machine=machine("heyoka", "scipy", "rebound", "sympy", "mpmath"),
     )

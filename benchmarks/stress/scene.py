@@ -21,7 +21,7 @@ class Scene:
     conserved can be judged. ``peers`` are the engines that can express it. ``error`` is the largest error
     of q, relative to its size, that counts as right where one rounding of the start explains less, ``size``
     that of the terms which h and p are made of, where T, U and p do not show it. ``quick``: it is in the fast
-    subset.
+    subset. ``known`` says why it is wrong, where it is.
     """
 
     name: str
@@ -35,6 +35,7 @@ class Scene:
     settings: tuple[str, ...] = ()
     error: float = 1e-11
     size: float = 0.0
+    known: str = ""
     quick: bool = False
 
 

@@ -188,11 +188,15 @@ SCENES = (
     Scene(
         "step", "a potential step tanh(1e6 x), run across",
         particle("tanh(1e6*x)/4", x="-1", v="2"), 2.0, peers=EXPLICIT,
+        known="Where it starts and where it gets to the force is 0 to the last bit, so that no series shows the "
+        "step between; the drift of h does.",
     ),
     Scene(
         "pulse", "a free particle hit by a pulse exp(-(t - 50)**2/w**2), w = 1e-3",
         particle("-x*exp(-((t - 50)/w)**2)/(w*sqrt(pi))", w="1e-3", x="0"), 100.0,
         reference=closed.pulse, quick=True,
+        known="At t = 0 the pulse and all its derivatives underflow to exactly 0, so that nothing shows that "
+        "it will come. Give such a force a start at which it is seen, or follow the motion in pieces.",
     ),
     # -- ranges of numbers --------------------------------------------------------------------------
     Scene(
@@ -217,7 +221,8 @@ SCENES = (
     ),
     Scene(
         "huge_times", "an oscillator of 1e-30 rad/s", particle("w**2*x**2/2", w="1e-30"), 1e32,
-        reference=closed.oscillator, quick=True,
+        reference=closed.oscillator, known="High coefficients of the series underflow, so that the steps "
+        "become far too short: measure time in a larger unit.",
     ),
     Scene(
         "late", "free fall, t from 1e9", particle("9.81*x", x="0", v="50"), 1e9 + 10, start=1e9,

@@ -70,4 +70,4 @@ def test_the_page_counts_and_lists_verdicts() -> None:
     found = [judged(OSCILLATOR, told(), kept(q + shift, h), CIRCLE) for shift in (0.0, 1e-3)]
     text = page(found)
     assert "**2 scenes: 1 right, 0 refused, 1 wrong.**" in text
-    assert "- *oscillator*: error of q 1.0e-03" in text
+    assert "- *oscillator*: error of q 1.0e-03 > 1.0e-11" in text
