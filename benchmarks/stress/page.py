@@ -52,7 +52,8 @@ right. *wrong*: anything else, above all a number that is silently off.
 
 Errors of q from the same start, with the same equations and the same measure; in brackets the steps (scipy:
 evaluations). heyoka at its default tolerance, DOP853 at 1e-12, Radau at 1e-9, rebound's IAS15 at its
-default where the scene is point masses in their gravity. Each had ten seconds.
+default where the scene is point masses in their gravity. Each had ten seconds of a busy processor, in which
+it also had to start, import and compile.
 
 {beside}
 
