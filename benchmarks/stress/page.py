@@ -8,6 +8,7 @@ from pathlib import Path
 
 from benchmarks.report import ROOT, machine, markdown_table
 from benchmarks.stress.judge import DRIFT, ROUNDINGS, Judged
+from benchmarks.stress.scene import Scene
 
 DOCUMENT = ROOT / "docs" / "stability.md"
 FIGURES = ROOT / "docs" / "figures"
@@ -37,6 +38,8 @@ right. *wrong*: anything else, above all a number that is silently off.
   root of the steps. No scene has a constraint residual, as constraints are not supported yet.
 - *growth*: the power of time by which h (its ledger, where h is not conserved) moves away; 0.5 is a random
   walk of roundings.
+
+Wider bounds, most of them set after a first run had shown what the scene itself explains: {wider}.
 
 {scenes}
 
@@ -99,6 +102,7 @@ def page(results: Sequence[Judged]) -> str:
         counts=counts,
         roundings=f"{ROUNDINGS:g}",
         drift=f"{DRIFT:.0e}",
+        wider=wider(each.scene for each in results),
         scenes=markdown_table(header, map(row, results)),
         refused="\n".join(f"- *{e.scene.name}*: {e.message}" for e in results if e.verdict == "refused"),
         wrong="\n".join(
@@ -109,6 +113,17 @@ def page(results: Sequence[Judged]) -> str:
         beside=markdown_table(("scene", *ENGINES), map(beside, results)),
         machine=machine("heyoka", "scipy", "rebound", "sympy", "mpmath"),
     )
+
+
+def wider(scenes: Iterable[Scene]) -> str:
+    """The scenes whose bounds are their own."""
+    usual = Scene("", "", "", 0.0)
+    said = []
+    for scene in scenes:
+        own = [f"q to {scene.error:g}"] if scene.error != usual.error else []
+        own += [f"h and p by a size of {scene.size:g}"] if scene.size else []
+        said += [f"*{scene.name}* {', '.join(own)}"] if own else []
+    return "; ".join(said) or "none"
 
 
 def row(judged: Judged) -> tuple[str, ...]:
