@@ -39,11 +39,11 @@ right. *wrong*: anything else, above all a number that is silently off.
 - *growth*: the power of time by which h (its ledger, where h is not conserved) moves away; 0.5 is a random
   walk of roundings.
 
-Wider bounds, most of them set after a first run: {wider}. Those of *pythagorean* and *kapitza* are kept because
-the others do no better; nobody else has confirmed that of *polar_near*.
+Wider bounds, most of them set after a first run: {wider}. Those of *pythagorean* and *kapitza* are kept
+because the others do no better; nobody else has confirmed that of *polar_near*.
 
-Where one rounding moves q by more than 1e-3 (*chaos*, *upside_down*), q at the end cannot be known by anyone in
-double precision: there *right* rests on h and the ledgers alone.
+Where one rounding moves q by more than 1e-3 (*chaos*, *upside_down*), q at the end cannot be known by
+anyone in double precision: there *right* rests on h and the ledgers alone.
 
 {scenes}
 

@@ -163,7 +163,7 @@ SCENES = (
           error=1e-9),  # the pivot is accelerated by 1e5, and w*t known to 1e-12
     Scene(
         "sleeping_top", "a fast top, 1e-3 from the vertical", TOP, 50.0, quick=True,
-        known="h and p hold, but q loses five digits that heyoka keeps in the same angles: ours to mend. "
+        known="h and p hold, but phi and psi lose digits that heyoka keeps in the same angles: ours to mend. "
         "Coordinates that are regular at the vertical avoid it.",
     ),
     Scene(
