@@ -12,8 +12,9 @@ from typing import Any
 
 from lagrange_cli.cli.report import INTERRUPTED
 
-ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name))
-"""Signals besides that of Ctrl-C that ask a process to end; they do what Ctrl-C does."""
+ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGALRM") if hasattr(signal, name))
+"""Signals besides that of Ctrl-C that ask a process to end (the last is that of ``limits``); they do what it
+does."""
 
 
 class Interrupts:

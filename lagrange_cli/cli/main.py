@@ -12,8 +12,9 @@ from typing import NoReturn
 import click
 
 import lagrange_cli
+from lagrange_cli import limits
 from lagrange_cli.cli.interrupts import heed_endings
-from lagrange_cli.cli.report import complain, describe, discard_output
+from lagrange_cli.cli.report import INTERRUPTED, complain, describe, discard_output
 
 COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
@@ -52,6 +53,7 @@ def lagrange() -> None:
 
     `lagrange systems` lists systems to start from.
     """
+    limits.enforce()
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -68,6 +70,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (Exception, KeyboardInterrupt) as error:
         message, status = describe(error)
         complain(message)
+    if status == INTERRUPTED and limits.time_is_over():
+        complain(f"The time is over: {limits.VARIABLE}=seconds={limits.limit('seconds'):g}")
     return status if isinstance(status, int) else 0
 
 

@@ -14,6 +14,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.values import settable
 
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
-MOST = 10**8
+MOST = whole("runs")
 """Members of an ensemble."""
 GRID = "write START:STOP:COUNT, log:START:STOP:COUNT or a list such as 1,2,5"
 DISTRIBUTION = re.compile(r"\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*")
@@ -88,7 +89,10 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
         shape["draws of --random"] = 1 if draws.members is None else draws.members
     count = math.prod(shape.values())
     if count > MOST:
-        raise UsageError(f"{count:.3g} members are more than the {MOST:.0e} that an ensemble can have")
+        raise UsageError(
+            f"{count:.3g} members are more than the {MOST:.0e} that an ensemble can have: "
+            f"ask for fewer, {way_out('runs')}"
+        )
     columns = product([axis for _, axis in axes], [*shape.values()], count)
     columns |= {name: draw(stream(draws.seed, name), count) for name, draw in random}
     return Members(columns, shape)
@@ -134,7 +138,10 @@ def grid(text: str, asked: str) -> Array:
     if count < 2:
         raise UsageError(f"{asked}: a grid has 2 values at least, its ends; for one value say --set")
     if count > MOST:
-        raise UsageError(f"{asked}: {count} values are more than the {MOST:.0e} members that there can be")
+        raise UsageError(
+            f"{asked}: {count} values are more than the {MOST:.0e} members that there can be: "
+            f"ask for fewer, {way_out('runs')}"
+        )
     if logarithmic and not (start > 0 and stop > 0):
         raise UsageError(f"{asked}: the ends of a logarithmic grid must be greater than 0")
     return np.geomspace(start, stop, count) if logarithmic else np.linspace(start, stop, count)

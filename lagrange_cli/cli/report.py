@@ -14,6 +14,7 @@ from lagrange_cli.errors import FileError, LagrangeError, SpecError
 
 INTERRUPTED = 130
 UNEXPECTED = 1
+MEMORY = 4
 
 
 STANDARD_INPUT = "-"
@@ -95,6 +96,8 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
         return f"Error: {where}{error}", error.exit_code
     if isinstance(error, (KeyboardInterrupt, click.Abort)):
         return "Interrupted.", INTERRUPTED
+    if isinstance(error, MemoryError):
+        return f"Error: {where}there is not enough memory: make the sizes or the samples fewer", MEMORY
     if os.environ.get("LAGRANGE_DEBUG") == "1":
         import traceback
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.integrate.methods import DOUBLE
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ PARTICLE_OUTPUTS = frozenset({"T", "U", "energy", "positions"})
 """What a system has only if it is given by particles, not by a Lagrangian."""
 
 DEFAULT_SAMPLES = 1001
-MOST_SAMPLES = 10**10
+MOST_SAMPLES = whole("samples")
 FULL_PRECISION = sys.float_info.epsilon
 """The default tolerance of ``taylor``: it pays about twice for full double precision, not ten times."""
 
@@ -155,7 +156,10 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
 def check_count(count: float) -> None:
     """Refuse what no disk holds."""
     if count > MOST_SAMPLES:
-        raise UsageError(f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written")
+        raise UsageError(
+            f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written: "
+            f"ask for fewer, {way_out('samples')}"
+        )
 
 
 def resolve_method(name: str | None) -> str:

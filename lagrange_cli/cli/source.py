@@ -11,13 +11,11 @@ from typing import TYPE_CHECKING
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.report import STANDARD_INPUT, display_name
 from lagrange_cli.errors import FileError, SingularCoordinate, UsageError
+from lagrange_cli.limits import whole
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.spec.spec import Spec
-
-LARGEST_FILE = 4_000_000
-"""Bytes that are read at most: a system file is text that a person wrote (the reader refuses more)."""
 
 
 def read_system(system: str, sizes: Mapping[str, str] | None = None) -> Spec:
@@ -72,10 +70,10 @@ def read_bytes(system: str) -> bytes:
     if system == STANDARD_INPUT:
         if sys.stdin is None or sys.stdin.closed:
             raise FileError("standard input is closed: give the name of a system file")
-        return sys.stdin.buffer.read(LARGEST_FILE + 1)
+        return sys.stdin.buffer.read(whole("bytes") + 1)
     try:
         with Path(system).open("rb") as file:
-            return file.read(LARGEST_FILE + 1)
+            return file.read(whole("bytes") + 1)
     except FileNotFoundError as error:
         raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
     except IsADirectoryError as error:

@@ -12,11 +12,12 @@ from functools import reduce
 from operator import add
 
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
 
-MAX_EXPONENT = 64
+MAX_EXPONENT = whole("exponent")
 """Bound on the absolute value of a constant exponent: (1 + x)**64 written out still fits a page."""
-MAX_SIZE = 1_000_000
+MAX_SIZE = whole("size")
 """Bound on the nodes of an expression once its definitions and powers are written out."""
 
 MAX_DEPTH = 100
@@ -28,7 +29,9 @@ _NUMBERS = NumberAlgebra()
 def check_exponent(value: float) -> None:
     """Raise ArithmeticError where a constant exponent is out of bounds."""
     if abs(value) > MAX_EXPONENT:
-        raise ArithmeticError(f"the exponent {value:g} is out of bounds (-{MAX_EXPONENT} to {MAX_EXPONENT})")
+        raise ArithmeticError(
+            f"the exponent {value:g} is out of bounds (-{MAX_EXPONENT} to {MAX_EXPONENT}; limit 'exponent')"
+        )
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,7 @@ def _combined(kind: str, operation: Callable[..., float | complex], *operands: B
 def _bounded(bounds: Bounds) -> Bounds:
     if bounds.size > MAX_SIZE:
         raise ArithmeticError(
-            f"the expression has more than {MAX_SIZE} terms with its definitions written out"
+            f"the expression has more than {MAX_SIZE} terms with its definitions written out (limit 'size')"
         )
     if bounds.depth > MAX_DEPTH:
         raise ArithmeticError(

@@ -23,10 +23,11 @@ from lagrange_cli.expression.syntax import (
     plain_names,
 )
 from lagrange_cli.expression.vocabulary import member_name
+from lagrange_cli.limits import way_out, whole
 
 Scope = Callable[[str], Value]
 
-MAX_TERMS = 200_000
+MAX_TERMS = whole("terms")
 """Terms of all the sums that one builder writes out."""
 
 
@@ -133,7 +134,9 @@ class Builder:
             self._terms += 1
             if self._terms > MAX_TERMS:
                 raise ExpressionError(
-                    tree.span, f"the sums have more than {MAX_TERMS} terms in all", "make the sizes smaller"
+                    tree.span,
+                    f"the sums have more than {MAX_TERMS} terms in all",
+                    f"make the sizes smaller, {way_out('terms')}",
                 )
             inner = {**indices, tree.index: index}
             if all(holds(condition, inner) for condition in tree.conditions):

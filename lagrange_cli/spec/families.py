@@ -13,6 +13,7 @@ from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, plain_names
 from lagrange_cli.expression.vocabulary import RESERVED, member_name
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
@@ -20,7 +21,7 @@ from lagrange_cli.spec.sections import Declared, Draft, Entry
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
 
-MAX_MEMBERS = 50_000
+MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
 
 COMPLETE = ("parameters", "coordinates", "definitions", "masses", "embedding", "observables")
@@ -223,7 +224,7 @@ class _Expander:
             self.problems.add(
                 piece.place,
                 f"the families of this file have more than {MAX_MEMBERS} members in all",
-                "make the sizes smaller",
+                f"make the sizes smaller, {way_out('members')}",
             )
         return self.members <= MAX_MEMBERS
 

@@ -15,12 +15,13 @@ import yaml
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.near import shown
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import WHOLE_FILE, Passage, Place, Source
 
-MAX_BYTES = 1_000_000
-MAX_NODES = 50_000
+MAX_BYTES = whole("bytes")
+MAX_NODES = whole("values")
 MAX_DEPTH = 20
 _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = re.compile("[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
@@ -101,7 +102,9 @@ def decode(data: bytes | str, filename: str) -> Source:
     """
     hint = "a system file is text in UTF-8"
     if len(data) > MAX_BYTES:
-        raise _unreadable(filename, f"the file is larger than {MAX_BYTES} bytes", hint)
+        raise _unreadable(
+            filename, f"the file is larger than {MAX_BYTES} bytes", f"{hint}, {way_out('bytes')}"
+        )
     try:
         text = data.decode("utf-8-sig") if isinstance(data, bytes) else data
         text.encode()
@@ -263,7 +266,7 @@ class _Composer:
             raise self._error(
                 event,
                 f"the file has more than {MAX_NODES} values once its aliases are written out",
-                "shorten it",
+                f"shorten it, {way_out('values')}",
             )
 
     def _error(self, event: Any, message: str, hint: str) -> SpecError:

@@ -219,7 +219,10 @@ def test_multiplying_definitions_are_refused() -> None:
 
 def test_exponents_are_bounded_through_definitions() -> None:
     (problem,) = problems(PENDULUM + "definitions: {n: 9*9, power: theta**n}\n")
-    assert problem.message == "the exponent 81 is out of bounds (-64 to 64) in definition 'power'"
+    assert (
+        problem.message
+        == "the exponent 81 is out of bounds (-64 to 64; limit 'exponent') in definition 'power'"
+    )
     assert underlined(problem) == "theta**n"
 
 

@@ -1,0 +1,88 @@
+"""How much a system file may ask for: every limit that a user may move, with its number.
+
+``LAGRANGE_LIMITS=members=100000,seconds=60`` moves some. What keeps a recursive reader from running out of
+stack (how deep an expression may be nested) is fixed, and stands where it is checked.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+import time
+
+from lagrange_cli.errors import UsageError
+
+VARIABLE = "LAGRANGE_LIMITS"
+DEFAULTS = {
+    "bytes": 1_000_000,  # of a system file
+    "values": 50_000,  # in a system file, its aliases written out
+    "members": 50_000,  # of all families
+    "terms": 200_000,  # of all sums
+    "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
+    "exponent": 64,  # (1 + x)**64 written out still fits a page
+    "samples": 10**10,
+    "runs": 10**8,  # members of a sweep
+    "seconds": math.inf,  # of a command
+    "memory": math.inf,  # MB of address space of a process
+}
+LEAST_MEMORY = 500
+"""MB of address space: what the libraries take before there is any work."""
+_BEGAN = time.monotonic()
+
+
+def limit(name: str) -> float:
+    """That limit, as the environment has it; raises ``UsageError`` where that makes no sense."""
+    return chosen().get(name, DEFAULTS[name])
+
+
+def whole(name: str) -> int:
+    """That limit, which is a whole number."""
+    return int(limit(name))
+
+
+def way_out(name: str) -> str:
+    """How the limit is moved, for a hint."""
+    return f"or move the limit: {VARIABLE}={name}=..."
+
+
+def chosen() -> dict[str, float]:
+    """What the environment says."""
+    found = {}
+    for item in filter(None, os.environ.get(VARIABLE, "").split(",")):
+        name, _, text = (part.strip() for part in item.partition("="))
+        try:
+            value = float(text)
+        except ValueError:
+            value = math.nan
+        if name not in DEFAULTS or not 0 < value < math.inf:
+            known = ", ".join(DEFAULTS)
+            raise UsageError(
+                f"{VARIABLE}: {item.strip()!r} is no limit; write NAME=NUMBER, NAME one of {known}"
+            )
+        found[name] = value
+    return found
+
+
+def enforce() -> None:
+    """From now on, let the operating system end what takes too long (as Ctrl-C does) or too much memory."""
+    limits = chosen()
+    if "memory" in limits:
+        if limits["memory"] < LEAST_MEMORY:
+            raise UsageError(f"{VARIABLE}: {LEAST_MEMORY} MB of memory is the least that the command needs")
+        import resource
+
+        size = int(limits["memory"] * 1e6)
+        _, hard = resource.getrlimit(resource.RLIMIT_AS)
+        resource.setrlimit(
+            resource.RLIMIT_AS, (size if hard == resource.RLIM_INFINITY else min(size, hard), hard)
+        )
+    if "seconds" in limits:
+        import signal
+
+        signal.signal(signal.SIGALRM, signal.default_int_handler)
+        signal.setitimer(signal.ITIMER_REAL, limits["seconds"])
+
+
+def time_is_over() -> bool:
+    """Whether this process has had the seconds that it may have."""
+    return time.monotonic() - _BEGAN >= limit("seconds")

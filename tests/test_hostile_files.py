@@ -1,0 +1,32 @@
+"""System files from the fuzzer's grammar: every command ends as documented, and touches nothing else."""
+
+from __future__ import annotations
+
+import os
+from random import Random
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from tests import fuzz, grammar
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of the test's own, where faults show themselves."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("LAGRANGE_DEBUG", "1")
+    monkeypatch.setenv("LAGRANGE_NO_CACHE", "1")
+    return tmp_path
+
+
+@settings(
+    max_examples=60, derandomize=True, deadline=None, database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(st.integers(0, 2**63))
+def test_whatever_the_file_says(folder, seed):
+    statuses = fuzz.feed(grammar.system(Random(seed)).encode(errors="replace"))
+    assert set(statuses) <= {*fuzz.DOCUMENTED, fuzz.INTERRUPTED}
+    assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
