@@ -38,6 +38,9 @@ EXIT_STATUS = """## Exit status
 | 5 | a file could not be read or written |
 | 130 | interrupted (what was computed is kept, `--resume` goes on; a second Ctrl-C gives up at once) |
 
+`LAGRANGE_LIMITS=seconds=60,memory=2000` ends a command as Ctrl-C does, or with status 4, where it takes more;
+[these and the other limits](security.md#the-limits) are for files from elsewhere.
+
 With several systems: the highest of theirs; the others still run. Results go to standard output; progress (on
 a terminal only), warnings and errors to standard error. With `--json` a system that fails has an object of
 its own too: `name`, `status` ("failed"), `message` and `exit_code`. In JSON a number that does not exist,

@@ -27,8 +27,8 @@ PIECES = (
     *NUMBERS, *EXTREME, *(f"{name}(" for name in FUNCTIONS), *HOSTILE, "(", ")", "[", "]", "{", "}", ",", ":",
     "\n", "\n  ", " for i in range(N)", " if i != 0", "[i]", "[i + 1]", "[i in range(N)]", "N", "x", "y",
     "x_dot", "bead", "bead.x", "bead.vy", " + ", "-", "*", "**", "/", "%", "//", "t", "m", "sizes: {N: 3}\n",
-    "solve: {stop: 1e300, step: 1e-300}\n", "samples: 1000000000000", "lagrangian: ",
-    "dissipation: x_dot**2\n", "generalized_forces: {x: -x_dot}\n", "definitions: {u: x}\n", "null", "~", "#", "<", ">=", "sum(",
+    "solve: {stop: 1e300, step: 1e-300}\n", "samples: 1000000000000", "lagrangian: ", "null", "~", "#", "<",
+    "dissipation: x_dot**2\n", "generalized_forces: {x: -x_dot}\n", "definitions: {u: x}\n", ">=", "sum(",
 )  # fmt: skip
 PLACES = ("x", "y", "u", "t")
 VELOCITIES = ("x_dot", "y_dot")

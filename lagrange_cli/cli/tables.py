@@ -13,9 +13,13 @@ import numpy as np
 
 from lagrange_cli.cli.report import STANDARD_INPUT, display_name
 from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.limits import way_out, whole
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
+
+LONGEST = 1_000_000
+"""Characters of a line."""
 
 
 def read_table(name: str) -> dict[str, NDArray[np.float64]]:
@@ -43,19 +47,24 @@ def read_table(name: str) -> dict[str, NDArray[np.float64]]:
 
 def read_columns(file: TextIO, shown: str) -> dict[str, NDArray[np.float64]]:
     """The columns of an open table, which messages call ``shown``."""
-    reader = csv.reader(file, skipinitialspace=True, strict=True)
+    reader = csv.reader(lines_of(file, shown), skipinitialspace=True, strict=True)
     lines = rows_of(reader, shown)
     first, header = next(lines, (0, []))
     names = [cell.strip() for cell in header]
     if not names:
         raise UsageError(f"{shown} is empty: its first line must name the columns, as in 'omega,theta'")
+    seen = set[str]()
     for name in names:
         if not name:
             raise UsageError(f"{shown}:{first}: a column has no name")
-        if names.count(name) > 1:
-            raise UsageError(f"{shown}:{first}: two columns are called '{name}'")
+        if name in seen:
+            raise UsageError(f"{shown}:{first}: two columns are called '{name[:100]}'")
+        seen.add(name)
+    most = whole("runs")
     columns = [array("d") for _ in names]
     for line, row in lines:
+        if len(columns[0]) == most:
+            raise UsageError(f"{shown}:{line}: more than {most} rows: leave some out, {way_out('runs')}")
         if len(row) != len(names):
             raise UsageError(f"{shown}:{line}: there must be {len(names)} values, and there are {len(row)}")
         for name, column, cell in zip(names, columns, row):
@@ -63,6 +72,14 @@ def read_columns(file: TextIO, shown: str) -> dict[str, NDArray[np.float64]]:
     if not columns[0]:
         raise UsageError(f"{shown} has no rows: every line after the first is a member")
     return {name: np.array(column) for name, column in zip(names, columns)}
+
+
+def lines_of(file: TextIO, shown: str) -> Iterator[str]:
+    """The lines, none of them longer than memory bears."""
+    while line := file.readline(LONGEST + 1):
+        if len(line) > LONGEST:
+            raise UsageError(f"{shown} is not a table: a line has more than {LONGEST} characters")
+        yield line
 
 
 def rows_of(reader: Iterator[list[str]], shown: str) -> Iterator[tuple[int, list[str]]]:

@@ -129,15 +129,15 @@ class Builder:
         done, total = self._sums.get(key, (0, None))
         if done > len(loop):
             done, total = 0, None
+        self._terms += len(loop) - done
+        if self._terms > MAX_TERMS:
+            raise ExpressionError(
+                tree.span,
+                f"the sums have more than {MAX_TERMS} terms in all",
+                f"make the sizes smaller, {way_out('terms')}",
+            )
         terms = [] if total is None else [total]
         for index in loop[done:]:
-            self._terms += 1
-            if self._terms > MAX_TERMS:
-                raise ExpressionError(
-                    tree.span,
-                    f"the sums have more than {MAX_TERMS} terms in all",
-                    f"make the sizes smaller, {way_out('terms')}",
-                )
             inner = {**indices, tree.index: index}
             if all(holds(condition, inner) for condition in tree.conditions):
                 terms.append(self._term(tree.body, inner))

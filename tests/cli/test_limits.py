@@ -1,0 +1,153 @@
+"""What asks for too much ends soon, in a message that names the limit; what was computed is kept."""
+
+import os
+import resource
+from pathlib import Path
+
+import h5py
+import pytest
+
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+
+PENDULUM, CHAIN = SYSTEMS / "pendulum.yaml", SYSTEMS / "fpu_chain.yaml"
+CORPUS = Path(__file__).resolve().parents[1] / "corpus"
+MEMORY = 1_000_000_000
+SYSTEM = """
+parameters: {m: 1}
+coordinates:
+  x: {initial: 1}
+masses: {bead: m}
+embedding:
+  bead: [x]
+"""
+
+
+def limited(*arguments, cwd):
+    """The command as a process that may use 1 GB."""
+    return lagrange(
+        *arguments,
+        cwd=cwd,
+        timeout=60,
+        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
+    )
+
+
+HOSTILE = {
+    "a huge product": ("potential: (((x + 1)**64 + x)**64 + x)**64*(x + 2)**64\n", "limit 'size'"),
+    "definitions that double": (
+        "definitions:\n"
+        + "".join(f"  a{i + 1}: a{i}*a{i}\n" for i in range(40))
+        + "  a0: x\npotential: a40\n",
+        "limit 'size'",
+    ),
+    "a deep nest": ("potential: " + "sin(" * 200 + "x" + ")" * 200 + "\n", "nested more than 100 deep"),
+    "a large exponent": ("potential: x**1e9\n", "limit 'exponent'"),
+    "a large family": ("sizes: {N: 1000000}\ndefinitions:\n  w[i in range(N)]: i\n", "=members=..."),
+    "a long sum": ("potential: sum(x*i for i in range(1000000000))\n", "=terms=..."),
+    "many values": ("observables:\n" + "".join(f"  o{i}: x\n" for i in range(50_000)), "=values=..."),
+    "a large file": ("# " + "x" * 1_000_000 + "\n", "=bytes=..."),
+    "many samples": ("solve: {stop: 1, samples: 1000000000000}\n", "=samples=..."),
+    "a small step": ("solve: {stop: 1, step: 1e-300}\n", "=samples=..."),
+    "a far end": ("solve: {stop: 1e300, step: 0.01}\n", "=samples=..."),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), HOSTILE.values(), ids=HOSTILE)
+def test_the_limit_is_named(tmp_path, text, message):
+    (tmp_path / "bad.yaml").write_text(SYSTEM + text)
+    for command in ("check", "solve"):
+        run = limited(command, "bad.yaml", cwd=tmp_path)
+        assert (run.returncode, run.stdout) == (3, ""), run.stderr
+        assert message in run.stderr and "Traceback" not in run.stderr and len(run.stderr) < 2000
+    assert os.listdir(tmp_path) == ["bad.yaml"]
+
+
+def test_a_hundred_thousand_coordinates(tmp_path):
+    run = limited("check", CHAIN, "--size", "N=100000", cwd=tmp_path)
+    assert run.returncode == 3 and "LAGRANGE_LIMITS=members=..." in run.stderr
+
+
+@pytest.mark.parametrize("option", [("--over", "theta=0:1:1000000000000"), ("--random", "theta=normal(0,1)")])
+def test_too_many_runs(tmp_path, option):
+    drawn = ("--members", "1000000000000") if option[0] == "--random" else ()
+    run = limited("sweep", PENDULUM, *option, *drawn, cwd=tmp_path)
+    assert run.returncode == 2 and "LAGRANGE_LIMITS=runs=..." in run.stderr
+    assert os.listdir(tmp_path) == []
+
+
+def with_limits(monkeypatch, limits):
+    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", limits)
+
+
+def test_limits_move(tmp_path, monkeypatch):
+    (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\ndefinitions:\n  w[i in range(N)]: i\n")
+    with_limits(monkeypatch, "members=19")
+    assert "more than 19 members" in lagrange("check", "family.yaml", cwd=tmp_path).stderr
+    with_limits(monkeypatch, "members=21, terms=1")
+    assert lagrange("check", "family.yaml", cwd=tmp_path).returncode == 0
+
+
+@pytest.mark.parametrize(
+    "limits", ["members", "members=x", "member=1", "seconds=-1", "bytes=nan", "memory=1"]
+)
+def test_limits_that_make_no_sense(tmp_path, monkeypatch, limits):
+    with_limits(monkeypatch, limits)
+    run = lagrange("check", PENDULUM, cwd=tmp_path)
+    assert run.returncode == 2 and run.stderr.startswith("Error: LAGRANGE_LIMITS: ")
+
+
+@pytest.mark.parametrize("system", [PENDULUM, CORPUS / "tiny_steps.yaml"], ids=["far", "tiny steps"])
+def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, system):
+    with_limits(monkeypatch, "seconds=2")
+    run = lagrange(
+        "solve", system, "--stop", "1e9", "--samples", "3", "-o", "out.h5", cwd=tmp_path, timeout=60
+    )
+    assert run.returncode == 130 and run.stderr.endswith("The time is over: LAGRANGE_LIMITS=seconds=2\n")
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file.attrs["status"] == "interrupted"
+
+
+def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
+    with_limits(monkeypatch, "seconds=2")
+    run = lagrange("check", SYSTEMS / "n_pendulum.yaml", "--size", "N=600", cwd=tmp_path, timeout=60)
+    assert run.returncode == 130 and run.stderr.endswith("The time is over: LAGRANGE_LIMITS=seconds=2\n")
+
+
+def test_a_command_that_may_not_use_the_memory_it_needs(tmp_path, monkeypatch):
+    with_limits(monkeypatch, "memory=1000")
+    run = lagrange("sweep", PENDULUM, "--over", "theta=0:1:100000000", cwd=tmp_path, timeout=60)
+    assert run.returncode == 4 and "not enough memory" in run.stderr and "Traceback" not in run.stderr
+    assert os.listdir(tmp_path) == []
+
+
+TABLES = {
+    "one endless line": ("x" * 3_000_000, "a line has more than 1000000 characters"),
+    "columns without end": (",".join(f"c{i}" for i in range(60_000)) + "\n", "table.csv has no rows"),
+    "many times one name": (",".join(["theta"] * 150_000), "two columns are called 'theta'"),
+    "another quote": ('theta\n"1', "table.csv:2: "),
+    "a formula": ("theta\n=cmd|' /C calc'!A0\n", "is not a number"),
+    "Python": ("theta\n__import__('os').getcwd()\n", "is not a number"),
+    "no number": ("theta\nnan\n", "not a finite number"),
+    "too many rows": ("theta\n" + "1\n" * 101, "LAGRANGE_LIMITS=runs=..."),
+}
+
+
+@pytest.mark.parametrize(("text", "message"), TABLES.values(), ids=TABLES)
+def test_a_table_from_elsewhere(tmp_path, monkeypatch, text, message):
+    with_limits(monkeypatch, "runs=100")
+    (tmp_path / "table.csv").write_text(text)
+    run = limited("sweep", PENDULUM, "--table", "table.csv", cwd=tmp_path)
+    assert run.returncode == 2 and message in run.stderr, run.stderr
+    assert len(run.stderr) < 2000 and os.listdir(tmp_path) == ["table.csv"]
+
+
+def test_an_output_that_leads_elsewhere_is_not_gone_on_with(tmp_path):
+    with h5py.File(tmp_path / "secret.h5", "w") as file:
+        file["t"] = [1.0, 2.0]
+    before = (tmp_path / "secret.h5").read_bytes()
+    for path in ("t", "checkpoint"):
+        with h5py.File(tmp_path / "out.h5", "w") as file:
+            file[path] = h5py.ExternalLink("secret.h5", "t")
+        run = lagrange("solve", PENDULUM, "-o", "out.h5", "--resume", cwd=tmp_path)
+        assert run.returncode == 5 and "out.h5" in run.stderr
+        assert (tmp_path / "secret.h5").read_bytes() == before
