@@ -56,14 +56,16 @@ class Dataset:
     def make(self, observed: Series, integrals: Series, first: Mapping[str, float | Array]) -> Array:
         """Its samples (c, *shape); ``first`` holds the observed quantities at the start, one number each, or
         one for each sample where these are not all of one motion."""
-        return self.shaped(self.parts(observed, integrals, first))
+        import numpy as np
+
+        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is written as it is
+            return self.shaped(self.parts(observed, integrals, first))
 
     def parts(
         self, observed: Mapping[str, T], integrals: Mapping[str, T], first: Mapping[str, Any]
     ) -> list[T]:
         """The same, number by number: rows (c,), or anything that can be added."""
         if self.making is Making.INTEGRAL:
-<<<<<<< HEAD
             return [integrals[self.path]]
         rows = [observed[name] for name in self.sources]
         if self.making is Making.SUM:
@@ -81,22 +83,6 @@ class Dataset:
         import numpy as np
 
         return np.stack(list(rows), axis=1).reshape(-1, *self.shape)
-=======
-            return integrals[self.path]
-        import numpy as np
-
-        rows = [observed[name] for name in self.sources]
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is written as it is
-            if self.making is Making.SUM:
-                return sum(rows[1:], rows[0])
-            if self.making is Making.BALANCE:
-                rows = [row - first[name] for row, name in zip(rows, self.sources)]
-                names = map(self.quadrature, self.sources)
-                rows = [row - integrals[name] if name in integrals else row for row, name in zip(rows, names)]
-        if not self.shape:
-            return rows[0]
-        return np.stack(rows, axis=1).reshape(-1, *self.shape)
->>>>>>> 4e68eab (A threat model, hostile files held to their limits, and what the fuzzer found kept)
 
 
 @dataclass(frozen=True)
