@@ -213,7 +213,8 @@ def test_multiplying_definitions_are_refused() -> None:
     doubling = "".join(f"  d{n + 1}: d{n}*d{n}\n" for n in range(60))
     found = problems(PENDULUM + "definitions:\n  d0: theta\n" + doubling)
     assert [problem.message for problem in found] == [
-        "the expression has more than 1000000 terms with its definitions written out in definition 'd19'"
+        "the expression has more than 1000000 terms with its definitions written out (limit 'size') "
+        "in definition 'd19'"
     ]
 
 
