@@ -158,6 +158,7 @@ def prepare_run(
     *,
     cached: bool,
     ensemble: bool = False,
+    order: int | None = None,
     meanwhile: Callable[[], object],
 ) -> Prepared:
     """What the run needs in compiled form, from an earlier run if ``cached`` and there is one; ``meanwhile``
@@ -174,6 +175,7 @@ def prepare_run(
         outputs=settings.outputs,
         ensemble=ensemble,
         precision=settings.precision,
+        order=order,
         stage=watch.stage,
         meanwhile=meanwhile,
     )

@@ -9,6 +9,14 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lagrange_cli.cli.certifying import (
+    Demand,
+    certificate_of,
+    certified_shown,
+    certify_options,
+    companion_settings,
+    series_of_errors,
+)
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
@@ -66,14 +74,17 @@ if TYPE_CHECKING:
     output="The file to write [SYSTEM.h5, in this directory].",
     outputs=f"What to write, as {list_of_outputs()}.",
 )
-def solve(systems: tuple[str, ...], request: Request, precision: str) -> int:
+@certify_options
+def solve(systems: tuple[str, ...], request: Request, precision: str, demand: Demand | None) -> int:
     """Integrate the motion of each system and write it to an HDF5 file.
 
     SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
     """
     refuse_shared_outputs(systems, request.output)
     request = replace(request, precision=precision)
-    return run_each(systems, lambda system: solve_system(system, request), as_json=request.as_json)
+    if demand is not None and precision != DOUBLE:
+        raise UsageError(f"--certify is for precision {DOUBLE}, for now: leave out one of the two")
+    return run_each(systems, lambda system: solve_system(system, request, demand), as_json=request.as_json)
 
 
 def refuse_shared_outputs(systems: tuple[str, ...], output: str | None) -> None:
@@ -86,7 +97,7 @@ def refuse_shared_outputs(systems: tuple[str, ...], output: str | None) -> None:
             raise UsageError(f"two of the systems would be written to {name}: solve them one by one")
 
 
-def solve_system(system: str, request: Request) -> int:
+def solve_system(system: str, request: Request, demand: Demand | None = None) -> int:
     """Read, derive, compile, integrate and write one system; returns the exit status."""
     began, watch = time.process_time(), Stopwatch()
     with watch.stage("import"):
@@ -94,18 +105,22 @@ def solve_system(system: str, request: Request) -> int:
         target = find_output(system, name, force=request.force, resume=request.resume)
     spec, values, settings = read_run(system, request, watch)
     made_by = origin(spec, settings, dict(values.parameters), initial_state(values))
+    if demand is not None:
+        made_by |= demand.attributes()
     with target.claimed():
         with watch.stage("import"):
             start = take_up(target, made_by, request)
         if start.finished is not None:
             return say_finished(start.finished, target.shown, watch, request)
-        prepared = prepare_run(spec, settings, watch, cached=request.cache, meanwhile=import_the_rest)
-        outcome = integrate_and_write(spec, values, settings, prepared, start, watch, request)
+        prepared, companion = prepare_both(spec, settings, watch, request, demand)
+        outcome = integrate_and_write(
+            spec, values, settings, prepared, start, watch, request, demand, companion
+        )
     status = outcome.ending.status
     if request.as_json:
         emit_json(as_object(spec, settings, start, outcome, watch))
     elif not request.quiet:
-        emit(as_text(spec, settings, start, outcome, watch))
+        emit(as_text(spec, settings, start, outcome, watch, demand))
         if request.timings:
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
@@ -132,6 +147,24 @@ def initial_state(values: Values) -> list[Any]:
     return [values.q, values.v, *([] if low is None else [low.q, low.v, dict(low.parameters)])]
 
 
+def prepare_both(
+    spec: Spec, settings: Settings, watch: Stopwatch, request: Request, demand: Demand | None
+) -> tuple[Prepared, Prepared | None]:
+    """The run in compiled form, and the companion that a certificate takes, prepared while LLVM compiles."""
+    companions: list[Prepared] = []
+
+    def meanwhile() -> None:
+        import_the_rest()
+        if demand is not None:
+            chosen, order = companion_settings(settings)
+            companions.append(
+                prepare_run(spec, chosen, watch, cached=request.cache, order=order, meanwhile=lambda: None)
+            )
+
+    prepared = prepare_run(spec, settings, watch, cached=request.cache, meanwhile=meanwhile)
+    return prepared, companions[0] if companions else None
+
+
 def import_the_rest() -> None:
     """Load what the run needs from here on; numpy and h5py are the most of it."""
     import lagrange_cli.integrate.run
@@ -147,6 +180,8 @@ def integrate_and_write(
     start: Start,
     watch: Stopwatch,
     request: Request,
+    demand: Demand | None = None,
+    companion: Prepared | None = None,
 ) -> Outcome:
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
     from lagrange_cli.integrate.progress import Clock, Keeping
@@ -158,7 +193,10 @@ def integrate_and_write(
     shown = ProgressLine(spec.name, settings.start, settings.stop, quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
-            writer = Writer(start.target, Layout(series_of(spec, prepared)), expected=settings.count)
+            series = series_of(spec, prepared)
+            if companion is not None:
+                series = series_of_errors(series, series_of(spec, companion))
+            writer = Writer(start.target, Layout(series), expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
             with watch.stage("write"):
@@ -180,9 +218,11 @@ def integrate_and_write(
                     begin = replay(start.earlier, writer, prepared)
             steps = 0 if begin is None else begin.snapshot.steps
             clock = Clock(request.checkpoint, request.checkpoint_count, steps)
-            keeping = Keeping(begin, clock, keep)
-            with watch.stage("integrate"):
-                outcome = integrate(prepared, values, times, emit_chunk, interrupted, shown.show, keeping)
+            keeping = Keeping(begin, clock, keep) if demand is None else None
+            with watch.stage("integrate"), certificate_of(demand, companion, values, times) as certificate:
+                outcome = integrate(
+                    prepared, values, times, emit_chunk, interrupted, shown.show, keeping, certificate
+                )
             shown.clear()
             with watch.stage("write"):
                 last = None if outcome.progress is None else checkpoint(outcome.progress, inside=True)
@@ -214,6 +254,7 @@ def attributes(made_by: Mapping[str, str | int | float], outcome: Outcome) -> di
         "message": outcome.message,
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
+        **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
     }
 
 
@@ -233,6 +274,8 @@ def as_object(
         "t": outcome.t,
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
+        "trusted_until": outcome.trusted_until,
+        "error": outcome.error,
         "resumed_from": start.reached,
         "seconds": watch.report(),
     }
@@ -244,7 +287,9 @@ def ended(outcome: Outcome) -> str:
     return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
 
 
-def as_text(spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch) -> str:
+def as_text(
+    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch, demand: Demand | None
+) -> str:
     """The run in a few lines."""
     seconds = watch.report()
     return "\n".join(
@@ -255,6 +300,7 @@ def as_text(spec: Spec, settings: Settings, start: Start, outcome: Outcome, watc
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
+            *certified_shown(outcome, demand),
             f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
         )
     )

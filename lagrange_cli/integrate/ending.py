@@ -20,6 +20,7 @@ class Ending(Enum):
     STEP_UNDERFLOW = "the step size fell below the resolution of time (a collision or a singularity)"
     NOT_A_NUMBER = "the equations of motion gave something that is not a finite number"
     METHOD_FAILED = "the method could not meet its tolerance"
+    TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
 
     @property
@@ -52,7 +53,8 @@ class Outcome:
     equations of motion,
     or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
     conserved, else None; ``p_drift`` the same for each conserved momentum, by coordinate. ``progress`` is
-    what the run can be continued from, if it was interrupted.
+    what the run can be continued from, if it was interrupted. ``trusted_until`` and ``error`` are those of
+    its ``Certificate``, if it had one.
     """
 
     ending: Ending
@@ -63,3 +65,5 @@ class Outcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
     progress: Progress | None = None
+    trusted_until: float | None = None
+    error: float | None = None

@@ -36,16 +36,22 @@ def nothing() -> None:
 
 
 def prepare(
-    residual: Residual, *, method: str, tolerance: float, outputs: frozenset[str], ensemble: bool = False
+    residual: Residual,
+    *,
+    method: str,
+    tolerance: float,
+    outputs: frozenset[str],
+    ensemble: bool = False,
+    order: int | None = None,
 ) -> Prepared:
     """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need.
 
-    What is prepared for an ``ensemble`` is for ``integrate.ensemble`` alone.
+    What is prepared for an ``ensemble`` is for ``integrate.ensemble`` alone; for ``order`` see ``write_run``.
     """
     from lagrange_cli.integrate.writing import write_run
 
     program, recording = write_run(
-        residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble
+        residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble, order=order
     )
     machine = load_machine(compile_object(program), program)
     return Prepared(recording, machine, method, tolerance, follower(machine, method, tolerance))
@@ -61,6 +67,7 @@ def prepare_system(
     outputs: frozenset[str],
     ensemble: bool = False,
     precision: str = DOUBLE,
+    order: int | None = None,
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
@@ -78,7 +85,7 @@ def prepare_system(
 
         return write_run(
             derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-            precision=precision,
+            precision=precision, order=order,
         )  # fmt: skip
 
     def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
@@ -90,7 +97,7 @@ def prepare_system(
         if cache is not None:
             key = key_of(
                 spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-                precision=precision,
+                precision=precision, order=order,
             )  # fmt: skip
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
@@ -144,6 +151,7 @@ def key_of(
     outputs: frozenset[str],
     ensemble: bool = False,
     precision: str = DOUBLE,
+    order: int | None = None,
 ) -> str | None:
     """All that a compiled program depends on; None where that cannot be found out.
 
@@ -156,7 +164,7 @@ def key_of(
     except OSError:
         return None
     kind = (
-        ["taylor", tolerance.hex(), ensemble, precision]
+        ["taylor", tolerance.hex(), ensemble, precision, order]
         if method == TAYLOR
         else ["rates", method in IMPLICIT]
     )

@@ -15,8 +15,10 @@ from lagrange_cli.integrate.motion import Array, End, Keeper, Snapshot, aligned
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.progress import Keeping, Progress
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.certificate import Certificate
     from lagrange_cli.spec.values import Values
 
 __all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
@@ -30,6 +32,7 @@ def integrate(
     interrupted: Callable[[], bool],
     progress: Callable[[float], None] = lambda t: None,
     keeping: Keeping[Progress] | None = None,
+    certificate: Certificate | None = None,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
@@ -37,7 +40,8 @@ def integrate(
     ``interrupted`` is asked and ``progress`` told the time reached several times a second. ``emit`` is
     called in another thread, one chunk at a time, while the next one is computed; the arrays are valid during
     the call only. However the motion ends, all samples up to then have been emitted. With ``keeping`` the
-    motion goes on where an earlier run has got to.
+    motion goes on where an earlier run has got to; with a ``certificate`` its estimates are emitted, too, and
+    the motion ends where that misses its target.
     """
     program = prepared.machine.program
     given = [values] if values.low is None else [values, values.low]
@@ -46,11 +50,19 @@ def integrate(
 
     def watch(t: float) -> bool:
         progress(t)
-        return interrupted()
+        return interrupted() or (certificate is not None and certificate.missed is not None)
 
     with Behind() as behind:
-        samples = samples_of(prepared)(prepared, parameters, lambda chunk: behind.call(partial(emit, chunk)))
-        following = partial(prepared.follower.follow, parameters, state, times, samples.accept, watch)
+
+        def emit_behind(chunk: dict[str, Array]) -> None:
+            behind.call(partial(emit, chunk if certificate is None else {**chunk, **certificate.errors}))
+
+        def accept(times: Array, states: Array) -> None:
+            count = len(times) if certificate is None else certificate.judge(times, states, interrupted)
+            samples.accept(times[:count], states[:, :count])
+
+        samples = samples_of(prepared)(prepared, parameters, emit_behind)
+        following = partial(prepared.follower.follow, parameters, state, times, accept, watch)
         if keeping is None:
             end = following()
         else:
@@ -61,6 +73,8 @@ def integrate(
 
             begin = None if keeping.begin is None else samples.restore(keeping.begin)
             end = following(Keeper(begin, keeping.due, keep))
+    if certificate is not None:
+        end = certified(end, certificate)
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,
@@ -71,6 +85,8 @@ def integrate(
         h_drift=h_drift,
         p_drift=p_drift,
         progress=None if end.snapshot is None else samples.progress(end.snapshot),
+        trusted_until=None if certificate is None else certificate.trusted_until,
+        error=None if certificate is None else certificate.error,
     )
 
 
@@ -81,6 +97,15 @@ def samples_of(prepared: Prepared) -> type[Samples]:
     from lagrange_cli.integrate.twofold import TwofoldSamples
 
     return TwofoldSamples
+
+
+def certified(end: End, certificate: Certificate) -> End:
+    """How the motion ended, its certificate being taken into account. It cannot be continued: a companion
+    has no snapshot."""
+    if certificate.missed is not None:
+        return replace(end, ending=Ending.TARGET_MISSED, t=certificate.missed, snapshot=None)
+    ending = Ending.INTERRUPTED if certificate.cut and end.ending is Ending.COMPLETE else end.ending
+    return replace(end, ending=ending, snapshot=None)
 
 
 class Samples:
@@ -148,7 +173,7 @@ def sentence(end: End, coordinates: tuple[str, ...]) -> str:
     """How the motion ended, for the user, with time and state where it went wrong."""
     if end.ending is Ending.COMPLETE:
         return f"{end.ending.value}, t = {end.t:.6g}"
-    if end.ending is Ending.INTERRUPTED:
+    if end.ending in (Ending.INTERRUPTED, Ending.TARGET_MISSED):
         return f"{end.ending.value} at t = {end.t:.6g}"
     shown = [f"{name} = {value:.6g}" for name, value in zip(coordinates, end.state)]
     shown += [

@@ -23,10 +23,12 @@ def write_run(
     outputs: frozenset[str],
     ensemble: bool = False,
     precision: str = DOUBLE,
+    order: int | None = None,
 ) -> tuple[Program, Recording]:
     """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.
 
     One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
+    ``order`` is that of the Taylor series, if it is not to follow from the tolerance.
     """
     plan = make_plan(residual, outputs)
     if precision == DOUBLE_DOUBLE:
@@ -42,7 +44,7 @@ def write_run(
         if suits_lanes(program, residual):
             return with_lanes(program, residual, tolerance), plan.recording
     if method == TAYLOR:
-        order = order_for(tolerance)
+        order = order_for(tolerance) if order is None else order
         program = write_program(
             residual, order, plan.integrands, plan.observed, tolerance=tolerance, keeping=True
         )

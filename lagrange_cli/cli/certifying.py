@@ -1,0 +1,131 @@
+"""``solve --certify``: what is asked of it, the companion it takes, and what is said of it."""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager, nullcontext
+from functools import wraps
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli.options import Command
+from lagrange_cli.cli.settings import FULL_PRECISION, METHODS
+from lagrange_cli.errors import UsageError
+from lagrange_cli.records import dataclass, replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.runs import Request
+    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.integrate.certificate import Certificate
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.run import Outcome, Times
+    from lagrange_cli.spec.values import Values
+    from lagrange_cli.store.layout import Series
+
+DIGITS = 6.0
+ORDER = 22
+"""Of a companion at full double precision, beside 29: its steps are about 1.4 times as many."""
+BETTER = 1e-3
+"""Where the run's tolerance is above double precision, the companion's is by this factor below it."""
+
+OPTIONS = (
+    click.option(
+        "--certify",
+        is_flag=True,
+        help="Write an estimate of the error of every sample, from a companion computed beside the run.",
+    ),
+    click.option(
+        "--digits",
+        type=click.FloatRange(min=1, max=15),
+        help="Say up to when every coordinate holds so many digits of its largest value so far "
+        f"(implies --certify) [{DIGITS:g}].",
+    ),
+    click.option(
+        "--target-error",
+        type=click.FloatRange(min=0, min_open=True),
+        metavar="ERROR",
+        help="End the run, with exit status 4, where the error of a coordinate may exceed this part of its "
+        "largest value so far (implies --certify).",
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Demand:
+    """What a certificate is to say: up to when there are so many ``digits``; the ``target`` ends the run."""
+
+    digits: float
+    target: float | None
+
+    def attributes(self) -> dict[str, float]:
+        """Those of the file that say what was asked."""
+        return {
+            "digits": self.digits,
+            **({} if self.target is None else {"target_error": self.target}),
+        }
+
+
+def certify_options(command: Command) -> Command:
+    """``--certify``, ``--digits`` and ``--target-error`` as one ``demand``: None where none is given."""
+
+    @wraps(command)
+    def gathered(
+        certify: bool, digits: float | None, target_error: float | None, request: Request, **given: Any
+    ) -> Any:
+        demand = None
+        if certify or digits is not None or target_error is not None:
+            demand = Demand(DIGITS if digits is None else digits, target_error)
+            if request.resume:
+                raise UsageError(
+                    "a run with --certify writes no checkpoints: start it anew, without --resume"
+                )
+        return command(request=request, demand=demand, **given)
+
+    decorated: Any = gathered
+    for option in reversed(OPTIONS):
+        decorated = option(decorated)
+    return decorated  # type: ignore[no-any-return]
+
+
+def companion_settings(settings: Settings) -> tuple[Settings, int]:
+    """How a companion is followed: always by the Taylor method, with another order than the run's own, and
+    more precisely where that is not at the limits of its numbers."""
+    from lagrange_cli.native.program import order_for
+
+    tolerance = max(FULL_PRECISION, BETTER * settings.tolerance)
+    chosen = replace(settings, method=METHODS[0], tolerance=tolerance, outputs=frozenset({"q", "v"}))
+    return chosen, min(ORDER, order_for(tolerance))
+
+
+def series_of_errors(plain: tuple[Series, ...], companion: tuple[Series, ...]) -> tuple[Series, ...]:
+    """The datasets of a run that is certified: its own, then the error of each that the companion has."""
+    from lagrange_cli.integrate.certificate import FOLDER
+
+    return (
+        *plain,
+        *(
+            replace(one, path=FOLDER + one.path, long_name=f"estimated error of {one.long_name}")
+            for one in companion
+        ),
+    )
+
+
+def certificate_of(
+    demand: Demand | None, companion: Prepared | None, values: Values, times: Times
+) -> AbstractContextManager[Certificate | None]:
+    """The certificate asked for, if one is."""
+    if demand is None or companion is None:
+        return nullcontext()
+    from lagrange_cli.integrate.certificate import Certificate
+
+    return Certificate(companion, values, times, demand.digits, demand.target)
+
+
+def certified_shown(outcome: Outcome, demand: Demand | None) -> list[str]:
+    """The line of the summary."""
+    if demand is None:
+        return []
+    return [
+        f"  certified: {demand.digits:g} digits up to t = {outcome.trusted_until:.10g}, "
+        f"error at the end {outcome.error:.1e}"
+    ]
