@@ -24,6 +24,9 @@ FOLDER = "diagnostics/error/"
 MEMORY = 20
 """A difference counts for less with time, as this power of the time since the start: to an eighth when a
 tenth more has passed. So errors that shrink, as friction makes them, are seen to shrink."""
+NOW, BEFORE = 3.0, 0.25
+"""The estimate is so many times the difference, and at least this part of the differences before: where two
+motions cross each other, the error is not zero. (Fitted to the systems of ``benchmarks.certified``.)"""
 LARGEST_GAP = 0.5
 """Seconds between two looks at whether the other side is still there."""
 
@@ -31,10 +34,10 @@ LARGEST_GAP = 0.5
 class Certificate:
     """A context in which ``judge`` is given the samples of a run, chunk by chunk.
 
-    ``errors`` holds {path: (c, *shape)} for the chunk judged last, ``trusted_until`` the time up to which
-    each coordinate q_k is known to ``digits`` digits of the largest |q_k| so far, ``missed`` the first sample time
-    at which an error may exceed ``target`` (None: there is none), measured in the same way, and ``error`` the
-    largest error of any coordinate at the last sample, likewise.
+    ``errors`` holds {path: (c, *shape)} for the chunk judged last. ``trusted_until`` is the last sample time up
+    to which each coordinate q_k is known to ``digits`` digits of the largest |q_k| so far, ``missed`` the first
+    one at which an error may exceed ``target``, measured in the same way (None: there is none), and ``error``
+    the largest error of any coordinate at the last sample, likewise.
     """
 
     def __init__(
@@ -105,7 +108,7 @@ class Certificate:
             ages = ((times - self._times.start) / (self._times.stop - self._times.start)) ** MEMORY
             weighted = np.where(ages > 0, differences * ages, 0)
             self._differences, weighted = running(self._differences, weighted)
-            estimates = np.fmax(np.fmax(weighted / ages, differences), np.spacing(largest))
+            estimates = np.fmax(np.fmax(BEFORE * weighted / ages, NOW * differences), np.spacing(largest))
             half = self._rows // 2
             relative = np.max(estimates[:half] / largest[:half], axis=0, where=largest[:half] > 0, initial=0)
         kept = first(~(relative <= self._target), count)
