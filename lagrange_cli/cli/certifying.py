@@ -42,7 +42,7 @@ OPTIONS = (
     ),
     click.option(
         "--target-error",
-        type=click.FloatRange(min=0, min_open=True),
+        type=float,
         metavar="ERROR",
         help="End the run, with exit status 4, where the error of a coordinate may exceed this part of its "
         "largest value so far (implies --certify).",
@@ -73,6 +73,8 @@ def certify_options(command: Command) -> Command:
         certify: bool, digits: float | None, target_error: float | None, request: Request, **given: Any
     ) -> Any:
         demand = None
+        if target_error is not None and not target_error > 0:
+            raise UsageError(f"the target error must be a positive number, not {target_error:g}")
         if certify or digits is not None or target_error is not None:
             demand = Demand(DIGITS if digits is None else digits, target_error)
             if request.resume:

@@ -34,9 +34,9 @@ LARGEST_GAP = 0.5
 class Certificate:
     """A context in which ``judge`` is given the samples of a run, chunk by chunk.
 
-    ``errors`` holds {path: (c, *shape)} for the chunk judged last. ``trusted_until`` is the last sample time up
-    to which each coordinate q_k is known to ``digits`` digits of the largest |q_k| so far, ``missed`` the first
-    one at which an error may exceed ``target``, measured in the same way (None: there is none), and ``error``
+    ``errors`` holds {path: (c, *shape)} for the chunk judged last. ``trusted_until`` is the last sample time
+    up to which each coordinate q_k is known to ``digits`` digits of the largest |q_k| so far, ``missed`` the
+    first one at which an error may exceed ``target``, measured in the same way (None: there is none), and ``error``
     the largest error of any coordinate at the last sample, likewise.
     """
 

@@ -24,10 +24,12 @@ COLLISION = LINE.format(x=1, v=0, place="x", potential="-1/x")
 FOLD = LINE.format(x=0, v=1, place="x**2", potential="0")  # no mass where the fold is
 ROOT = LINE.format(x=1, v=-1, place="x", potential="2*x**2.5")
 STEEP = LINE.format(x=1, v=0, place="x", potential="1e300*sqrt(x**2)")
+UNSTABLE = LINE.format(x=1, v=-4, place="x", potential="-8*x**2")
 
 CASES = [
     *((method, COMPLETE, Ending.COMPLETE) for method in METHODS),
     *((method, COMPLETE, Ending.INTERRUPTED) for method in METHODS),
+    *((method, UNSTABLE, Ending.TARGET_MISSED) for method in METHODS),
     *((method, FOLD, Ending.SINGULAR_MASS_MATRIX) for method in METHODS),
     *((method, ROOT, Ending.NOT_A_NUMBER) for method in METHODS),
     ("taylor", COLLISION, Ending.STEP_UNDERFLOW),
@@ -69,6 +71,8 @@ def test_an_ending_is_said_and_kept(tmp_path, monkeypatch, capsys, method, text,
     tolerance = [] if method == "taylor" else ["--tolerance", "1e-8"]
     stop = "20000" if ending is Ending.INTERRUPTED else "5"
     options = ["--stop", stop, "--method", method, *tolerance]
+    if ending is Ending.TARGET_MISSED:
+        options += ["--target-error", "1e-12"]
     status = main(["solve", "line.yaml", *options, "--samples", "501", "--outputs", "q,v,h,ledger", "--json"])
     said = capsys.readouterr()
     answer = json.loads(said.out)

@@ -1,0 +1,161 @@
+"""The estimated errors beside the true ones, known to 50 digits: of regular, damped and chaotic motions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import mpmath
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.cli.certifying import Demand, companion_settings
+from lagrange_cli.cli.settings import resolve_settings
+from lagrange_cli.integrate.certificate import FOLDER, Certificate
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.spec.spec import SolveDefaults
+from tests.motion import prepared, residual_of, spec_of, values_of
+
+Number = mpmath.mpf
+COVERAGE = 0.99
+
+PENDULUM = """\
+parameters: {k: 2.25}
+coordinates: {x: {initial: 2.5}}
+masses: {p: 1}
+embedding: {p: [sin(x), -cos(x)]}
+potential: k*p.y
+"""
+DAMPED = """\
+coordinates: {x: {initial: 1}}
+masses: {p: 1}
+embedding: {p: x}
+potential: 2*x**2
+dissipation: x_dot**2/8
+"""
+HENON_HEILES = """\
+coordinates: {x: {initial: 0.25, velocity: 0.375}, y: {initial: -0.25, velocity: 0.25}}
+masses: {p: 1}
+embedding: {p: [x, y]}
+potential: (x**2 + y**2)/2 + x**2*y - y**3/3
+"""
+
+
+def pendulum(t: Number) -> list[Number]:
+    """sin(x/2) = k cd(w t) (DLMF 22.19.2), in its first swing or any other."""
+    w, k = Number(1.5), mpmath.sin(Number(2.5) / 2)
+    u = mpmath.fmod(w * t, 4 * mpmath.ellipk(k**2))
+    return [2 * mpmath.asin(k * mpmath.ellipfun("cd", u, m=k**2))]
+
+
+def damped(t: Number) -> list[Number]:
+    """x'' + x'/4 + 4 x = 0 from rest."""
+    w = mpmath.sqrt(4 - Number(1) / 64)
+    return [mpmath.exp(-t / 8) * (mpmath.cos(w * t) + mpmath.sin(w * t) / (8 * w))]
+
+
+def product(a: Sequence[Number], b: Sequence[Number], n: int) -> Number:
+    return mpmath.fsum(a[k] * b[n - k] for k in range(n + 1))
+
+
+class HenonHeiles:
+    """x'' = -x - 2xy, y'' = -y - x^2 + y^2, from one sample to the next by 40 terms of the Taylor series."""
+
+    def __init__(self) -> None:
+        self._t = Number(0)
+        self._state = [Number(0.25), Number(-0.25), Number(0.375), Number(0.25)]
+
+    def __call__(self, t: Number) -> list[Number]:
+        step = t - self._t
+        x, y = ([self._state[i], self._state[2 + i]] for i in range(2))
+        for n in range(40):
+            x.append((-x[n] - 2 * product(x, y, n)) / ((n + 1) * (n + 2)))
+            y.append((-y[n] - product(x, x, n) + product(y, y, n)) / ((n + 1) * (n + 2)))
+        rates = [[k * one[k] for k in range(1, len(one))] for one in (x, y)]
+        self._state = [mpmath.polyval(series[::-1], step) for series in (x, y, *rates)]
+        self._t = t
+        return self._state[:2]
+
+
+def certified(
+    system: str, stop: float, samples: int, method: str = "taylor", target: float | None = None
+) -> tuple[dict[str, NDArray[np.float64]], Outcome]:
+    """The samples of a run that is certified, as ``solve --certify`` goes."""
+    settings = resolve_settings(spec_of(system), SolveDefaults(stop=stop, samples=samples, method=method))
+    chosen, order = companion_settings(settings)
+    companion = prepare(
+        residual_of(system),
+        method=chosen.method,
+        tolerance=chosen.tolerance,
+        outputs=chosen.outputs,
+        order=order,
+    )
+    chunks: list[dict[str, NDArray[np.float64]]] = []
+    times = Times(0.0, stop, samples, stop / (samples - 1))
+    values, demand = values_of(system), Demand(6, target)
+    ready = prepared(system, settings.method, settings.tolerance)
+    with Certificate(companion, values, times, demand.digits, demand.target) as certificate:
+        outcome = integrate(
+            ready,
+            values,
+            times,
+            lambda chunk: chunks.append({path: np.array(x) for path, x in chunk.items()}),
+            lambda: False,
+            certificate=certificate,
+        )
+    return {path: np.concatenate([one[path] for one in chunks]) for path in chunks[0]}, outcome
+
+
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+@pytest.mark.parametrize(
+    ("system", "known", "stop"),
+    [
+        (PENDULUM, lambda: pendulum, 100.0),
+        (DAMPED, lambda: damped, 60.0),
+        (HENON_HEILES, HenonHeiles, 150.0),
+    ],
+)
+def test_the_estimate_is_near_the_true_error(
+    system: str, known: Callable[[], Callable[[Number], list[Number]]], stop: float, method: str
+) -> None:
+    """Not below a tenth of it, nor above a hundred times it; a rounding of the sample is no error."""
+    data, _ = certified(system, stop, 601, method)
+    with mpmath.workdps(50):
+        exact, names = known(), [path for path in data if path.startswith("q/")]
+        truth = [exact(Number(t)) for t in data["t"].tolist()]
+        for i, path in enumerate(names):
+            wrong = [abs(Number(x) - row[i]) for x, row in zip(data[path].tolist(), truth)]
+            rounding = np.spacing(np.maximum.accumulate(np.abs(data[path])))
+            ratio = data[FOLDER + path] / np.maximum(np.array(wrong, dtype=float), rounding)
+            assert np.mean((ratio >= 0.1) & (ratio <= 100)) >= COVERAGE
+
+
+def test_the_run_ends_where_the_target_is_missed_and_not_before() -> None:
+    plain, whole = certified(HENON_HEILES, 400.0, 4001)
+    cut, outcome = certified(HENON_HEILES, 400.0, 4001, target=1e-12)
+    count = len(cut["t"])
+    assert outcome.ending is Ending.TARGET_MISSED and 0 < count < len(plain["t"])
+    assert outcome.t == plain["t"][count]
+    assert whole.ending is Ending.COMPLETE
+    for path, samples in cut.items():
+        assert np.array_equal(samples, plain[path][:count])
+    relative = [plain[FOLDER + path] / np.maximum.accumulate(np.abs(plain[path])) for path in ("q/x", "q/y")]
+    worst = np.max(relative, axis=0)
+    assert np.all(worst[:count] <= 1e-12) and worst[count] > 1e-12
+
+
+def test_digits_hold_as_long_as_the_estimate_says() -> None:
+    data, outcome = certified("double_pendulum", 60.0, 601)
+    relative = np.max(
+        [
+            data[f"{FOLDER}q/{k}"] / np.maximum.accumulate(np.abs(data[f"q/{k}"]))
+            for k in ("theta1", "theta2")
+        ],
+        axis=0,
+    )
+    assert 0 < outcome.trusted_until < 60
+    trusted = int(np.sum(data["t"] <= outcome.trusted_until))
+    assert np.all(relative[:trusted] <= 1e-6) and relative[trusted] > 1e-6
+    assert outcome.error == relative[-1]
