@@ -27,7 +27,7 @@ tenth more has passed. So errors that shrink, as friction makes them, are seen t
 NOW, BEFORE = 3.0, 0.25
 """The estimate is so many times the difference, and at least this part of the differences before: where two
 motions cross each other, the error is not zero. (Fitted to the systems of ``benchmarks.certified``.)"""
-LARGEST_GAP = 0.5
+LOOK = 0.5
 """Seconds between two looks at whether the other side is still there."""
 
 
@@ -36,8 +36,8 @@ class Certificate:
 
     ``errors`` holds {path: (c, *shape)} for the chunk judged last. ``trusted_until`` is the last sample time
     up to which each coordinate q_k is known to ``digits`` digits of the largest |q_k| so far, ``missed`` the
-    first one at which an error may exceed ``target``, measured in the same way (None: there is none), and ``error``
-    the largest error of any coordinate at the last sample, likewise.
+    first one at which an error may exceed ``target``, measured in the same way (None: there is none), and
+    ``error`` the largest error of any coordinate at the last sample, likewise.
     """
 
     def __init__(
@@ -75,7 +75,7 @@ class Certificate:
         def put(piece: Array | None) -> None:
             while not self._over.is_set():
                 try:
-                    self._pieces.put(piece, timeout=LARGEST_GAP)
+                    self._pieces.put(piece, timeout=LOOK)
                     break
                 except queue.Full:
                     pass
@@ -129,7 +129,7 @@ class Certificate:
         pieces, found = [self._rest], self._rest.shape[1]
         while found < count:
             try:
-                piece = self._pieces.get(timeout=LARGEST_GAP)
+                piece = self._pieces.get(timeout=LOOK)
             except queue.Empty:
                 if interrupted():
                     self._halted.set()

@@ -18,12 +18,12 @@ def solve(capsys, system, *options):
 
 
 @pytest.mark.parametrize("options", [(), ("--method", "DOP853"), ("--tolerance", "1e-7"), ("--samples", "2")])
-@pytest.mark.parametrize("system", ["double_pendulum", "fpu_chain"])
+@pytest.mark.parametrize("system", ["pendulum", "n_pendulum"])
 def test_the_samples_are_those_of_the_plain_run_and_each_has_an_error(
     tmp_path, monkeypatch, capsys, system, options
 ):
     monkeypatch.chdir(tmp_path)
-    options = (*options, "--stop", "8")
+    options = (*options, "--stop", "3")
     plain = solve(capsys, system, *options, "-o", "plain.h5")[1]
     status, said, _ = solve(capsys, system, *options, "-o", "certified.h5", "--certify")
     assert status == 0 and plain["trusted_until"] is None
@@ -42,7 +42,7 @@ def test_the_samples_are_those_of_the_plain_run_and_each_has_an_error(
                     assert error.shape == before[kind][name].shape
                     assert [list(one) for one in error.dims] == [list(one) for one in after[kind][name].dims]
                     assert np.all(error[1:] > 0) and np.all(np.isfinite(error))
-        assert said["trusted_until"] == after.attrs["trusted_until"] == after["t"][-1]
+        assert 0 < said["trusted_until"] == after.attrs["trusted_until"] <= after["t"][-1] == 3
         assert after.attrs["digits"] == 6 and "trusted_until" not in before.attrs
         assert {**before.attrs, "trusted_until": 0, "digits": 0}.keys() == {**after.attrs}.keys()
         assert before.attrs["steps"] == after.attrs["steps"]
