@@ -8,6 +8,7 @@ import sys
 
 from benchmarks import (
     brouwer,
+    certified,
     chain,
     derivation,
     doubledouble,
@@ -23,7 +24,7 @@ from benchmarks.report import required_table
 
 MODULES = (
     startup, shell, large, derivation, integration, workprecision, chain, ensemble, samples, brouwer,
-    doubledouble,
+    doubledouble, certified,
 )  # fmt: skip
 BENCHMARKS = tuple(module.BENCHMARK for module in MODULES)
 

@@ -1,0 +1,203 @@
+"""``solve --certify``: the estimated errors beside the true ones, and what they cost.
+
+The truth is a run in double-double, with 31 digits, of the same equations from the same doubles (held
+against closed forms and series of 50 digits in the tests). A sample is covered where the estimate is at least a tenth
+and at most a hundred times its error; an error below the spacing of doubles at the largest value so far counts
+as that. Chaotic motions are followed until no digit is left.
+"""
+
+from __future__ import annotations
+
+import sys
+import time
+from argparse import Namespace
+from collections.abc import Mapping
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.benchmark import Benchmark
+from benchmarks.report import ROOT, Report, Requirement, markdown_table
+from lagrange_cli.cli.certifying import DIGITS, companion_settings
+from lagrange_cli.cli.settings import resolve_settings
+from lagrange_cli.cli.source import derive_system, read_system
+from lagrange_cli.integrate.certificate import FOLDER, Certificate
+from lagrange_cli.integrate.methods import DOUBLE_DOUBLE
+from lagrange_cli.integrate.prepare import prepare, prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.integrate.twofold import LOW
+from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import SolveDefaults
+from lagrange_cli.spec.values import Values, resolve_values
+
+Array = NDArray[np.float64]
+SAMPLES = 4001
+LEAST, MOST = 0.1, 100.0
+COVERAGE = 0.99
+DEARER = 2.3
+TURNS = 5000.0
+"""How long the motions are whose cost is measured, in their own time: some ten thousand steps."""
+NONE = frozenset({"q", "v"})
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A shipped system, and when it stops."""
+
+    system: str
+    stop: float
+    method: str = "taylor"
+
+
+SCENES = (
+    Scene("harmonic_oscillator", 200),
+    Scene("pendulum", 100),
+    Scene("pendulum", 20, "DOP853"),
+    Scene("central_force_cartesian", 200),
+    Scene("central_force", 200),
+    Scene("rotating_hoop", 60),
+    Scene("rotating_rod", 10),
+    Scene("spherical_pendulum", 60),
+    Scene("charged_particle", 60),
+    Scene("fpu_chain", 200),
+    Scene("solar_system", 36525),
+    Scene("figure_eight", 60),
+    Scene("driven_damped_pendulum", 60),
+    Scene("double_pendulum", 20),
+    Scene("n_pendulum", 10),
+)
+QUICK = (SCENES[1], SCENES[3], SCENES[13])
+TIMED = ("pendulum", "double_pendulum", "central_force_cartesian")
+
+
+class Compiled:
+    """A scene in compiled form: the run, its companion and the truth."""
+
+    def __init__(self, scene: Scene) -> None:
+        spec = self._spec = read_system(str(ROOT / "systems" / f"{scene.system}.yaml"))
+        asked = SolveDefaults(stop=scene.stop, samples=SAMPLES, method=scene.method)
+        self._settings = resolve_settings(spec, asked)
+        self._values, self._residual = resolve_values(spec), derive_system(spec)
+        step = (scene.stop - self._settings.start) / (SAMPLES - 1)
+        self._times = Times(self._settings.start, scene.stop, SAMPLES, step)
+        self._run = prepare(
+            self._residual, method=scene.method, tolerance=self._settings.tolerance, outputs=NONE
+        )
+        chosen, order = companion_settings(self._settings)
+        self._companion = prepare(
+            self._residual, method=chosen.method, tolerance=chosen.tolerance, outputs=NONE, order=order
+        )
+
+    def truth(self) -> Mapping[str, Array]:
+        """Samples by path, in two parts."""
+        zeros = (0.0,) * len(self._values.q)
+        nothing = replace(
+            self._values, parameters=dict.fromkeys(self._values.parameters, 0.0), q=zeros, v=zeros
+        )
+        ready = prepare_system(
+            self._spec,
+            lambda spec: self._residual,
+            None,
+            method="taylor",
+            tolerance=2.0**-104,
+            outputs=NONE,
+            precision=DOUBLE_DOUBLE,
+        )
+        return self._follow(ready, replace(self._values, low=nothing))[0]
+
+    def certified(self) -> tuple[Mapping[str, Array], Outcome]:
+        """Samples and estimates by path."""
+        return self._follow(self._run, self._values, self._certificate())
+
+    def seconds(self) -> tuple[float, float]:
+        """What the integration takes, plain and certified."""
+        found = []
+        for certificate in (nullcontext(), self._certificate()):
+            began = time.perf_counter()
+            self._follow(self._run, self._values, certificate)
+            found.append(time.perf_counter() - began)
+        return found[0], found[1]
+
+    def _certificate(self) -> Certificate:
+        return Certificate(self._companion, self._values, self._times, DIGITS, None)
+
+    def _follow(
+        self,
+        ready: Prepared,
+        values: Values,
+        certifying: AbstractContextManager[Certificate | None] | None = None,
+    ) -> tuple[Mapping[str, Array], Outcome]:
+        chunks: list[dict[str, Array]] = []
+
+        def keep(chunk: Mapping[str, Array]) -> None:
+            chunks.append({path: np.array(samples) for path, samples in chunk.items()})
+
+        with certifying or nullcontext() as certificate:
+            outcome = integrate(ready, values, self._times, keep, lambda: False, certificate=certificate)
+        return {path: np.concatenate([one[path] for one in chunks]) for path in chunks[0]}, outcome
+
+
+def ratios(data: Mapping[str, Array], truth: Mapping[str, Array]) -> Array:
+    """The estimate over the error, of every number of q and v."""
+    found = []
+    for path in (path.removeprefix(FOLDER) for path in data if path.startswith(FOLDER)):
+        error = np.abs(data[path] - truth[path] - truth[LOW + path])
+        spacing = np.spacing(np.maximum.accumulate(np.abs(data[path]), axis=0))
+        found.append(np.ravel(data[FOLDER + path] / np.maximum(error, spacing)))
+    return np.concatenate(found)
+
+
+def measure(options: Namespace) -> Report:
+    """Coverage of every scene, and the cost of some."""
+    rows, every = [], []
+    for scene in QUICK if options.quick else SCENES:
+        compiled = Compiled(scene)
+        data, outcome = compiled.certified()
+        found = ratios(data, compiled.truth())
+        every.append((np.mean(found < LEAST), np.mean(found > MOST)))
+        below, above = every[-1]
+        shares = f"{100 * (1 - below - above):.2f}", f"{100 * below:.2f}", f"{100 * above:.2f}"
+        trusted = f"{outcome.trusted_until:.6g}"
+        rows.append((scene.system, scene.method, f"{scene.stop:g}", *shares, f"{outcome.error:.1e}", trusted))
+    costs = []
+    for name in TIMED:
+        compiled = Compiled(Scene(name, TURNS))
+        pairs = [compiled.seconds() for _ in range(options.runs)]
+        plain, certified = (median(column) for column in zip(*pairs))
+        costs.append((name, f"{1e3 * plain:.1f}", f"{1e3 * certified:.1f}", certified / plain))
+    heads = (
+        "motion",
+        "method",
+        "until t",
+        "covered, %",
+        "too low, %",
+        "too high, %",
+        "error",
+        "trusted until",
+    )
+    table = markdown_table(heads, rows)
+    times = markdown_table(
+        ("motion", "plain, ms", "certified, ms", "ratio"), [(*row[:3], f"{row[3]:.2f}") for row in costs]
+    )
+    covered = 1 - float(np.mean([below + above for below, above in every]))
+    worst = 1 - float(max(below + above for below, above in every))
+    return Report(
+        (table, times),
+        (
+            Requirement("share of samples covered, mean of the motions", covered, ">=", COVERAGE),
+            Requirement("share of samples covered, the worst motion", worst, ">=", COVERAGE),
+            Requirement("certified over plain, the worst", max(row[3] for row in costs), "<=", DEARER),
+        ),
+    )
+
+
+BENCHMARK = Benchmark(
+    "certified", measure, packages=("llvmlite", "numpy"), runs=7, quick="three motions only"
+)
+
+if __name__ == "__main__":
+    sys.exit(BENCHMARK.main())
