@@ -1,9 +1,9 @@
 """``solve --certify``: the estimated errors beside the true ones, and what they cost.
 
-The truth is a run in double-double, with 31 digits, of the same equations from the same doubles. (The tests have
-series of 50 digits.) A sample is covered where the estimate is at least a tenth and at most a hundred times its
-error; an error below the spacing of doubles at the largest value so far counts as that. Chaotic motions are
-followed until no digit is left.
+The truth is a run in double-double, with 31 digits, of the same equations from the same doubles. (The tests
+have series of 50 digits.) A sample is covered where the estimate is at least a tenth and at most a hundred
+times its error; an error below the spacing of doubles at the largest value so far counts as that. Chaotic
+motions are followed until no digit is left.
 """
 
 from __future__ import annotations
