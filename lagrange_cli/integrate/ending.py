@@ -17,7 +17,10 @@ class Ending(Enum):
 
     COMPLETE = "reached the end"
     SINGULAR_MASS_MATRIX = "singular mass matrix"
-    STEP_UNDERFLOW = "the step size fell below the resolution of time (a collision or a singularity)"
+    STEP_UNDERFLOW = (
+        "the step size fell below the resolution of time "
+        "(a collision, a singularity, or a jump of the force that holds the motion)"
+    )
     NOT_A_NUMBER = "the equations of motion gave something that is not a finite number"
     METHOD_FAILED = "the method could not meet its tolerance"
     TARGET_MISSED = "the target error can no longer be met"

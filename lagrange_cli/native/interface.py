@@ -76,13 +76,13 @@ class Interface:
 
     @property
     def memory(self) -> int:
-        """Doubles of the state: the rows, their low parts, t, its low part, the last step, some room."""
+        """Doubles of the state: the rows, their low parts, what ``stepper`` says of the clock, some room."""
         return 3 * self.width + LANES
 
     @property
     def trial(self) -> int:
-        """Doubles of scratch that ``@advance`` needs to look ahead."""
-        return LANES * -(-2 * self.width // LANES) + self.work
+        """Doubles of scratch in which ``@advance`` keeps what it may go back to, and what it expects."""
+        return 4 * self.width + 2 * LANES
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

@@ -155,6 +155,7 @@ GLOBALS = "\n".join(
             for name, first in (("fadd", "double, "), ("fmax", ""))
             for n in (2, 4, LANES)
         ),
+        *(f"declare i1 @llvm.vector.reduce.or.v{n}i1(<{n} x i1>)" for n in (2, 4, LANES)),
         "declare i8 @llvm.ctpop.i8(i8)",
     ]
 )

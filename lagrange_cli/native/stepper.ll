@@ -214,91 +214,156 @@ hopeless:
   ret double 0.0
 }
 
-; whether the series, followed to the end of the step %h, still satisfies the equations there (up to what changes
-; coordinates by 2^-45 of themselves: a coordinate in equilibrium has accelerations that are nothing but rounding)
-define internal i1 @holds(ptr noalias %constants, ptr noalias %state, ptr noalias %work, double %h, ptr noalias %trial) #0 {
+; Whether the accelerations at the end of a step, in the series that begins there, are those that the step's own series
+; foretold: %allowed is how far they may be apart.
+define internal i1 @foretold(ptr noalias %work, ptr noalias %rates, ptr noalias %allowed, double %uneven, i1 %lax, double %room) #0 {
 entry:
-  %trial_work = getelementptr inbounds double, ptr %trial, i64 @@trial_offset@@
-  call void @clear(ptr %trial, i64 @@trial_size@@)
-  br label %rows
-rows:
-  %i = phi i64 [ 0, %entry ], [ %next, %rows ]
+@@splat_room@@
+@@splat_uneven@@
+  br label %loop
+loop:
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %bad = phi <@@lanes@@ x i1> [ zeroinitializer, %entry ], [ %bad_next, %loop ]
   %row = getelementptr inbounds double, ptr %work, i64 %i
-@@horner@@
-  %ya = getelementptr inbounds double, ptr %state, i64 %i
-  %y = load double, ptr %ya, align 8
-  %z = fadd double %y, %row.poly
-  %za = getelementptr inbounds double, ptr %trial, i64 %i
-  store double %z, ptr %za, align 8
-  %next = add nuw nsw i64 %i, 1
-  %more = icmp ult i64 %next, @@two_degrees@@
-  br i1 %more, label %rows, label %evaluate
-evaluate:
-  %ta = getelementptr inbounds double, ptr %state, i64 @@time@@
-  %t = load double, ptr %ta, align 8
-  %te = fadd double %t, %h
-  %regular = call i1 @jet(ptr %constants, double %te, ptr %trial, ptr %trial_work)
-  br i1 %regular, label %compare, label %bad
-compare:
-  %j = phi i64 [ @@degrees@@, %evaluate ], [ %jn, %better ]
-  %vrow = getelementptr inbounds double, ptr %work, i64 %j
-@@horner_rate@@
-  %jb1 = add i64 %j, @@slot_1@@
-  %aa = getelementptr inbounds double, ptr %trial_work, i64 %jb1
-  %a = load double, ptr %aa, align 8
-  %difference = fsub double %rate, %a
-  %distance = call double @llvm.fabs.f64(double %difference)
-  %a0a = getelementptr inbounds double, ptr %vrow, i64 @@slot_1@@
-  %a0 = load double, ptr %a0a, align 8
-  %a0s = call double @llvm.fabs.f64(double %a0)
-  %as = call double @llvm.fabs.f64(double %a)
-  %both = fadd double %a0s, %as
-  %va = getelementptr inbounds double, ptr %trial, i64 %j
-  %v = load double, ptr %va, align 8
-  %vs = call double @llvm.fabs.f64(double %v)
-  %vh = fdiv double %vs, %h
-  %size = fadd double %both, %vh
-  %jq = sub i64 %j, @@degrees@@
-  %qa = getelementptr inbounds double, ptr %trial, i64 %jq
-  %q = load double, ptr %qa, align 8
-  %qs = call double @llvm.fabs.f64(double %q)
-  %qh = fdiv double %qs, %h
-  %qhh = fdiv double %qh, %h
-  %rounding = fmul double %qhh, 0x3D20000000000000
-  %allowed = call double @llvm.fmuladd.f64(double %size, double 0x3EB0C6F7A0B5ED8D, double %rounding)
-  %good = fcmp ole double %distance, %allowed
-  br i1 %good, label %better, label %bad
-better:
-  %jn = add nuw nsw i64 %j, 1
-  %jmore = icmp ult i64 %jn, @@two_degrees@@
-  br i1 %jmore, label %compare, label %fine
-fine:
-  ret i1 true
-bad:
-  ret i1 false
+  %aa = getelementptr inbounds double, ptr %row, i64 @@slot_1@@
+  %a = load @@vector@@, ptr %aa, align 8
+  %ra = getelementptr inbounds double, ptr %rates, i64 %i
+  %r = load @@vector@@, ptr %ra, align 8
+  %la = getelementptr inbounds double, ptr %allowed, i64 %i
+  %l = load @@vector@@, ptr %la, align 8
+  %difference = fsub @@vector@@ %r, %a
+  %distance = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %difference)
+  %most = fadd @@vector@@ %l, %uneven_v
+  %strictly = fcmp ugt @@vector@@ %distance, %most
+  %a0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %a)
+  %r0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %r)
+  %greater = call @@vector@@ @llvm.maxnum.@@tag@@(@@vector@@ %r0, @@vector@@ %a0)
+  %grossly = fcmp ugt @@vector@@ %greater, %room_v
+  %apart = select i1 %lax, <@@lanes@@ x i1> %grossly, <@@lanes@@ x i1> %strictly
+@@splat_i@@
+  %velocity = add <@@lanes@@ x i64> %i_v, @@from_degrees@@
+  %is_velocity = icmp ult <@@lanes@@ x i64> %velocity, @@all_degrees@@
+  %wrong = and <@@lanes@@ x i1> %apart, %is_velocity
+  %bad_next = or <@@lanes@@ x i1> %bad, %wrong
+  %next = add nuw nsw i64 %i, @@lanes@@
+  %more = icmp ult i64 %next, @@width@@
+  br i1 %more, label %loop, label %done
+done:
+  %any = call i1 @llvm.vector.reduce.or.v@@lanes@@i1(<@@lanes@@ x i1> %bad_next)
+  %all = xor i1 %any, true
+  ret i1 %all
+}
+
+; %to = %from, whole states
+define internal void @copy(ptr noalias %from, ptr noalias %to) #0 {
+entry:
+  br label %loop
+loop:
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %fa = getelementptr inbounds double, ptr %from, i64 %i
+  %x = load <@@lanes@@ x double>, ptr %fa, align 8
+  %ta = getelementptr inbounds double, ptr %to, i64 %i
+  store <@@lanes@@ x double> %x, ptr %ta, align 8
+  %next = add nuw nsw i64 %i, @@lanes@@
+  %more = icmp ult i64 %next, @@clock_end@@
+  br i1 %more, label %loop, label %done
+done:
+  ret void
 }
 
 define i64 @advance(ptr noalias %constants, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %stop, ptr noalias %times, i64 %count, ptr noalias %out, i64 %stride, i64 %last, i64 %pause, ptr noalias %info) #0 {
 entry:
   %total = alloca double, align 8
+  %begana = alloca i64, align 8
+  %lengtha = alloca double, align 8
+  %refuseda = alloca i1, align 1
+  %beyonda = alloca i1, align 1
+  %laxa = alloca i1, align 1
+  %unevena = alloca double, align 8
   %tpa = getelementptr inbounds double, ptr %state, i64 @@time@@
   %tla = getelementptr inbounds double, ptr %tpa, i64 1
   %hpa = getelementptr inbounds double, ptr %tpa, i64 2
+  %gapa = getelementptr inbounds double, ptr %tpa, i64 3
+  %pacea = getelementptr inbounds double, ptr %tpa, i64 4
+  %lasta = getelementptr inbounds double, ptr %tpa, i64 5
+  %timesa = getelementptr inbounds double, ptr %tpa, i64 6
+  %neara = getelementptr inbounds double, ptr %tpa, i64 7
+  %pacen = getelementptr inbounds double, ptr %trial, i64 @@at_next@@
+  %lastn = getelementptr inbounds double, ptr %pacen, i64 1
+  %timesn = getelementptr inbounds double, ptr %pacen, i64 2
+  %nearn = getelementptr inbounds double, ptr %pacen, i64 3
   %low = getelementptr inbounds double, ptr %state, i64 @@low@@
+  %rates = getelementptr inbounds double, ptr %trial, i64 @@at_rates@@
+  %allowed = getelementptr inbounds double, ptr %trial, i64 @@at_allowed@@
   %stepsa = getelementptr inbounds i64, ptr %info, i64 1
+  store i1 false, ptr %refuseda, align 1
+  store i1 false, ptr %beyonda, align 1
+  store i1 false, ptr %laxa, align 1
+  call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
 step:
-  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ], [ %sampled, %again ]
-  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ], [ %taken1, %again ]
-  %enough = icmp uge i64 %taken, %pause
-  br i1 %enough, label %paused, label %expand
-expand:
+  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ], [ %sampled, %again ], [ %began, %refuse ]
+  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ], [ %taken1, %again ], [ %less, %refuse ]
+  %pending = phi i64 [ @@nothing@@, %entry ], [ %pending1, %advanced ], [ %pending1, %again ], [ @@nothing@@, %refuse ]
   %t = load double, ptr %tpa, align 8
   %tl = load double, ptr %tla, align 8
   %hp = load double, ptr %hpa, align 8
   %tn = fadd double %t, %tl
   %regular = call i1 @jet(ptr %constants, double %tn, ptr %state, ptr %work)
-  br i1 %regular, label %measure, label %singular
+  %unchecked = icmp eq i64 %pending, @@nothing@@
+  br i1 %unchecked, label %checked, label %check
+check:
+  %stride_taken = load double, ptr %lengtha, align 8
+  %squared = fmul double %stride_taken, %stride_taken
+  %room = fdiv double @@nothing_much@@, %squared
+  %islax = load i1, ptr %laxa, align 1
+  %apart_by = load double, ptr %unevena, align 8
+  %foretold = call i1 @foretold(ptr %work, ptr %rates, ptr %allowed, double %apart_by, i1 %islax, double %room)
+  %good = and i1 %foretold, %regular
+  %isblind = icmp eq i64 %pending, @@blind@@
+  br i1 %good, label %confirmed, label %refuse
+; Not what the series foretold: something in between that a series does not see. Back, and no further than half the way; or,
+; where the equations were singular just beyond it, twice as far beyond it.
+refuse:
+  call void @copy(ptr %trial, ptr %state)
+  call void @clear(ptr %work, i64 @@work_size@@)
+  %began = load i64, ptr %begana, align 8
+  %toofar = load double, ptr %lengtha, align 8
+  %twice = fmul double %toofar, 2.0
+  %bound = select i1 %isblind, double %twice, double %toofar
+  %gap_before = load double, ptr %gapa, align 8
+  %begins = fcmp oeq double %gap_before, 0.0
+  %never = load i1, ptr %refuseda, align 1
+  %refused_on = or i1 %never, %begins
+  store double %bound, ptr %gapa, align 8
+  store i1 %refused_on, ptr %refuseda, align 1
+  store i1 %isblind, ptr %beyonda, align 1
+  %less = sub i64 %taken, 1
+  %usual_step = load double, ptr %pacen, align 8
+  %pace_before = load double, ptr %pacea, align 8
+  %pace_then = select i1 %begins, double %usual_step, double %pace_before
+  store double %pace_then, ptr %pacea, align 8
+  %much = fmul double %usual_step, 0x3EB0000000000000
+  %isfar = fcmp ogt double %toofar, %much
+  %hopeless = and i1 %isfar, %isblind
+  %cause = select i1 %regular, i64 @@underflow@@, i64 @@singular@@
+  br i1 %hopeless, label %return, label %step
+confirmed:
+  store i1 false, ptr %refuseda, align 1
+  store i1 false, ptr %beyonda, align 1
+  store i1 false, ptr %laxa, align 1
+  switch i64 %pending, label %checked [ i64 @@end@@, label %return
+                                        i64 @@samples@@, label %many ]
+; The samples in the step are many more: it is taken when they are done.
+many:
+  call void @copy(ptr %trial, ptr %state)
+  %without = sub i64 %taken, 1
+  br label %return
+checked:
+  %enough = icmp uge i64 %taken, %pause
+  br i1 %enough, label %return, label %expanded
+expanded:
+  br i1 %regular, label %measure, label %return
 measure:
   store double 0.0, ptr %total, align 8
   %isfirst = fcmp oeq double %hp, 0.0
@@ -316,50 +381,120 @@ usual:
   br i1 %isleap, label %careful, label %chosen
 careful:
   %guess = phi double [ %g3, %first ], [ %hp, %usual ]
-  %left0 = fsub double %stop, %tn
-  %hc0 = call double @cautious(ptr %state, ptr %work, double %guess)
-  br label %vet
-vet:
-  %hc = phi double [ %hc0, %careful ], [ %shorter, %reject ]
-  %tries = phi i64 [ 0, %careful ], [ %tries1, %reject ]
-  %needed = call double @llvm.minnum.f64(double %hc, double %left0)
-  %sound = call i1 @holds(ptr %constants, ptr %state, ptr %work, double %needed, ptr %trial)
-  %tired = icmp ugt i64 %tries, 30
-  %accept = or i1 %sound, %tired
-  br i1 %accept, label %chosen, label %reject
-reject:
-  %shorter = fmul double %needed, 0.25
-  %tries1 = add i64 %tries, 1
-  br label %vet
+  %hc = call double @cautious(ptr %state, ptr %work, double %guess)
+  br label %chosen
 chosen:
-  %h0 = phi double [ %hu, %usual ], [ %hc, %vet ]
+  %h0 = phi double [ %hu, %usual ], [ %hc, %careful ]
   %met = load double, ptr %total, align 8
   %finite = fcmp olt double %met, 0x7FF0000000000000
   br i1 %finite, label %long, label %rescue
 rescue:
   %hr = call double @shortened(ptr %state, ptr %work, double %h0)
   %rescued = fcmp ogt double %hr, 0.0
-  br i1 %rescued, label %long, label %notfinite
+  br i1 %rescued, label %long, label %return
 long:
   %h = phi double [ %h0, %chosen ], [ %hr, %rescue ]
   %ts = call double @llvm.fabs.f64(double %tn)
   %ulp = fmul double %ts, 0x3CC0000000000000
-  %floor = fadd double %ulp, 0x0010000000000000
   %left = fsub double %stop, %tn
-  %tiny = fcmp ole double %h, %floor
+  %reach = call double @llvm.minnum.f64(double %h, double %left)
+  %finest = fmul double %ts, 0x3AF0000000000000
+  %least = fadd double %finest, 0x0010000000000000
+  %tiny = fcmp ole double %h, %least
   %short = fcmp olt double %h, %left
   %stuck = and i1 %tiny, %short
-  br i1 %stuck, label %stuckat, label %sampling
+  br i1 %stuck, label %return, label %approach
+; Short of a place that no step may pass, halfway to it, until it is as near as doubles tell. From there to just beyond it: what
+; a series does not see there, it has passed. If steps as short as that were not confirmed either, then what they are
+; held against is rounding.
+approach:
+  %gap = load double, ptr %gapa, align 8
+  %keptpace = load double, ptr %pacea, align 8
+  store double %keptpace, ptr %pacen, align 8
+  %keptlast = load double, ptr %lasta, align 8
+  store double %keptlast, ptr %lastn, align 8
+  %kepttimes = load double, ptr %timesa, align 8
+  store double %kepttimes, ptr %timesn, align 8
+  %keptnear = load double, ptr %neara, align 8
+  store double %keptnear, ptr %nearn, align 8
+  %nogap = fcmp oeq double %gap, 0.0
+  br i1 %nogap, label %free, label %near
+; What steps are held to is their usual length, the pace. It shrinks no faster than a step does where a singularity is
+; straight ahead; and steps that grow again after such a place are short for its sake alone.
+free:
+  %gap_kept = phi double [ %gap, %approach ], [ 0.0, %noisy ]
+  %quarter_more = fmul double %hp, 1.25
+  %grows = fcmp ogt double %h, %quarter_more
+  %just = fcmp oge double %keptnear, 2.0
+  %leaving0 = or i1 %grows, %just
+  %isnear = fcmp ogt double %keptnear, 0.0
+  %leaving = and i1 %leaving0, %isnear
+  %lagging = fmul double %keptpace, 0x3FE6666666666666
+  %pacelag = call double @llvm.maxnum.f64(double %reach, double %lagging)
+  %pacenew = select i1 %leaving, double %keptpace, double %pacelag
+  %near_next = select i1 %leaving, double 1.0, double 0.0
+  store double %pacenew, ptr %pacen, align 8
+  store double %near_next, ptr %nearn, align 8
+  br label %bounded
+near:
+  %half = fmul double %gap, 0.5
+  %beyond = load i1, ptr %beyonda, align 1
+  %refused = load i1, ptr %refuseda, align 1
+  %grain = select i1 %refused, double 0x3E70000000000000, double 0x3C90000000000000
+  %shorter = call double @llvm.minnum.f64(double %h, double %keptpace)
+  %length = select i1 %refused, double %shorter, double %keptpace
+  %fine = fmul double %length, %grain
+  %resolved = fadd double %ulp, %fine
+  %far = fcmp ogt double %half, %resolved
+  %seen = fcmp ogt double %h, %resolved
+  %apart0 = and i1 %far, %seen
+  %notbeyond = xor i1 %beyond, true
+  %apart = and i1 %apart0, %notbeyond
+  %before = call double @llvm.minnum.f64(double %h, double %half)
+  br i1 %apart, label %bounded, label %between
+between:
+  %doubtful = and i1 %refused, %notbeyond
+  br i1 %doubtful, label %noisy, label %pass
+noisy:
+  %tried = load i1, ptr %laxa, align 1
+  store i1 true, ptr %laxa, align 1
+  br i1 %tried, label %return, label %free
+; Again and again within no time: a place that the motion does not leave.
+pass:
+  %lastpass = load double, ptr %lasta, align 8
+  %passes = load double, ptr %timesa, align 8
+  %since = fsub double %tn, %lastpass
+  %notime = fmul double %ts, 0x3DB0000000000000
+  %atonce = fcmp ole double %since, %notime
+  %passes1 = fadd double %passes, 1.0
+  %passes2 = select i1 %atonce, double %passes1, double 0.0
+  store double %tn, ptr %lastn, align 8
+  store double %passes2, ptr %timesn, align 8
+  %stays = fcmp oge double %passes2, @@passes@@
+  br i1 %stays, label %return, label %straight
+; So near to it the higher coefficients are nothing but rounding.
+straight:
+  %twice_resolved = fmul double %resolved, 2.0
+  %short_gap = call double @llvm.minnum.f64(double %gap, double %twice_resolved)
+  %over = select i1 %beyond, double %gap, double %short_gap
+  %higher = getelementptr inbounds double, ptr %work, i64 @@slot_4@@
+  call void @clear(ptr %higher, i64 @@above_4@@)
+  br label %bounded
+bounded:
+  %gap_now = phi double [ %gap_kept, %free ], [ %gap, %near ], [ %gap, %straight ]
+  %hl = phi double [ %h, %free ], [ %before, %near ], [ %over, %straight ]
+  %confirm = phi i1 [ true, %free ], [ true, %near ], [ false, %straight ]
+  br label %sampling
 sampling:
-  %at = phi i64 [ %index, %long ], [ %atn, %stored ]
+  %at = phi i64 [ %index, %bounded ], [ %atn, %stored ]
   %sa = getelementptr inbounds double, ptr %times, i64 %at
   %s = load <8 x double>, ptr %sa, align 8
 @@splat8_t@@
 @@splat8_tl@@
-@@splat8_h@@
+@@splat8_hl@@
   %dt1 = fsub <8 x double> %s, %t_v
   %dt = fsub <8 x double> %dt1, %tl_v
-  %within = fcmp ole <8 x double> %dt, %h_v
+  %within = fcmp ole <8 x double> %dt, %hl_v
   %mask = bitcast <8 x i1> %within to i8
   %ones = call i8 @llvm.ctpop.i8(i8 %mask)
   %hits = zext i8 %ones to i64
@@ -390,21 +525,47 @@ stored:
   br i1 %full, label %sampling, label %sampledall
 sampledall:
   %sampled = phi i64 [ %at, %sampling ], [ %atn, %stored ]
-  %final = fcmp ole double %left, %h
+  %final = fcmp ole double %left, %hl
   %usedup = icmp uge i64 %sampled, %count
   %islast = icmp ne i64 %last, 0
   %ending0 = and i1 %usedup, %islast
   %ending = and i1 %ending0, %final
   %nomore = xor i1 %islast, true
   %leave = and i1 %usedup, %nomore
-  br i1 %leave, label %filled, label %move
+  %unseen = xor i1 %confirm, true
+  %given = and i1 %leave, %unseen
+  br i1 %given, label %return, label %move
 move:
+  call void @copy(ptr %state, ptr %trial)
+  store i64 %index, ptr %begana, align 8
   %left1 = fsub double %stop, %t
   %left2 = fsub double %left1, %tl
-  %hs = select i1 %ending, double %left2, double %h
+  %hs = select i1 %final, double %left2, double %hl
+  store double %hs, ptr %lengtha, align 8
+  %pace = load double, ptr %pacen, align 8
+  store double %pace, ptr %pacea, align 8
+  %lastnext = load double, ptr %lastn, align 8
+  store double %lastnext, ptr %lasta, align 8
+  %timesnext = load double, ptr %timesn, align 8
+  store double %timesnext, ptr %timesa, align 8
+  %nearnext = load double, ptr %nearn, align 8
+  %near_then = select i1 %confirm, double %nearnext, double 2.0
+  store double %near_then, ptr %neara, align 8
+  %inverse_pace = fdiv double 1.0, %pace
+  %noise = fmul double %ulp, %inverse_pace
+  %almost0 = fadd double %noise, @@almost@@
+  %almost = select i1 %confirm, double %almost0, double 0.0
+@@splat_almost@@
+  %passing = fdiv double @@almost@@, %hs
+  %slow_noise = fmul double %inverse_pace, @@rounding@@
+  %fast_noise = fdiv double @@resolution@@, %hs
+  %speed_noise0 = fadd double %slow_noise, %fast_noise
+  %speed_noise = select i1 %confirm, double %speed_noise0, double %passing
+@@splat_speed_noise@@
   br label %update
 update:
   %ui = phi i64 [ 0, %move ], [ %unext, %update ]
+  %most = phi @@vector@@ [ zeroinitializer, %move ], [ %most_next, %update ]
   %row = getelementptr inbounds double, ptr %work, i64 %ui
 @@splat_hs@@
 @@horner_update@@
@@ -431,6 +592,21 @@ update:
   %error = fadd @@vector@@ %e2, %e3
   store @@vector@@ %sum, ptr %uya, align 8
   store @@vector@@ %error, ptr %ula, align 8
+@@rate@@
+  %rate0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %rate)
+  %slope0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %c1.c)
+  %sum0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %sum)
+  %uy0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %uy)
+  %lesser = call nnan @@vector@@ @llvm.minnum.@@tag@@(@@vector@@ %sum0, @@vector@@ %uy0)
+  %both = fadd @@vector@@ %rate0, %slope0
+  %speed = fmul @@vector@@ %lesser, %speed_noise_v
+  %close = call @@vector@@ @llvm.fmuladd.@@tag@@(@@vector@@ %both, @@vector@@ %almost_v, @@vector@@ %speed)
+  %ra = getelementptr inbounds double, ptr %rates, i64 %ui
+  store @@vector@@ %rate, ptr %ra, align 8
+  %la = getelementptr inbounds double, ptr %allowed, i64 %ui
+  store @@vector@@ %close, ptr %la, align 8
+  %place = select <@@lanes@@ x i1> %isq, @@vector@@ %lesser, @@vector@@ zeroinitializer
+  %most_next = call nnan @@vector@@ @llvm.maxnum.@@tag@@(@@vector@@ %most, @@vector@@ %place)
   %unext = add nuw nsw i64 %ui, @@lanes@@
   %umore = icmp ult i64 %unext, @@width@@
   br i1 %umore, label %update, label %clock
@@ -444,31 +620,32 @@ clock:
   %terror = fadd double %te2, %te3
   store double %tsum, ptr %tpa, align 8
   store double %terror, ptr %tla, align 8
-  br i1 %ending, label %ended, label %advanced
-advanced:
-  store double %h, ptr %hpa, align 8
+  %farthest = call nnan double @llvm.vector.reduce.fmax.@@tag@@(@@vector@@ %most_next)
+  %per_time = fmul double %farthest, %inverse_pace
+  %uneven0 = fmul double %per_time, %slow_noise
+  %uneven = select i1 %confirm, double %uneven0, double 0.0
+  store double %uneven, ptr %unevena, align 8
+  store double %reach, ptr %hpa, align 8
+  %isfree = fcmp oeq double %gap_now, 0.0
+  %rest_gap0 = fsub double %gap_now, %hs
+  %rest_gap1 = select i1 %isfree, double 0.0, double %rest_gap0
+  %rest_gap = select i1 %confirm, double %rest_gap1, double 0.0
+  store double %rest_gap, ptr %gapa, align 8
   %taken1 = add i64 %taken, 1
+  %pending_on = select i1 %confirm, i64 @@moved@@, i64 @@blind@@
+  %pending_leave = select i1 %leave, i64 @@samples@@, i64 %pending_on
+  %pending1 = select i1 %ending, i64 @@end@@, i64 %pending_leave
+  %blind_end = and i1 %ending, %unseen
+  br i1 %blind_end, label %return, label %advanced
+advanced:
   br i1 %finite, label %step, label %again
 again:
   call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
-ended:
-  %taken2 = add i64 %taken, 1
-  br label %return
-paused:
-  br label %return
-singular:
-  br label %return
-notfinite:
-  br label %return
-stuckat:
-  br label %return
-filled:
-  br label %return
 return:
-  %code = phi i64 [ @@end@@, %ended ], [ @@pause@@, %paused ], [ @@singular@@, %singular ], [ @@not_finite@@, %notfinite ], [ @@underflow@@, %stuckat ], [ @@samples@@, %filled ]
-  %used = phi i64 [ %sampled, %ended ], [ %index, %paused ], [ %index, %singular ], [ %index, %notfinite ], [ %index, %stuckat ], [ %sampled, %filled ]
-  %steps = phi i64 [ %taken2, %ended ], [ %taken, %paused ], [ %taken, %singular ], [ %taken, %notfinite ], [ %taken, %stuckat ], [ %taken, %filled ]
+  %code = phi i64 [ %pending, %confirmed ], [ @@samples@@, %many ], [ @@pause@@, %checked ], [ @@singular@@, %expanded ], [ %cause, %refuse ], [ @@not_finite@@, %rescue ], [ @@underflow@@, %long ], [ @@underflow@@, %pass ], [ @@underflow@@, %noisy ], [ @@samples@@, %sampledall ], [ @@end@@, %clock ]
+  %used = phi i64 [ %index, %confirmed ], [ %index, %many ], [ %index, %checked ], [ %index, %expanded ], [ %began, %refuse ], [ %index, %rescue ], [ %index, %long ], [ %index, %pass ], [ %index, %noisy ], [ %sampled, %sampledall ], [ %sampled, %clock ]
+  %steps = phi i64 [ %taken, %confirmed ], [ %without, %many ], [ %taken, %checked ], [ %taken, %expanded ], [ %less, %refuse ], [ %taken, %rescue ], [ %taken, %long ], [ %taken, %pass ], [ %taken, %noisy ], [ %taken, %sampledall ], [ %taken1, %clock ]
   store i64 %used, ptr %info, align 8
   store i64 %steps, ptr %stepsa, align 8
   ret i64 %code

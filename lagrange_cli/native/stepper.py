@@ -10,6 +10,11 @@ coefficients, and h = radius / e^2 at the order that fits the tolerance. Each ve
 against its own
 size or its change within a step (by its first three terms), whichever is largest, so that units and mixed
 scales do not matter.
+
+No series sees what it has never come near: a kink of the potential, a narrow wall. So every step is
+confirmed by the next one's series, whose accelerations must be those that its own foretold; until then its
+samples may still be taken back. A place that was not seen is approached by halves, and passed where it leaves
+the accelerations finite: the error of that is what they change times the resolution of time.
 """
 
 from __future__ import annotations
@@ -27,6 +32,25 @@ LAST_TERM = 0.01
 """Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
 BLOCKS = 8
 """The coefficients that the step is taken from are compared in so many blocks, lanes of a vector."""
+ALMOST = 2.0**-40
+"""How closely, relative to its size and to its change, a step's series must foretell the acceleration at its
+end; at a coarser tolerance than full precision as much less closely."""
+RESOLUTION = 2.0**-47
+"""The part of a velocity by which what was not foretold may change it in a step; likewise."""
+ROUNDING = 2.0**-45
+"""The part of the coordinates by which accelerations that are nothing but rounding may change them in a
+step."""
+NOTHING_MUCH = 2.0**-48
+"""How far accelerations that are nothing but rounding may move what rests at 0."""
+NOTHING, BLIND, MOVED = -3, -2, -1
+"""What is to be confirmed by a step's series of the one before: nothing; that it led over a kink, no further;
+all (and if it was the last one, what ``Stop`` says)."""
+PASSES = 8.0
+"""So many kinks that are passed within no time are one that the motion stays at."""
+CLOCK = 8
+"""Numbers of the state after the rows: t, its low part, the last step, how far it is to where no step may
+pass, the pace, the time when such a place was passed last, how many of them within no time, and whether the
+last steps led away from one."""
 MINUS_ZERO = "0x8000000000000000"
 LOWEST_TERM = 4
 """The first coefficient that tells how far the series goes, rather than how fast the motion is now."""
@@ -49,8 +73,8 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
     lanes = min(width, LANES)
     vector = f"<{lanes} x double>"
     safety = (LAST_TERM * tolerance) ** (1.0 / top)
+    coarse = max(1.0, tolerance * 2.0**52)
     blocks = split_terms(top)
-    trial_offset = LANES * -(-2 * width // LANES)
     values: dict[str, object] = {
         "degrees": degrees,
         "two_degrees": 2 * degrees,
@@ -63,6 +87,8 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "slot_1": width,
         "slot_2": 2 * width,
         "slot_3": 3 * width,
+        "slot_4": 4 * width,
+        "above_4": work - 4 * width,
         "safety": operand(literal(safety)),
         "farther": operand(literal(1.0 / safety)),
         "greatest": "\n".join(
@@ -81,23 +107,36 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "splat_h": _splat("%h", lanes),
         "splat_reach": _splat("%reach", lanes),
         "splat_hs": _splat("%hs", lanes),
+        "splat_speed_noise": _splat("%speed_noise", lanes),
+        "splat_almost": _splat("%almost", lanes),
+        "splat_room": _splat("%room", lanes),
+        "splat_uneven": _splat("%uneven", lanes),
         "splat_i": _splat("%i", lanes, "i64"),
         "splat_ui": _splat("%ui", lanes, "i64"),
-        **{f"splat8_{name}": _splat(f"%{name}", LANES) for name in ("t", "tl", "h", "dy", "dl")},
-        "horner": _horner(order, width, "double", "%h", "%row"),
+        **{f"splat8_{name}": _splat(f"%{name}", LANES) for name in ("t", "tl", "hl", "dy", "dl")},
+        "rate": _rate(top, vector),
         "horner_update": _careful_horner(order, width, vector, "%hs_v", "%row"),
-        "trial_offset": trial_offset,
-        "trial_size": trial_offset + work,
+        "clock_end": 2 * width + CLOCK,
+        "at_rates": 2 * width + LANES,
+        "at_allowed": 3 * width + LANES,
+        "at_next": 4 * width + LANES,
+        "almost": operand(literal(ALMOST * coarse)),
+        "resolution": operand(literal(RESOLUTION * coarse)),
+        "passes": operand(literal(PASSES)),
+        "nothing_much": operand(literal(NOTHING_MUCH)),
+        "rounding": operand(literal(ROUNDING)),
         "work_size": work,
         "order": order,
         "fewest": STEPPING,
         "inverse_top": operand(literal(1.0 / top)),
         "last_term": operand(literal(LAST_TERM * tolerance)),
-        "horner_vector": _horner(order, width, f"<{LANES} x double>", "%dt", "%srow"),
-        "horner_rate": _horner_rate(top, width, "%h", "%vrow"),
+        "horner_vector": _horner(order, width, "%dt", "%srow"),
         "lanes": lanes,
         "vector": vector,
         "tag": f"v{lanes}f64",
+        "nothing": NOTHING,
+        "moved": MOVED,
+        "blind": BLIND,
         "end": int(Stop.END),
         "samples": int(Stop.SAMPLES),
         "pause": int(Stop.PAUSE),
@@ -200,23 +239,20 @@ def _gather(vector: str, lanes: int) -> str:
     return "\n".join(lines)
 
 
-def _horner(order: int, width: int, kind: str, step: str, row: str) -> str:
-    """``%row.poly`` = sum_{m=1}^{order} c[m] step^m by Horner's rule; c[m] are doubles ``width`` apart."""
-    fma = "llvm.fmuladd.f64" if kind == "double" else f"llvm.fmuladd.v{LANES}f64"
-    tag = row[1:]
+def _horner(order: int, width: int, step: str, row: str) -> str:
+    """``%row.poly`` = sum_{m=1}^{order} c[m] step^m by Horner's rule at ``LANES`` times; c[m] are doubles
+    ``width`` apart."""
+    kind, tag = f"<{LANES} x double>", row[1:]
     lines, total = [], ""
     for m in range(order, 0, -1):
-        lines.append(f"  %{tag}.a{m} = getelementptr inbounds double, ptr {row}, i64 {width * m}")
-        lines.append(f"  %{tag}.l{m} = load double, ptr %{tag}.a{m}, align 8")
         value = f"%{tag}.l{m}"
-        if kind != "double":
-            lines.append(_splat(value, LANES))
-            value = f"{value}_v"
+        lines.append(f"  %{tag}.a{m} = getelementptr inbounds double, ptr {row}, i64 {width * m}")
+        lines.append(f"  {value} = load double, ptr %{tag}.a{m}, align 8")
+        lines.append(_splat(value, LANES))
         if total:
-            lines.append(f"  %{tag}.s{m} = call {kind} @{fma}({kind} {total}, {kind} {step}, {kind} {value})")
-            total = f"%{tag}.s{m}"
-        else:
-            total = value
+            given = f"{kind} {total}, {kind} {step}, {kind} {value}_v"
+            lines.append(f"  %{tag}.s{m} = call {kind} @llvm.fmuladd.v{LANES}f64({given})")
+        total = f"%{tag}.s{m}" if total else f"{value}_v"
     return "\n".join([*lines, f"  %{tag}.poly = fmul {kind} {total}, {step}"])
 
 
@@ -275,18 +311,23 @@ def _careful_horner(order: int, width: int, vector: str, step: str, row: str) ->
     return "\n".join(lines)
 
 
-def _horner_rate(order: int, width: int, step: str, row: str) -> str:
-    """``%rate`` = sum_{m=1}^{order} m c[m] step^(m-1): the derivative at the step's end."""
-    lines, total = [], ""
-    for m in range(order, 0, -1):
-        lines.append(f"  %r.a{m} = getelementptr inbounds double, ptr {row}, i64 {width * m}")
-        lines.append(f"  %r.l{m} = load double, ptr %r.a{m}, align 8")
-        lines.append(f"  %r.m{m} = fmul double %r.l{m}, {operand(literal(m))}")
-        if total:
-            lines.append(
-                f"  %r.s{m} = call double @llvm.fmuladd.f64(double {total}, double {step}, double %r.m{m})"
-            )
-            total = f"%r.s{m}"
-        else:
-            total = f"%r.m{m}"
-    return "\n".join(lines) + f"\n  %rate = fadd double {total}, 0x0000000000000000"
+def _rate(top: int, vector: str) -> str:
+    """``%rate`` = sum_{m=1}^{top} m c[m] step^(m-1), the derivative at the step's end, in two chains."""
+    tag = vector.replace("<", "v").replace(" x double>", "f64")
+    lines = []
+    for m in range(1, top + 1):
+        number = _constant([operand(literal(m))] * int(vector[1]), "double")
+        lines.append(f"  %d{m} = fmul {vector} %c{m}.c, {number}")
+    chains = []
+    for start in (top, top - 1):
+        chain = f"%d{start}"
+        for m in range(start - 2, 0, -2):
+            given = f"{vector} {chain}, {vector} %square, {vector} %d{m}"
+            lines.append(f"  %d{m}.t = call {vector} @llvm.fmuladd.{tag}({given})")
+            chain = f"%d{m}.t"
+        chains.append(chain)
+    odd, even = chains if top % 2 else chains[::-1]
+    lines.append(
+        f"  %rate = call {vector} @llvm.fmuladd.{tag}({vector} {even}, {vector} %hs_v, {vector} {odd})"
+    )
+    return "\n".join(lines)

@@ -1,0 +1,111 @@
+"""Potentials with kinks: no series sees them, and no step may leap over them unnoticed."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.ending import Ending
+from tests.motion import follow
+
+LINE = """
+name: a line
+coordinates:
+  x: {{initial: {initial}, velocity: {velocity}}}
+masses:
+  p: 1
+embedding:
+  p: [x]
+potential: {potential}
+"""
+
+
+def bouncing(t: np.ndarray) -> np.ndarray:
+    """x'' = -sign(x) from rest at x = 1: parabolas, a quarter period of sqrt(2) each."""
+    quarter = math.sqrt(2.0)
+    phase = np.mod(t, 4 * quarter)
+    fall = np.minimum(phase, 4 * quarter - phase)
+    return np.where(fall <= quarter, 1 - fall**2 / 2, (2 * quarter - fall) ** 2 / 2 - 1)
+
+
+@pytest.mark.parametrize("place", [0.0, 0.75, -3.0])
+def test_the_motion_in_a_wedge_is_made_of_parabolas(place):
+    text = LINE.format(initial=place + 1, velocity=0, potential=f"sqrt((p.x - {place})**2)")
+    motion = follow(text, 50.0, 1001)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.max(np.abs(motion["q/x"] - place - bouncing(motion.t))) <= 1e-11
+    assert motion.outcome.h_drift <= 1e-12 * (1 + abs(place))
+
+
+def test_a_jump_in_a_higher_derivative_is_found_as_well():
+    """U = |x|^3: the force and its slope are continuous. The period is 4 int dx / sqrt(2 (1 - x^3))."""
+    text = LINE.format(initial=1, velocity=0, potential="((p.x)**2)**1.5")
+    period = 4 * mpmath.quad(lambda x: 1 / mpmath.sqrt(2 * (1 - x**3)), [0, 0.5, 1])
+    motion = follow(text, 10 * float(period), 11)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.max(np.abs(motion["q/x"] - 1)) <= 1e-11
+    assert motion.outcome.h_drift <= 1e-12
+
+
+def test_two_kinks_in_a_plane():
+    text = """
+        coordinates: {x: {initial: 1.7, velocity: 0.3}, y: {initial: 0.2, velocity: 0.1}}
+        masses: {p: 1}
+        embedding: {p: [x, y]}
+        potential: sqrt((x - 1)**2) + sqrt((y + x)**2) + 0.1*y**2
+        """
+    motion = follow(text, 50.0, 501)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift <= 1e-11
+
+
+def test_what_is_sampled_changes_nothing():
+    """More samples than are handed over at once, and few: the same motion through the same kinks."""
+    text = LINE.format(initial=1.3, velocity=0.1, potential="sqrt((p.x - 0.5)**2) + x**4/4")
+    few, many = follow(text, 16.0, 129), follow(text, 16.0, 2**17 + 1)
+    assert few.outcome.steps == many.outcome.steps
+    for name in ("q/x", "v/x"):
+        np.testing.assert_array_equal(few[name], many[name][::1024])
+
+
+def test_a_force_that_holds_the_motion_where_it_jumps_ends_it():
+    """Dry friction brings a body to rest where the other force is smaller: from there there is no motion."""
+    text = """
+        coordinates: {x: {initial: 1.7, velocity: 0.3}}
+        masses: {p: 1}
+        embedding: {p: [x]}
+        potential: 0.01*p.x**2
+        generalized_forces: {x: -0.2*x_dot/sqrt(x_dot**2)}
+        """
+    motion = follow(text, 50.0, 501)
+    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
+    deceleration, frequency = 0.2, math.sqrt(0.02)  # x'' = -0.2 - 0.02 x: at rest where tan = v/...
+    amplitude = 1.7 + deceleration / frequency**2
+    assert math.isclose(motion.outcome.t, math.atan(0.3 / (amplitude * frequency)) / frequency, rel_tol=1e-9)
+
+
+def test_a_pole_between_two_steps_is_no_kink():
+    """1/x^2 so weak that it moves nothing until it is met head-on: repelled, with the same energy."""
+    text = LINE.format(initial=1, velocity=-1, potential="1e-12/p.x**2")
+    motion = follow(text, 3.0, 301)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.min(motion["q/x"]) > 0
+    assert motion.outcome.h_drift <= 1e-9
+    assert math.isclose(motion["q/x"][-1], 2.0, rel_tol=1e-5)
+
+
+def test_a_collision_is_no_kink():
+    text = LINE.format(initial=1, velocity=-1, potential="-1e-9/sqrt(p.x**2)")
+    motion = follow(text, 3.0, 301)
+    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
+    assert math.isclose(motion.outcome.t, 1.0, rel_tol=1e-6)
+
+
+def test_what_is_nothing_but_rounding_holds_nothing_up():
+    text = LINE.format(initial=0, velocity=0, potential="-p.x*(exp(t)*exp(-t) - 1) + p.x**2")
+    motion = follow(text, 50.0, 501)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.max(np.abs(motion["q/x"])) <= 1e-13
