@@ -254,6 +254,25 @@ done:
   ret i1 %all
 }
 
+; 0 times the sum of the accelerations: no number where one is not finite.
+define internal double @accelerations(ptr noalias %work) #0 {
+entry:
+  %row = getelementptr inbounds double, ptr %work, i64 @@slot_1@@
+  br label %loop
+loop:
+  %i = phi i64 [ @@degrees@@, %entry ], [ %next, %loop ]
+  %sum = phi double [ 0.0, %entry ], [ %added, %loop ]
+  %aa = getelementptr inbounds double, ptr %row, i64 %i
+  %a = load double, ptr %aa, align 8
+  %none = fmul double %a, 0.0
+  %added = fadd double %sum, %none
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@two_degrees@@
+  br i1 %more, label %loop, label %done
+done:
+  ret double %added
+}
+
 ; %to = %from, whole states
 define internal void @copy(ptr noalias %from, ptr noalias %to) #0 {
 entry:
@@ -302,9 +321,9 @@ entry:
   call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
 step:
-  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ], [ %sampled, %again ], [ %began, %refuse ]
-  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ], [ %taken1, %again ], [ %less, %refuse ]
-  %pending = phi i64 [ @@nothing@@, %entry ], [ %pending1, %advanced ], [ %pending1, %again ], [ @@nothing@@, %refuse ]
+  %index = phi i64 [ 0, %entry ], [ %sampled, %advanced ], [ %sampled, %again ], [ %began, %again_from ]
+  %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ], [ %taken1, %again ], [ %less, %again_from ]
+  %pending = phi i64 [ @@nothing@@, %entry ], [ %pending1, %advanced ], [ %pending1, %again ], [ @@nothing@@, %again_from ]
   %t = load double, ptr %tpa, align 8
   %tl = load double, ptr %tla, align 8
   %hp = load double, ptr %hpa, align 8
@@ -325,10 +344,28 @@ check:
 ; Not what the series foretold: something in between that a series does not see. Back, and no further than half the way; or,
 ; where the equations were singular just beyond it, twice as far beyond it.
 refuse:
+  %began = load i64, ptr %begana, align 8
+  %less = sub i64 %taken, 1
+  %toofar = load double, ptr %lengtha, align 8
+  %usual_step = load double, ptr %pacen, align 8
+  %much = fmul double %usual_step, 0x3EB0000000000000
+  %isfar = fcmp ogt double %toofar, %much
+  %hopeless = and i1 %isfar, %isblind
+  br i1 %hopeless, label %wall, label %again_from
+; No other side within reach: it is said at the last state where the equations hold, or the first where they are not finite.
+wall:
+  %there = call double @accelerations(ptr %work)
+  %number = fcmp ord double %there, 0.0
+  %nonumber = xor i1 %number, true
+  %outside = and i1 %nonumber, %regular
+  br i1 %outside, label %return, label %inside
+inside:
+  call void @copy(ptr %trial, ptr %state)
+  %cause = select i1 %regular, i64 @@underflow@@, i64 @@singular@@
+  br label %return
+again_from:
   call void @copy(ptr %trial, ptr %state)
   call void @clear(ptr %work, i64 @@work_size@@)
-  %began = load i64, ptr %begana, align 8
-  %toofar = load double, ptr %lengtha, align 8
   %twice = fmul double %toofar, 2.0
   %bound = select i1 %isblind, double %twice, double %toofar
   %gap_before = load double, ptr %gapa, align 8
@@ -338,16 +375,10 @@ refuse:
   store double %bound, ptr %gapa, align 8
   store i1 %refused_on, ptr %refuseda, align 1
   store i1 %isblind, ptr %beyonda, align 1
-  %less = sub i64 %taken, 1
-  %usual_step = load double, ptr %pacen, align 8
   %pace_before = load double, ptr %pacea, align 8
   %pace_then = select i1 %begins, double %usual_step, double %pace_before
   store double %pace_then, ptr %pacea, align 8
-  %much = fmul double %usual_step, 0x3EB0000000000000
-  %isfar = fcmp ogt double %toofar, %much
-  %hopeless = and i1 %isfar, %isblind
-  %cause = select i1 %regular, i64 @@underflow@@, i64 @@singular@@
-  br i1 %hopeless, label %return, label %step
+  br label %step
 confirmed:
   store i1 false, ptr %refuseda, align 1
   store i1 false, ptr %beyonda, align 1
@@ -643,9 +674,9 @@ again:
   call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
 return:
-  %code = phi i64 [ %pending, %confirmed ], [ @@samples@@, %many ], [ @@pause@@, %checked ], [ @@singular@@, %expanded ], [ %cause, %refuse ], [ @@not_finite@@, %rescue ], [ @@underflow@@, %long ], [ @@underflow@@, %pass ], [ @@underflow@@, %noisy ], [ @@samples@@, %sampledall ], [ @@end@@, %clock ]
-  %used = phi i64 [ %index, %confirmed ], [ %index, %many ], [ %index, %checked ], [ %index, %expanded ], [ %began, %refuse ], [ %index, %rescue ], [ %index, %long ], [ %index, %pass ], [ %index, %noisy ], [ %sampled, %sampledall ], [ %sampled, %clock ]
-  %steps = phi i64 [ %taken, %confirmed ], [ %without, %many ], [ %taken, %checked ], [ %taken, %expanded ], [ %less, %refuse ], [ %taken, %rescue ], [ %taken, %long ], [ %taken, %pass ], [ %taken, %noisy ], [ %taken, %sampledall ], [ %taken1, %clock ]
+  %code = phi i64 [ %pending, %confirmed ], [ @@samples@@, %many ], [ @@pause@@, %checked ], [ @@singular@@, %expanded ], [ @@not_finite@@, %wall ], [ %cause, %inside ], [ @@not_finite@@, %rescue ], [ @@underflow@@, %long ], [ @@underflow@@, %pass ], [ @@underflow@@, %noisy ], [ @@samples@@, %sampledall ], [ @@end@@, %clock ]
+  %used = phi i64 [ %index, %confirmed ], [ %index, %many ], [ %index, %checked ], [ %index, %expanded ], [ %began, %wall ], [ %began, %inside ], [ %index, %rescue ], [ %index, %long ], [ %index, %pass ], [ %index, %noisy ], [ %sampled, %sampledall ], [ %sampled, %clock ]
+  %steps = phi i64 [ %taken, %confirmed ], [ %without, %many ], [ %taken, %checked ], [ %taken, %expanded ], [ %less, %wall ], [ %less, %inside ], [ %taken, %rescue ], [ %taken, %long ], [ %taken, %pass ], [ %taken, %noisy ], [ %taken, %sampledall ], [ %taken1, %clock ]
   store i64 %used, ptr %info, align 8
   store i64 %steps, ptr %stepsa, align 8
   ret i64 %code
