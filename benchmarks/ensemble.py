@@ -85,7 +85,10 @@ def lagrange(threads: int, members: int) -> Measurement:
         )
     )
     values = [*PENDULUMS.values.parameters.values()]
-    method, times = ensemble_method(prepared), Times(0.0, PENDULUMS.stop, 2, PENDULUMS.stop)
+    method, times = (
+        ensemble_method(prepared, lambda: prepared.follower),
+        Times(0.0, PENDULUMS.stop, 2, PENDULUMS.stop),
+    )
 
     def follow(states: Array) -> tuple[Array, float]:
         ends, steps = np.empty_like(states), np.empty(states.shape[1])

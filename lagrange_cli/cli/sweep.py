@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from lagrange_cli.cli.members import Draws
     from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
+    from lagrange_cli.integrate.motion import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.store.checkpoint import Checkpoint
@@ -232,6 +233,12 @@ def follow_and_write(
             with watch.stage("write"):
                 writer.write(index, values)
 
+        def alone() -> Method:
+            single = prepare_run(
+                ensemble.spec, ensemble.settings, Stopwatch(), cached=request.cache, meanwhile=int
+            )
+            return single.follower
+
         def report(done: int) -> bool:
             progress.show(done)
             return interrupted()
@@ -268,7 +275,7 @@ def follow_and_write(
             with watch.stage("integrate"):
                 outcome = follow_ensemble(
                     prepared,
-                    ensemble_method(prepared),
+                    ensemble_method(prepared, alone),
                     ensemble.values,
                     ensemble.families,
                     times,

@@ -64,12 +64,12 @@ class EnsembleMethod(Protocol):
         ...
 
 
-def ensemble_method(prepared: Prepared) -> EnsembleMethod:
-    """The method of ``prepared`` for many motions."""
+def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> EnsembleMethod:
+    """The method of ``prepared`` for many motions; ``alone`` makes that of single ones where it is needed."""
     if prepared.machine.follow is not None:
         from lagrange_cli.integrate.lanes import LanesMethod
 
-        return LanesMethod(prepared.machine)
+        return LanesMethod(prepared.machine, alone)
     return OneByOne(prepared.follower, parallel=prepared.method == TAYLOR)
 
 

@@ -10,13 +10,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import Batch
-from lagrange_cli.integrate.motion import Array, aligned
-from lagrange_cli.integrate.taylor import ENDINGS
+from lagrange_cli.integrate.ensemble import Batch, OneByOne
+from lagrange_cli.integrate.motion import Array, Method, aligned
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import BEYOND, LANES, Stop
 from lagrange_cli.native.machine import Machine
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 BREATH = 0.02
 """Seconds between two looks at what has ended."""
@@ -32,9 +31,13 @@ NEXT, LIMIT, HALT = range(3)
 
 @dataclass(frozen=True)
 class LanesMethod:
-    """Follows motions by their Taylor series (``native.lanes``); each is the same whatever runs beside it."""
+    """Follows motions by their Taylor series (``native.lanes``); each is the same whatever runs beside it.
+
+    Those that lanes do not bring to their ends are followed by the method that ``alone`` makes.
+    """
 
     machine: Machine
+    alone: Callable[[], Method]
 
     def follow(
         self,
@@ -56,7 +59,7 @@ class LanesMethod:
             worker.start()
         stopped = False
         try:
-            while not stopped and members.done < len(states):
+            while not stopped and members.done + len(members.left) < len(states):
                 next((w for w in workers if w.is_alive()), workers[0]).join(
                     BREATH if members.roomy else MOMENT
                 )
@@ -69,7 +72,32 @@ class LanesMethod:
                 worker.join()
         for batch in members.ended():
             accept(batch)
-        return not stopped
+        if stopped or not members.left:
+            return not stopped
+        return self._alone(np.sort(members.left), parameters, states, times, sampled, accept, watch, threads)
+
+    def _alone(
+        self,
+        index: NDArray[np.int64],
+        parameters: Array,
+        states: Array,
+        times: Times,
+        sampled: bool,
+        accept: Callable[[Batch], None],
+        watch: Callable[[int], bool],
+        threads: int,
+    ) -> bool:
+        """Follow the members ``index`` one by one: kinks, singularities and the like are beyond lanes."""
+        before = len(states) - len(index)
+        return OneByOne(self.alone(), parallel=True).follow(
+            parameters[index],
+            states[index],
+            times,
+            sampled,
+            lambda batch: accept(replace(batch, index=index[batch.index])),
+            lambda done: watch(before + done),
+            threads,
+        )
 
 
 class Members:
@@ -98,6 +126,8 @@ class Members:
         self._queue = np.array([0, self._slots, 0], dtype=np.int64)
         self._first = 0
         """The first member that has not been given away."""
+        self.left: list[int] = []
+        """Members that lanes do not bring to their ends."""
         self.done = 0
 
     @property
@@ -128,6 +158,10 @@ class Members:
         window = slice(self._first, int(self._queue[LIMIT]))
         index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
         size = max(1, self._slots // PARTS)
+        whole = self._reasons[index] == 1 + Stop.END
+        self.left += index[~whole].tolist()
+        self._given[index[~whole]] = True
+        index = index[whole]
         for start in range(0, len(index), size):
             part = index[start : start + size]
             yield self._batch(part)
@@ -147,31 +181,10 @@ class Members:
                 one[:, good:] = np.nan
         return Batch(
             index=index,
-            ending=self._endings(index, results),
+            ending=[Ending.COMPLETE] * len(index),
             t=results[:, rows],
             state=results[:, :rows],
             steps=steps,
             samples=samples,
             reached=reached,
         )
-
-    def _endings(self, index: NDArray[np.int64], results: Array) -> list[Ending]:
-        reasons = self._reasons[index] - 1
-        endings = [ENDINGS[stop] for stop in reasons.tolist()]
-        for i in np.flatnonzero(reasons == Stop.NOT_FINITE):
-            if self._finite(index[i], results[i]):
-                endings[i] = Ending.STEP_UNDERFLOW  # as in ``TaylorMethod``
-        return endings
-
-    def _finite(self, member: int, result: Array) -> bool:
-        """Whether the accelerations are finite where the member ended."""
-        machine, program = self._machine, self._machine.program
-        constants, work = aligned(max(1, program.constants)), aligned(program.work)
-        state, rates = aligned(program.memory), np.empty(self._rows)
-        machine.prepare(self._parameters[member].ctypes.data, constants.ctypes.data)
-        state[: self._rows] = result[: self._rows]
-        machine.accelerate(
-            constants.ctypes.data, float(result[self._rows]), state.ctypes.data, work.ctypes.data,
-            rates.ctypes.data,
-        )  # fmt: skip
-        return bool(np.all(np.isfinite(rates[: program.degrees])))

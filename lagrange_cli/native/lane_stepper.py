@@ -14,14 +14,22 @@ from lagrange_cli.native.emitter import literal, operand
 from lagrange_cli.native.interface import BEYOND, LANES, Stop
 from lagrange_cli.native.lane_body import Lanes, define, exp2_roughly, log2_roughly, two_sum, upper_half
 from lagrange_cli.native.lane_emitter import BITS, VECTOR, splat
-from lagrange_cli.native.stepper import CAREFUL, LAST_TERM, LOWEST_TERM, offset_of, split_terms
+from lagrange_cli.native.stepper import (
+    ALMOST,
+    CAREFUL,
+    LAG,
+    LAST_TERM,
+    LOWEST_TERM,
+    RESOLUTION,
+    ROUNDING,
+    coarseness,
+    offset_of,
+    split_terms,
+)
 from lagrange_cli.native.template import fill_in
 from lagrange_cli.records import dataclass
 
 LARGEST_GUESS = 1e60
-ALMOST = 1e-6
-"""How closely the equations must hold at the end of a step that is checked."""
-ROUNDING = 2.0**-45
 ENDLESS = float("inf")
 STATE = "ptr noalias %state, ptr noalias %work"
 
@@ -40,15 +48,27 @@ class Pack:
     @property
     def places(self) -> dict[str, int]:
         """Where each part begins."""
-        single = ("time", "time_low", "previous", "member", "steps", "reached", "active")
+        single = (
+            "time",
+            "time_low",
+            "previous",
+            "member",
+            "steps",
+            "pace",
+            "uneven",
+            "reached",
+            "active",
+            "finishing",
+        )
         sizes = {
             "state": self.width,
             "low": self.width,
             **dict.fromkeys(single, 1),
             "constants": self.constants,
             "scratch": -(-self.constants // LANES),
-            "trial": 2 * self.width,
-            "trial_work": self.work,
+            "trial": self.rows,
+            "rates": self.degrees,
+            "allowed": self.degrees,
             "work": self.work,
             "size": 0,
         }
@@ -62,7 +82,7 @@ class Pack:
 def follow(pack: Pack, order: int, tolerance: float, parameters: int) -> str:
     """IR of ``@follow`` and its helpers."""
     writer = Writer(pack, order, tolerance)
-    numbers = {"one": 1.0, "four": 4.0, "quarter": 0.25, "largest": LARGEST_GUESS, "infinity": ENDLESS}
+    numbers = {"one": 1.0, "four": 4.0, "largest": LARGEST_GUESS, "infinity": ENDLESS}
     numbers |= {"ulp": 2.0**-51, "least": 2.0**-1022}
     values: dict[str, object] = {
         "lanes": LANES,
@@ -100,7 +120,7 @@ class Writer:
 
     def functions(self) -> list[str]:
         """Their text."""
-        return [self.length(), self.cautious(), self.holds(), self.sample(), self.update()]
+        return [self.length(), self.cautious(), self.foretold(), self.sample(), self.update()]
 
     def velocities(self) -> tuple[int, int]:
         """The rows of the state that are velocities."""
@@ -177,40 +197,26 @@ class Writer:
             total = body.fma(total, h, body.load(row, m) * float(m))
         return total
 
-    def holds(self) -> str:
-        """Whether the equations still hold at the step's end, as in ``stepper.ll``."""
-        body = Lanes()
-        h, degrees, span = Real(body, "%h"), self.pack.degrees, self.pack.span
-
-        def advance(i: str, carried: list[Real]) -> list[Real]:
-            change = self.horner(body, body.row(i, span), h) * h
-            body.store(body.load("%state", i) + change, "%trial", i)
-            return []
-
-        body.loop(0, 2 * degrees, [], advance)
-        end = Real(body, "%t") + h
-        arguments = f"ptr %constants, {VECTOR} {end.name}, ptr %trial, ptr %trial_work"
-        regular = body.define(f"call {body.bit} @lane_jet({arguments})")
+    def foretold(self) -> str:
+        """Whether the accelerations are those that the step before foretold, as in ``stepper.ll``."""
+        body, places, degrees = Lanes(), self.pack.places, self.pack.degrees
+        uneven = body.load("%state", places["uneven"])
 
         def compare(i: str, carried: list[Real]) -> list[Real]:
-            row = body.row(i, span)
-            there = body.place("%trial_work", body.define(f"mul i64 {i}, {span}"))
-            q = body.define(f"sub i64 {i}, {degrees}")
-            found, known = self.rate(body, row, h), body.load(there, 1)
-            sizes = [body.magnitude(x) for x in (body.load(row, 1), known)]
-            v, x = (body.magnitude(body.load("%trial", at)) / h for at in (i, q))
-            allowed = (sizes[0] + sizes[1] + v) * ALMOST + x / h * ROUNDING
+            row = body.row(body.define(f"add i64 {i}, {degrees}"), self.pack.span)
+            found, known, allowed = (
+                body.load("%state", body.define(f"add i64 {i}, {places['rates']}")),
+                body.load(row, 1),
+                body.load("%state", body.define(f"add i64 {i}, {places['allowed']}")) + uneven,
+            )
             # not a number counts as beyond all bounds
             within = body.define(f"fcmp ole {body.real} {body.magnitude(found - known).name}, {allowed.name}")
             return [body.select(within, carried[0], body.constant(1.0))]
 
-        (beyond,) = body.loop(degrees, 2 * degrees, [body.constant(0.0)], compare)
+        (beyond,) = body.loop(0, degrees, [body.constant(0.0)], compare)
         good = body.define(f"fcmp oeq {body.real} {beyond.name}, {body.of(0.0)}")
-        good = body.define(f"and {body.bit} {good}, {regular}")
         body.line(f"  ret {body.bit} {good}")
-        given = f"ptr noalias %constants, {STATE}, {VECTOR} %t, {VECTOR} %h"
-        head = f"{BITS} @lane_holds({given}, ptr noalias %trial, ptr noalias %trial_work)"
-        return define(head, body)
+        return define(f"{BITS} @lane_foretold({STATE})", body)
 
     def sample(self) -> str:
         """The state %dt into the step, to ``%out``."""
@@ -251,11 +257,37 @@ class Writer:
             body.store(body.select("%moving", new, old), "%state", i)
             body.store(body.select("%moving", error, low), "%state", at)
 
+        self.foretell(body, h)
         body.loop(0, rows, [], one_row)
         time, place = Real(body, "%h"), self.pack.places
         moved(body, str(place["time"]), str(place["time_low"]), time, body.load("%state", place["time_low"]))
         body.line("  ret void")
         return define(f"void @lane_update({STATE}, {VECTOR} %h, {BITS} %moving)", body)
+
+    def foretell(self, body: Lanes, h: Real) -> None:
+        """Keep the accelerations at the end of the step, and how far those of the next one may be off."""
+        places, degrees, coarse = self.pack.places, self.pack.degrees, coarseness(self.tolerance)
+        lagging = body.load("%state", places["pace"]) * LAG
+        pace = body.larger(h, lagging)
+        body.store(pace, "%state", str(places["pace"]))
+        ulps = body.magnitude(body.load("%state", places["time"])) * 2.0**-51
+        almost = ulps / pace + ALMOST * coarse
+        slow = body.constant(ROUNDING) / pace
+        fast = slow + body.constant(RESOLUTION * coarse) / h
+
+        def one_row(i: str, carried: list[Real]) -> list[Real]:
+            at = body.define(f"add i64 {i}, {degrees}")
+            row = body.row(at, self.pack.span)
+            rate = self.rate(body, row, h)
+            change = body.magnitude(rate) + body.magnitude(body.load(row, 1))
+            speed, place = (body.magnitude(body.load("%state", each)) for each in (at, i))
+            body.store(rate, "%state", body.define(f"add i64 {i}, {places['rates']}"))
+            allowed = change * almost + speed * fast
+            body.store(allowed, "%state", body.define(f"add i64 {i}, {places['allowed']}"))
+            return [body.larger(place, carried[0])]
+
+        (most,) = body.loop(0, degrees, [body.constant(0.0)], one_row)
+        body.store(most * slow / pace, "%state", str(places["uneven"]))
 
     def careful(self, body: Lanes, row: str, h: Real) -> tuple[Real, Real]:
         """sum_{m=1}^{order} row[m] h^m as a sum of two, the first terms free of rounding.

@@ -3,7 +3,7 @@
 ; %queue holds the number of the next member, that of the first one that may not begin yet, and whether to stop
 ; (any thread may change them); member n starts from row n of %states with row n of %parameters. What comes of it
 ; goes to row n of %results: the state, then the time, and as integers the steps and the samples reached; then
-; %ended[n] becomes 1 + the reason. Its samples go to %samples, part n modulo %slots.
+; %ended[n] becomes 1 + the reason. (What did not come to its end, or was not confirmed, is left to @advance.) Its samples go to %samples, part n modulo %slots.
 ;
 ; A pack of lanes stays as it is between calls. @follow returns when it is told to stop, or when no member is left
 ; that may begin and all its lanes are empty.
@@ -195,8 +195,7 @@ entry:
   %stepsa = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_steps@@
   %activea = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_active@@
   %constants = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_constants@@
-  %trial = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_trial@@
-  %trial_work = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_trial_work@@
+  %finishinga = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_finishing@@
   %work = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_work@@
   %halta = getelementptr inbounds i64, ptr %queue, i64 2
   %limita = getelementptr inbounds i64, ptr %queue, i64 1
@@ -241,6 +240,16 @@ expand:
   %tn = fadd @@real@@ %t, %tl
   %regular = call <@@lanes@@ x i1> @lane_jet(ptr %constants, @@real@@ %tn, ptr %pack, ptr %work)
   %left_n = fsub @@real@@ %stops, %tn
+  %begun = load <@@lanes@@ x i64>, ptr %stepsa, align 64
+  %moved = icmp ne <@@lanes@@ x i64> %begun, zeroinitializer
+  %foretold = call <@@lanes@@ x i1> @lane_foretold(ptr %pack, ptr %work)
+  %sound = and <@@lanes@@ x i1> %foretold, %regular
+  %unsound = xor <@@lanes@@ x i1> %sound, @@true@@
+  %refused0 = and <@@lanes@@ x i1> %unsound, %moved
+  %refused = and <@@lanes@@ x i1> %refused0, %live
+  %finishing64 = load i64, ptr %finishinga, align 8
+  %finishing8 = trunc i64 %finishing64 to i8
+  %finishing = bitcast i8 %finishing8 to <@@lanes@@ x i1>
   %isfirst = fcmp oeq @@real@@ %hp, zeroinitializer
   %over = select <@@lanes@@ x i1> %isfirst, @@real@@ @@one@@, @@real@@ %hp
   %hm = call { @@real@@, @@real@@ } @lane_length(ptr %pack, ptr %work, @@real@@ %over)
@@ -262,29 +271,9 @@ careful:
   %g3 = select <@@lanes@@ x i1> %big2, @@real@@ %g2, @@real@@ @@largest@@
   %guess = select <@@lanes@@ x i1> %isfirst, @@real@@ %g3, @@real@@ %hp
   %hc0 = call @@real@@ @lane_cautious(ptr %pack, ptr %work, @@real@@ %guess)
-  br label %vet
-vet:
-  %hc = phi @@real@@ [ %hc0, %careful ], [ %hc1, %reject ]
-  %tries = phi i64 [ 0, %careful ], [ %tries1, %reject ]
-  %within = fcmp olt @@real@@ %hc, %left_n
-  %needed = select <@@lanes@@ x i1> %within, @@real@@ %hc, @@real@@ %left_n
-  %sound = call <@@lanes@@ x i1> @lane_holds(ptr %constants, ptr %pack, ptr %work, @@real@@ %tn, @@real@@ %needed, ptr %trial, ptr %trial_work)
-  %hopeless = xor <@@lanes@@ x i1> %regular, @@true@@
-  %sound1 = or <@@lanes@@ x i1> %sound, %hopeless
-  %unsound = xor <@@lanes@@ x i1> %sound1, @@true@@
-  %bad = and <@@lanes@@ x i1> %unsound, %unsure
-  %bad8 = bitcast <@@lanes@@ x i1> %bad to i8
-  %none = icmp eq i8 %bad8, 0
-  %tired = icmp ugt i64 %tries, 30
-  %accept = or i1 %none, %tired
-  br i1 %accept, label %vetted, label %reject
-reject:
-  %shorter = fmul @@real@@ %needed, @@quarter@@
-  %hc1 = select <@@lanes@@ x i1> %bad, @@real@@ %shorter, @@real@@ %hc
-  %tries1 = add i64 %tries, 1
-  br label %vet
+  br label %vetted
 vetted:
-  %hv = select <@@lanes@@ x i1> %unsure, @@real@@ %hc, @@real@@ %hu
+  %hv = select <@@lanes@@ x i1> %unsure, @@real@@ %hc0, @@real@@ %hu
   br label %chosen
 chosen:
   %h = phi @@real@@ [ %hu, %expand ], [ %hv, %vetted ]
@@ -298,7 +287,10 @@ chosen:
   %go0 = and <@@lanes@@ x i1> %live, %regular
   %go1 = and <@@lanes@@ x i1> %go0, %finite
   %unstuck = xor <@@lanes@@ x i1> %stuck, @@true@@
-  %moving = and <@@lanes@@ x i1> %go1, %unstuck
+  %go2 = and <@@lanes@@ x i1> %go1, %unstuck
+  %halting = or <@@lanes@@ x i1> %finishing, %refused
+  %going = xor <@@lanes@@ x i1> %halting, @@true@@
+  %moving = and <@@lanes@@ x i1> %go2, %going
   %final0 = fcmp ole @@real@@ %left_n, %h
   %final = and <@@lanes@@ x i1> %final0, %moving
   %l1 = fsub @@real@@ %stops, %t
@@ -327,16 +319,18 @@ update:
   %steps = load <@@lanes@@ x i64>, ptr %stepsa, align 64
   %steps1 = add <@@lanes@@ x i64> %steps, %taken
   store <@@lanes@@ x i64> %steps1, ptr %stepsa, align 64
+  %final8 = bitcast <@@lanes@@ x i1> %final to i8
+  %final64 = zext i8 %final8 to i64
+  store i64 %final64, ptr %finishinga, align 8
   %stopped = xor <@@lanes@@ x i1> %moving, @@true@@
-  %over1 = or <@@lanes@@ x i1> %stopped, %final
-  %done = and <@@lanes@@ x i1> %over1, %live
+  %done = and <@@lanes@@ x i1> %stopped, %live
   %done8 = bitcast <@@lanes@@ x i1> %done to i8
   %anydone = icmp ne i8 %done8, 0
   br i1 %anydone, label %ending, label %step
 ending:
-  %regular8 = bitcast <@@lanes@@ x i1> %regular to i8
-  %finite8 = bitcast <@@lanes@@ x i1> %finite to i8
-  %final8 = bitcast <@@lanes@@ x i1> %final to i8
+  %refused8 = bitcast <@@lanes@@ x i1> %refused to i8
+  %unrefused8 = xor i8 %refused8, -1
+  %ended8 = and i8 %finishing8, %unrefused8
   br label %each
 each:
   %rest = phi i8 [ %done8, %ending ], [ %rest1, %each ]
@@ -345,15 +339,9 @@ each:
   %rest1 = and i8 %rest, %before
   %ending_lane = zext i8 %low to i64
   %single = shl i8 1, %low
-  %f1 = and i8 %final8, %single
+  %f1 = and i8 %ended8, %single
   %isfinal = icmp ne i8 %f1, 0
-  %r1 = and i8 %regular8, %single
-  %isregular = icmp ne i8 %r1, 0
-  %n1 = and i8 %finite8, %single
-  %isfinite = icmp ne i8 %n1, 0
-  %c1 = select i1 %isfinite, i64 @@underflow@@, i64 @@not_finite@@
-  %c2 = select i1 %isregular, i64 %c1, i64 @@singular@@
-  %c3 = select i1 %isfinal, i64 @@end@@, i64 %c2
+  %c3 = select i1 %isfinal, i64 @@end@@, i64 @@pause@@
   call void @retire(ptr %pack, i64 %ending_lane, i64 %c3, ptr %results, ptr %ended)
   %more = icmp ne i8 %rest1, 0
   br i1 %more, label %each, label %emptied

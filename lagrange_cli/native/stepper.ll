@@ -460,7 +460,7 @@ free:
   %leaving0 = or i1 %grows, %just
   %isnear = fcmp ogt double %keptnear, 0.0
   %leaving = and i1 %leaving0, %isnear
-  %lagging = fmul double %keptpace, 0x3FE6666666666666
+  %lagging = fmul double %keptpace, @@lag@@
   %pacelag = call double @llvm.maxnum.f64(double %reach, double %lagging)
   %pacenew = select i1 %leaving, double %keptpace, double %pacelag
   %near_next = select i1 %leaving, double 1.0, double 0.0

@@ -45,6 +45,8 @@ NOTHING_MUCH = 2.0**-48
 NOTHING, BLIND, MOVED = -3, -2, -1
 """What is to be confirmed by a step's series of the one before: nothing; that it led over a kink, no further;
 all (and if it was the last one, what ``Stop`` says)."""
+LAG = 0.7
+"""How fast the pace may shrink, a step: as steps do towards a singularity."""
 PASSES = 8.0
 """So many kinks that are passed within no time are one that the motion stays at."""
 CLOCK = 8
@@ -73,7 +75,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
     lanes = min(width, LANES)
     vector = f"<{lanes} x double>"
     safety = (LAST_TERM * tolerance) ** (1.0 / top)
-    coarse = max(1.0, tolerance * 2.0**52)
+    coarse = coarseness(tolerance)
     blocks = split_terms(top)
     values: dict[str, object] = {
         "degrees": degrees,
@@ -122,6 +124,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "at_next": 4 * width + LANES,
         "almost": operand(literal(ALMOST * coarse)),
         "resolution": operand(literal(RESOLUTION * coarse)),
+        "lag": operand(literal(LAG)),
         "passes": operand(literal(PASSES)),
         "nothing_much": operand(literal(NOTHING_MUCH)),
         "rounding": operand(literal(ROUNDING)),
@@ -145,6 +148,11 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "underflow": int(Stop.UNDERFLOW),
     }
     return fill_in("stepper", values)
+
+
+def coarseness(tolerance: float) -> float:
+    """How much coarser than full precision a tolerance is; 1 where it is finer."""
+    return max(1.0, tolerance * 2.0**52)
 
 
 def _constant(values: Sequence[object], kind: str) -> str:

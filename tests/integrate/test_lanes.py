@@ -66,12 +66,18 @@ def members_of(system, count, sets=None, spread=0.02, seed=1):
     return some[0], np.hstack([some[1], np.zeros((count, len(program.integrals)))])
 
 
+def unasked():
+    """The method for single motions where none is needed."""
+    raise AssertionError
+
+
 def run(
     system, parameters, states, times, *, sampled=True, threads=1, single=False, watch=lambda done: False
 ):
     """All members by the engine for many, or one by one."""
     many = prepared(system, ensemble=True)
-    method = OneByOne(prepared(system).follower) if single else ensemble_method(many)
+    alone = prepared(system).follower
+    method = OneByOne(alone) if single else ensemble_method(many, lambda: alone)
     batches = []
     going = method.follow(parameters, states, times, sampled, batches.append, watch, threads)
     index = np.concatenate([batch.index for batch in batches])
@@ -105,7 +111,7 @@ def test_members_move_as_they_do_alone(name):
     times = times_of(STOP.get(name, 1.0) + 0.5, start=0.5)
     many = run(name, parameters, states, times)
     alone = run(name, parameters, states, times, single=True)
-    assert isinstance(ensemble_method(prepared(name, ensemble=True)), LanesMethod)
+    assert isinstance(ensemble_method(prepared(name, ensemble=True), unasked), LanesMethod)
     assert many.ending == alone.ending == [Ending.COMPLETE] * len(states)
     assert np.all(many.reached == times.count) and np.all(many.t == times.stop)
     scale = np.abs(alone.samples).max(axis=(0, 2), keepdims=True) + 1e-300
@@ -121,7 +127,9 @@ def test_integrals_are_carried_along():
     states = np.hstack([states, np.zeros((9, len(program.integrals)))])
     found = []
     for method in (
-        ensemble_method(prepared("driven_damped_pendulum", outputs=("ledger", "action"), ensemble=True)),
+        ensemble_method(
+            prepared("driven_damped_pendulum", outputs=("ledger", "action"), ensemble=True), unasked
+        ),
         OneByOne(alone.follower),
     ):
         batches = []
@@ -149,7 +157,7 @@ def test_the_number_of_threads_changes_nothing(threads):
     whole = run("double_pendulum", parameters, states, times)
     assert same(whole, run("double_pendulum", parameters, states, times, threads=threads))
     large, times = members_of(LARGE, 5), times_of(0.5)
-    assert isinstance(ensemble_method(prepared(LARGE, ensemble=True)), OneByOne)
+    assert isinstance(ensemble_method(prepared(LARGE, ensemble=True), unasked), OneByOne)
     one = run(LARGE, *large, times)
     assert same(one, run(LARGE, *large, times, threads=threads))
 
@@ -292,6 +300,27 @@ def test_an_error_of_whoever_takes_members_stops_all():
 
     for name in ("double_pendulum", LARGE):
         parameters, states = members_of(name, 20)
-        method = ensemble_method(prepared(name, ensemble=True))
+        method = ensemble_method(prepared(name, ensemble=True), unasked)
         with pytest.raises(Full):
             method.follow(parameters, states, times_of(1.0), True, refuse, lambda done: False, 2)
+
+
+def test_what_meets_a_kink_is_followed_alone():
+    """A wedge: those that start near its bottom pass it, the others do not in so short a time."""
+    wedge = """
+        coordinates: {x: {initial: 1.0}}
+        masses: {p: 1}
+        embedding: {p: [x]}
+        potential: sqrt((x - 0.25)**2)
+        """
+    places = np.array([0.3, 5.0, 0.4, 6.0, 7.0, 0.27, 8.0, 9.0, 0.5, 10.0, 0.29])
+    states = np.stack([places, np.zeros_like(places)], axis=1)
+    parameters, times = np.empty((len(places), 0)), times_of(2.0, 41)
+    many = run(wedge, parameters, states, times)
+    alone = run(wedge, parameters, states, times, single=True)
+    near = places < 1
+    assert many.ending == alone.ending == [Ending.COMPLETE] * len(places)
+    assert same(many, alone, near, near)
+    height, speed = abs(many.samples[:, 0] - 0.25), many.samples[:, 1]
+    assert np.ptp(height + speed**2 / 2, axis=1).max() <= 1e-12
+    assert np.all(many.steps[~near] <= 5)

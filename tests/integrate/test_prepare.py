@@ -111,7 +111,7 @@ def test_an_ensemble_gives_the_same_from_the_cache(cache):
     states = np.array([[0.1, 0.0], [1.0, 0.0], [2.0, 1.0]])
     found = []
     for source in (residual_of, never):
-        method = ensemble_method(prepare_system(spec, source, cache, **RUN, ensemble=True))
+        method = ensemble_method(prepare_system(spec, source, cache, **RUN, ensemble=True), never)
         batches = []
         times = Times(0.0, 2.0, 21, 0.1)
         method.follow(parameters, states, times, True, batches.append, lambda done: False, 2)
