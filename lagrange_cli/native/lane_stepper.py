@@ -154,7 +154,11 @@ class Writer:
 
         total, *most = body.loop(*self.velocities(), [zero] * (1 + len(blocks)), measure)
         exponents = [
-            body.fma(upper_half(body, one), 2.0**-20 / block[0], offset_of(block, self.top))
+            body.select(
+                body.above(one, zero),
+                body.fma(upper_half(body, one), 2.0**-20 / block[0], offset_of(block, self.top)),
+                body.constant(-1000.0),
+            )
             for block, one in zip(blocks, most)
         ]
         step = exp2_roughly(body, -reduce(body.larger, exponents)) * self.safety

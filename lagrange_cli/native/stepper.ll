@@ -72,7 +72,9 @@ done:
   %above = lshr <8 x i64> %bits, <i64 32, i64 32, i64 32, i64 32, i64 32, i64 32, i64 32, i64 32>
   %upper = trunc <8 x i64> %above to <8 x i32>
   %number = sitofp <8 x i32> %upper to <8 x double>
-  %roots = call <8 x double> @llvm.fmuladd.v8f64(<8 x double> %number, <8 x double> @@slopes@@, <8 x double> @@offsets@@)
+  %roots0 = call <8 x double> @llvm.fmuladd.v8f64(<8 x double> %number, <8 x double> @@slopes@@, <8 x double> @@offsets@@)
+  %isthere = fcmp ogt <8 x double> %greatest, zeroinitializer
+  %roots = select <8 x i1> %isthere, <8 x double> %roots0, <8 x double> @@none@@
   %e = call nnan double @llvm.vector.reduce.fmax.v8f64(<8 x double> %roots)
   %minus = fneg double %e
   %low = call nnan double @llvm.maxnum.f64(double %minus, double -1000.0)

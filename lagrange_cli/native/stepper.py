@@ -101,6 +101,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "compare": _compare(vector, lanes, width, blocks, top),
         "gather": _gather(vector, lanes),
         "slopes": _constant([operand(literal(2.0**-20 / block[0])) for block in blocks], "double"),
+        "none": _constant([literal(-1000.0)] * BLOCKS, "double"),
         "offsets": _constant([operand(literal(offset_of(block, top))) for block in blocks], "double"),
         "ones": _constant([literal(1.0)] * lanes, "double"),
         "from_degrees": _constant([lane - degrees for lane in range(lanes)], "i64"),

@@ -191,6 +191,18 @@ def test_rest_and_free_motion_take_one_step():
     assert motion["q/y"].tolist() == [2.0, 1500002.0, 3000002.0]
 
 
+def test_the_unit_of_time_does_not_matter():
+    """As many steps, the same error; more where most coefficients are below what doubles hold."""
+    steps = []
+    for frequency in (1e-12, 1.0, 1e9, 1e-30):
+        text = LINE.format(initial=1, velocity=0, potential=f"{frequency**2!r}*x**2/2")
+        motion = solve(text, 20 * math.pi / frequency, 3)
+        steps.append(motion.outcome.steps)
+        assert abs(motion["q/x"][-1] - 1) <= 1e-13
+    assert max(steps[:-1]) <= 1.1 * min(steps[:-1])
+    assert steps[-1] <= 20000
+
+
 def test_scale_does_not_matter():
     """Micrometres and light years: the same steps, the same relative error."""
     steps = set()
