@@ -218,8 +218,9 @@ hopeless:
 
 ; Whether the accelerations at the end of a step, in the series that begins there, are those that the step's own series
 ; foretold: %allowed is how far they may be apart.
-define internal i1 @foretold(ptr noalias %work, ptr noalias %rates, ptr noalias %allowed, double %uneven, i1 %lax, double %room) #0 {
+define internal i1 @foretold(ptr noalias %work, ptr noalias %rates, ptr noalias %allowed, double %uneven, i1 %lax, double %room, double %slack) #0 {
 entry:
+@@splat_slack@@
 @@splat_room@@
 @@splat_uneven@@
   br label %loop
@@ -236,7 +237,8 @@ loop:
   %difference = fsub @@vector@@ %r, %a
   %distance = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %difference)
   %most = fadd @@vector@@ %l, %uneven_v
-  %strictly = fcmp ugt @@vector@@ %distance, %most
+  %loosely = fmul @@vector@@ %most, %slack_v
+  %strictly = fcmp ugt @@vector@@ %distance, %loosely
   %a0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %a)
   %r0 = call @@vector@@ @llvm.fabs.@@tag@@(@@vector@@ %r)
   %greater = call @@vector@@ @llvm.maxnum.@@tag@@(@@vector@@ %r0, @@vector@@ %a0)
@@ -306,6 +308,7 @@ entry:
   %hpa = getelementptr inbounds double, ptr %tpa, i64 2
   %gapa = getelementptr inbounds double, ptr %tpa, i64 3
   %pacea = getelementptr inbounds double, ptr %tpa, i64 4
+  %milda = getelementptr inbounds double, ptr %tpa, i64 8
   %lasta = getelementptr inbounds double, ptr %tpa, i64 5
   %timesa = getelementptr inbounds double, ptr %tpa, i64 6
   %neara = getelementptr inbounds double, ptr %tpa, i64 7
@@ -337,12 +340,17 @@ check:
   %stride_taken = load double, ptr %lengtha, align 8
   %squared = fmul double %stride_taken, %stride_taken
   %room = fdiv double @@nothing_much@@, %squared
+  %mild_ones = load double, ptr %milda, align 8
+  %isnoisy = fcmp oge double %mild_ones, @@evidence@@
+  %slack = select i1 %isnoisy, double @@noisy@@, double 1.0
   %islax = load i1, ptr %laxa, align 1
   %apart_by = load double, ptr %unevena, align 8
-  %foretold = call i1 @foretold(ptr %work, ptr %rates, ptr %allowed, double %apart_by, i1 %islax, double %room)
+  %foretold = call i1 @foretold(ptr %work, ptr %rates, ptr %allowed, double %apart_by, i1 %islax, double %room, double %slack)
   %good = and i1 %foretold, %regular
   %isblind = icmp eq i64 %pending, @@blind@@
   br i1 %good, label %confirmed, label %refuse
+; (Where it hardly differs, again and again, it is rounding, and then that much is allowed.)
+;
 ; Not what the series foretold: something in between that a series does not see. Back, and no further than half the way; or,
 ; where the equations were singular just beyond it, twice as far beyond it.
 refuse:
@@ -366,6 +374,7 @@ inside:
   %cause = select i1 %regular, i64 @@underflow@@, i64 @@singular@@
   br label %return
 again_from:
+  %mild = call i1 @foretold(ptr %work, ptr %rates, ptr %allowed, double %apart_by, i1 %islax, double %room, double @@noisy@@)
   call void @copy(ptr %trial, ptr %state)
   call void @clear(ptr %work, i64 @@work_size@@)
   %twice = fmul double %toofar, 2.0
@@ -374,6 +383,17 @@ again_from:
   %begins = fcmp oeq double %gap_before, 0.0
   %never = load i1, ptr %refuseda, align 1
   %refused_on = or i1 %never, %begins
+  %ismild0 = and i1 %mild, %begins
+  %ismild1 = and i1 %ismild0, %regular
+  %quarter_pace = fmul double %usual_step, 0.25
+  %usually = fcmp ogt double %toofar, %quarter_pace
+  %near_here = load double, ptr %neara, align 8
+  %apart_from = fcmp oeq double %near_here, 0.0
+  %undisturbed = and i1 %usually, %apart_from
+  %ismild = and i1 %ismild1, %undisturbed
+  %one_more = uitofp i1 %ismild to double
+  %mild_now = fadd double %mild_ones, %one_more
+  store double %mild_now, ptr %milda, align 8
   store double %bound, ptr %gapa, align 8
   store i1 %refused_on, ptr %refuseda, align 1
   store i1 %isblind, ptr %beyonda, align 1

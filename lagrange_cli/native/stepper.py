@@ -40,6 +40,8 @@ RESOLUTION = 2.0**-47
 ROUNDING = 2.0**-45
 """The part of the coordinates by which accelerations that are nothing but rounding may change them in a
 step."""
+EVIDENCE, NOISY = 2.0, 2.0**16
+"""After so many steps whose ends were hardly not foretold, so much more is allowed: it is rounding."""
 NOTHING_MUCH = 2.0**-48
 """How far accelerations that are nothing but rounding may move what rests at 0."""
 NOTHING, BLIND, MOVED = -3, -2, -1
@@ -49,10 +51,10 @@ LAG = 0.7
 """How fast the pace may shrink, a step: as steps do towards a singularity."""
 PASSES = 8.0
 """So many kinks that are passed within no time are one that the motion stays at."""
-CLOCK = 8
+CLOCK = 9
 """Numbers of the state after the rows: t, its low part, the last step, how far it is to where no step may
-pass, the pace, the time when such a place was passed last, how many of them within no time, and whether the
-last steps led away from one."""
+pass, the pace, the time when such a place was passed last, how many of them within no time, whether the
+last steps led away from one, and how many steps were hardly not foretold."""
 MINUS_ZERO = "0x8000000000000000"
 LOWEST_TERM = 4
 """The first coefficient that tells how far the series goes, rather than how fast the motion is now."""
@@ -113,6 +115,9 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "splat_speed_noise": _splat("%speed_noise", lanes),
         "splat_almost": _splat("%almost", lanes),
         "splat_room": _splat("%room", lanes),
+        "splat_slack": _splat("%slack", lanes),
+        "evidence": operand(literal(EVIDENCE)),
+        "noisy": operand(literal(NOISY)),
         "splat_uneven": _splat("%uneven", lanes),
         "splat_i": _splat("%i", lanes, "i64"),
         "splat_ui": _splat("%ui", lanes, "i64"),
