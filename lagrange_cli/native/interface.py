@@ -81,8 +81,8 @@ class Interface:
 
     @property
     def trial(self) -> int:
-        """Doubles of scratch in which ``@advance`` keeps what it may go back to, and what it expects."""
-        return 4 * self.width + 2 * LANES
+        """Doubles of scratch: what ``@advance`` may go back to and expects; a series ahead (``twofold``)."""
+        return 4 * self.width + 2 * LANES + self.work
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""
