@@ -14,7 +14,9 @@ import numpy as np
 from lagrange_cli.integrate.alongside import Work
 from lagrange_cli.integrate.motion import Array, End
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.taylor import TaylorMethod
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
@@ -44,6 +46,8 @@ class Certificate:
         self, companion: Prepared, values: Values, times: Times, digits: float, target: float | None
     ) -> None:
         program = companion.machine.program
+        assert isinstance(companion.follower, TaylorMethod)
+        self._method = replace(companion.follower, beside=True)
         self._companion, self._times, self._rows = companion, times, 2 * program.degrees
         self._parameters = np.array([values.parameters[name] for name in program.parameters])
         self._state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
@@ -81,7 +85,7 @@ class Certificate:
                     pass
 
         try:
-            return self._companion.follower.follow(
+            return self._method.follow(
                 self._parameters,
                 self._state,
                 self._times,

@@ -43,6 +43,8 @@ class TaylorMethod:
     machine: Machine
     better: Better | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
+    beside: bool = False
+    """Whether it is for a companion: what is rounded once for all is rounded otherwise (``rounding``)."""
 
     def follow(
         self,
@@ -56,7 +58,7 @@ class TaylorMethod:
         """See ``motion.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
-        stepper = Stepper(self.machine, parameters, state, times, size, self.better)
+        stepper = Stepper(self.machine, parameters, state, times, size, self.better, beside=self.beside)
         first = 0
         if keeper.begin is not None:
             first = keeper.begin.samples
@@ -103,12 +105,18 @@ class Stepper:
         times: Times,
         size: int,
         better: Better | None = None,
+        *,
+        beside: bool = False,
     ) -> None:
         program = machine.program
         self._machine, self._better = machine, better
         self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        if beside:
+            from lagrange_cli.integrate.rounding import nudge
+
+            nudge(self._constants, parameters)
         self._memory, self._work = aligned(program.memory), aligned(program.work)
         self._trial = aligned(program.trial)
         self._clock = 2 * program.width

@@ -1,0 +1,27 @@
+"""The rounding of constants that are computed from parameters, made visible.
+
+A system's frequency sqrt(k/m) is rounded once and then the same in every step: two runs share it, and their
+difference does not show it. So a companion gets it off by an ulp.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from lagrange_cli.integrate.motion import Array
+
+SHORT = 2.0**27
+"""Constants whose last 27 bits are zero are taken to be exact, as sums and products of short numbers are."""
+
+
+def nudge(constants: Array, parameters: Array) -> None:
+    """Put ``constants`` off by an ulp, every other one the other way, except those that are exact: short
+    numbers, and parameters, their halves and doubles."""
+    sizes = np.abs(parameters)
+    exact = np.isin(np.abs(constants), np.concatenate([sizes / 2, sizes, 2 * sizes]))
+    with np.errstate(invalid="ignore"):  # what is not finite is left as it is
+        exact |= (np.abs(np.frexp(constants)[0]) * 2.0**53) % SHORT == 0
+    rounded = np.flatnonzero(~exact & np.isfinite(constants))
+    constants[rounded] += np.where(np.arange(len(rounded)) % 2, 1, -1) * np.spacing(
+        np.abs(constants[rounded])
+    )

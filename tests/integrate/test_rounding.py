@@ -1,0 +1,40 @@
+"""What is rounded once for all, and a companion that has it rounded otherwise."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+
+from lagrange_cli.integrate.certificate import FOLDER
+from lagrange_cli.integrate.rounding import nudge
+from tests.integrate.test_certificate import Number, certified
+
+SPRING = """
+parameters: {m: 4.1, k: 4.2}
+coordinates:
+  x: {initial: 1.0}
+lagrangian: m*x_dot**2/2 - k*x**2/2
+"""
+"""Its frequency sqrt(k/m) is off by what k/m is rounded, and so is its phase, more with every period."""
+
+
+def test_only_what_may_be_rounded_is_put_off_and_by_an_ulp():
+    parameters = np.array([9.81, 1.3, 0.0])
+    exact = [9.81, -9.81 / 2, 2.6, 0.0, 1.0, 0.375, 12345.0, np.inf, np.nan]
+    rounded = [9.81 / 1.3, 9.81 * 1.3, -(1.3**2), 1 / 3]
+    constants = np.array(exact + rounded)
+    nudge(constants, parameters)
+    np.testing.assert_array_equal(constants[: len(exact)], exact)
+    off = constants[len(exact) :] - rounded
+    np.testing.assert_array_equal(np.abs(off), np.spacing(np.abs(rounded)))
+    assert (off > 0).any() and (off < 0).any()
+
+
+def test_a_frequency_that_is_rounded_once_is_part_of_the_estimate():
+    data, _ = certified(SPRING, 2000.0, 801)
+    with mpmath.workdps(50):
+        frequency = mpmath.sqrt(Number(4.2) / Number(4.1))
+        wrong = np.array([float(abs(x - mpmath.cos(frequency * t))) for t, x in zip(data["t"], data["q/x"])])
+    ratio = data[f"{FOLDER}q/x"] / np.maximum(wrong, np.spacing(1.0))
+    assert np.max(wrong) > 1e-13
+    assert np.mean((ratio >= 0.1) & (ratio <= 100)) >= 0.98
