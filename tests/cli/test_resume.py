@@ -483,5 +483,6 @@ def test_ctrl_c_while_the_command_is_loaded_ends_it_without_a_traceback(tmp_path
         cwd=tmp_path,
         env={**ENVIRONMENT, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ENVIRONMENT['PYTHONPATH']}"},
         capture_output=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),  # as above
     )
     assert (run.returncode, run.stdout, run.stderr) == (-signal.SIGINT, b"", b"")
