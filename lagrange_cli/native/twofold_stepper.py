@@ -172,7 +172,7 @@ class TwofoldStepper:
         return function("void @rates(ptr %work, ptr %rates)", body)
 
     def holds(self) -> str:
-        """``@holds``: whether the equations hold at the end of the step %h, as in ``stepper.ll``."""
+        """``@holds``: whether the equations hold, roughly, at the end of the step %h."""
         body, width = Twofold(), self.rows.width
         trial_work = body.place("%trial", LANES * -(-2 * width // LANES))
         heads = f"double %h, double {operand(None)}, ptr %trial, i64 1, i64 {width}"
