@@ -71,6 +71,25 @@ def pulse(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
     return (q[0] + v[0] * t + w * (twice_integrated((t - 50) / w) - twice_integrated(-50 / w)),)
 
 
+def potential_step(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
+    """Across tanh(x/w)/4, w = 1e-6, from far before it: t = int dx/v, where v is constant but about 0."""
+    w, far = mp.mpf(10) ** -6, 100
+
+    def speed(u: Any) -> Any:
+        return mp.sqrt(v[0] ** 2 - (1 + mp.tanh(u)) / 2)
+
+    def since(u: Any) -> Any:
+        return w * mp.quad(lambda x: 1 / speed(x), [-far, min(u, 0), u])
+
+    enter = (-far * w - q[0]) / v[0]
+    leave = enter + since(far)
+    if t <= enter:
+        return (q[0] + v[0] * t,)
+    if t >= leave:
+        return (far * w + speed(far) * (t - leave),)
+    return (w * mp.findroot(lambda u: since(u) - (t - enter), (t - enter) * v[0] / w - far),)
+
+
 def cubic(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
     """x^3 moves uniformly."""
     cube = q[0] ** 3 + 3 * q[0] ** 2 * v[0] * t

@@ -2,10 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.expression.reals import real_function, real_power
+
+SATURATING = frozenset({"exp", "tanh", "sinh", "cosh"})
+FARTHEST = 10.0
+"""Beyond this, sums with such functions hold less than their rounding: tanh is 1, exp(-x) is nothing beside
+1."""
 
 
 def evaluate(
@@ -14,7 +20,8 @@ def evaluate(
     """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
 
     The second number is what a value must be compared with before it is called zero: the value computed
-    with every subtraction turned into an addition (a running bound of the cancellation).
+    with every subtraction turned into an addition (a running bound of the cancellation). Not a number are
+    values that say nothing about it, where one of ``SATURATING`` is too far from 0.
     """
     value: dict[Node, float] = {}
     size: dict[Node, float] = {}
@@ -40,8 +47,11 @@ def evaluate(
             value[node] = real_power(value[a[0]], value[a[1]])
             size[node] = abs(value[node])
         elif node.kind is Kind.FUNCTION:
-            value[node] = real_function(node.data, [value[x] for x in a])
+            far = node.data in SATURATING and abs(value[a[0]]) > FARTHEST
+            value[node] = math.nan if far else real_function(node.data, [value[x] for x in a])
             size[node] = max(abs(value[node]), 1.0)
+            if node.data == "exp":
+                size[node] = abs(value[node]) * max(size[a[0]], 1.0)
         else:
             raise ValueError("a time derivative has no value without a motion")
     return value, size

@@ -22,12 +22,14 @@ define internal double @size(ptr noalias %state, ptr noalias %row, i64 %i, doubl
   ret double %size
 }
 
-; How much smaller coefficient %c is than %size; infinite where either is 0.
+; How much smaller coefficient %c is than %size; infinite where either is nothing.
 define internal double @ratio(double %size, double %c) #0 {
   %c0 = call double @llvm.fabs.f64(double %c)
   %q = fdiv double %size, %c0
   %both = fmul double %size, %c0
-  %moves = fcmp ogt double %both, 0.0
+  %isthere = fcmp ogt double %both, 0.0
+  %ismoving = fcmp ogt double %size, @@rest@@
+  %moves = and i1 %isthere, %ismoving
   %result = select i1 %moves, double %q, double 0x7FF0000000000000
   ret double %result
 }
@@ -55,7 +57,7 @@ loop:
 @@splat_i@@
   %velocity = add <@@lanes@@ x i64> %i_v, @@from_degrees@@
   %is_velocity = icmp ult <@@lanes@@ x i64> %velocity, @@all_degrees@@
-  %is_moving = fcmp ogt @@vector@@ %size, zeroinitializer
+  %is_moving = fcmp ogt @@vector@@ %size, @@at_rest@@
   %counts = and <@@lanes@@ x i1> %is_velocity, %is_moving
   %inverse0 = fdiv @@vector@@ @@ones@@, %size
   %inverse = select <@@lanes@@ x i1> %counts, @@vector@@ %inverse0, @@vector@@ zeroinitializer
@@ -446,10 +448,14 @@ rescue:
   %rescued = fcmp ogt double %hr, 0.0
   br i1 %rescued, label %long, label %return
 long:
-  %h = phi double [ %h0, %chosen ], [ %hr, %rescue ]
+  %shown = phi double [ %h0, %chosen ], [ %hr, %rescue ]
   %ts = call double @llvm.fabs.f64(double %tn)
   %ulp = fmul double %ts, 0x3CC0000000000000
   %left = fsub double %stop, %tn
+  %ahead = call double @llvm.minnum.f64(double %shown, double %left)
+  %shortened = call double @watched(ptr %constants, double %tn, ptr %state, ptr %work, ptr %trial, double %ahead)
+  %isless = fcmp olt double %shortened, %ahead
+  %h = select i1 %isless, double %shortened, double %shown
   %reach = call double @llvm.minnum.f64(double %h, double %left)
   %finest = fmul double %ts, 0x3AF0000000000000
   %least = fadd double %finest, 0x0010000000000000
@@ -615,6 +621,11 @@ move:
   %speed_noise0 = fadd double %slow_noise, %fast_noise
   %speed_noise = select i1 %confirm, double %speed_noise0, double %passing
 @@splat_speed_noise@@
+  %longer = call double @llvm.maxnum.f64(double %hs, double 1.0)
+  %hs2 = fmul double %hs, %longer
+  %nothing0 = fdiv double @@nothing_much@@, %hs2
+  %nothing = select i1 @@is_watching@@, double %nothing0, double 0.0
+@@splat_nothing@@
   br label %update
 update:
   %ui = phi i64 [ 0, %move ], [ %unext, %update ]
@@ -653,7 +664,8 @@ update:
   %lesser = call nnan @@vector@@ @llvm.minnum.@@tag@@(@@vector@@ %sum0, @@vector@@ %uy0)
   %both = fadd @@vector@@ %rate0, %slope0
   %speed = fmul @@vector@@ %lesser, %speed_noise_v
-  %close = call @@vector@@ @llvm.fmuladd.@@tag@@(@@vector@@ %both, @@vector@@ %almost_v, @@vector@@ %speed)
+  %close0 = call @@vector@@ @llvm.fmuladd.@@tag@@(@@vector@@ %both, @@vector@@ %almost_v, @@vector@@ %speed)
+  %close = fadd @@vector@@ %close0, %nothing_v
   %ra = getelementptr inbounds double, ptr %rates, i64 %ui
   store @@vector@@ %rate, ptr %ra, align 8
   %la = getelementptr inbounds double, ptr %allowed, i64 %ui

@@ -25,6 +25,7 @@ from lagrange_cli.native.emitter import literal, operand
 from lagrange_cli.native.interface import LANES, STEPPING, Stop
 from lagrange_cli.native.layout import Layout
 from lagrange_cli.native.template import fill_in
+from lagrange_cli.native.watch import watch
 
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
@@ -56,6 +57,8 @@ CLOCK = 9
 pass, the pace, the time when such a place was passed last, how many of them within no time, whether the
 last steps led away from one, and how many steps were hardly not foretold."""
 MINUS_ZERO = "0x8000000000000000"
+AT_REST = 2.0**-900
+"""Where functions that hide a force are watched, velocities that small say nothing about the step."""
 LOWEST_TERM = 4
 """The first coefficient that tells how far the series goes, rather than how fast the motion is now."""
 SLACK = 4
@@ -67,10 +70,11 @@ FEW_TERMS = 8
 """From this order of the velocities on the last coefficient is left out: so the step is known early."""
 
 
-def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
+def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: range = range(0)) -> str:
     """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``.
 
     The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
+    ``watched`` are the rows of the state that ``watch`` looks at.
     """
     order, width = layout.order, layout.width
     top = order - 1  # velocities are known to this order
@@ -78,7 +82,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
     vector = f"<{lanes} x double>"
     safety = (LAST_TERM * tolerance) ** (1.0 / top)
     coarse = coarseness(tolerance)
-    blocks = split_terms(top)
+    blocks, rest = split_terms(top), AT_REST if watched else 0.0
     values: dict[str, object] = {
         "degrees": degrees,
         "two_degrees": 2 * degrees,
@@ -87,6 +91,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "low": width,
         "time": 2 * width,
         "top": top,
+        "all_but_two": top - 2,
         "lowest": LOWEST_TERM,
         "slot_1": width,
         "slot_2": 2 * width,
@@ -109,10 +114,14 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "from_degrees": _constant([lane - degrees for lane in range(lanes)], "i64"),
         "all_degrees": _constant([degrees] * lanes, "i64"),
         "counted": _constant(list(range(lanes)), "i64"),
+        "is_watching": "true" if watched else "false",
+        "rest": operand(literal(rest)),
+        "at_rest": _constant([operand(literal(rest))] * lanes, "double"),
         "splat_h": _splat("%h", lanes),
         "splat_reach": _splat("%reach", lanes),
         "splat_hs": _splat("%hs", lanes),
         "splat_speed_noise": _splat("%speed_noise", lanes),
+        "splat_nothing": _splat("%nothing", lanes),
         "splat_almost": _splat("%almost", lanes),
         "splat_room": _splat("%room", lanes),
         "splat_slack": _splat("%slack", lanes),
@@ -128,6 +137,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "at_rates": 2 * width + LANES,
         "at_allowed": 3 * width + LANES,
         "at_next": 4 * width + LANES,
+        "at_series": 4 * width + 2 * LANES,
         "almost": operand(literal(ALMOST * coarse)),
         "resolution": operand(literal(RESOLUTION * coarse)),
         "lag": operand(literal(LAG)),
@@ -153,7 +163,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float) -> str:
         "not_finite": int(Stop.NOT_FINITE),
         "underflow": int(Stop.UNDERFLOW),
     }
-    return fill_in("stepper", values)
+    return fill_in("stepper", values) + watch(values, watched)
 
 
 def coarseness(tolerance: float) -> float:

@@ -1,0 +1,92 @@
+"""Forces that are nothing, to the last bit, where a step begins and ends, and not in between."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.native.watch import watched_arguments
+from tests.motion import follow, residual_of
+
+LINE = """
+coordinates:
+  x: {{initial: {initial}, velocity: {velocity}}}
+lagrangian: x_dot**2/2 - ({potential})
+"""
+POTENTIALS = {
+    "3/10*exp(-(x/1e-3)**2)": (1e-3, lambda u: 0.3 * mpmath.exp(-(u**2))),
+    "-3/10*exp(-(x/1e-5)**2)": (1e-5, lambda u: -0.3 * mpmath.exp(-(u**2))),
+    "3/10/cosh(50*x)**2": (2e-2, lambda u: 0.3 / mpmath.cosh(u) ** 2),
+    "3/10*2**(-(x/1e-3)**2)": (1e-3, lambda u: 0.3 * mpmath.mpf(2) ** (-(u**2))),
+    "1/10*(1 + tanh(x/1e-3))": (1e-3, lambda u: 0.1 * (1 + mpmath.tanh(u))),
+}
+"""Each with its width and as a function of x over that."""
+
+
+@pytest.mark.parametrize("potential", POTENTIALS)
+@pytest.mark.parametrize("initial", [-1.0, -2.9])
+def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):
+    """x' = sqrt(1 - 2 U): how long it takes to where it is found, by quadrature."""
+    motion = follow(LINE.format(initial=initial, velocity=1, potential=potential), 5.0, 6)
+    assert motion.outcome.ending is Ending.COMPLETE
+
+    width, shape = POTENTIALS[potential]
+    place, start, beyond = float(motion["q/x"][-1]) / width, initial / width, 40
+
+    def slowness(u):
+        return 1 / mpmath.sqrt(1 - 2 * shape(u))
+
+    assert place > beyond
+    over = mpmath.quad(slowness, [-beyond, -4, 0, 4, beyond])
+    time = width * (-start - beyond + over + (place - beyond) * slowness(place))
+    assert abs(time - 5) <= 1e-12
+    assert motion.outcome.h_drift <= 1e-13
+
+
+def test_a_row_of_narrow_bumps():
+    """Ten of them, all alike: the argument itself has to be known along the whole step."""
+    motion = follow(LINE.format(initial=0.5, velocity=1, potential="0.3*exp(-1e4*sin(pi*x)**2)"), 10.0, 2)
+    crossing = mpmath.quad(
+        lambda u: (
+            1 / mpmath.sqrt(1 - mpmath.mpf(6) / 10 * mpmath.exp(-(10**4) * mpmath.sin(mpmath.pi * u) ** 2))
+        ),
+        [-0.5, -0.05, -0.01, 0, 0.01, 0.05, 0.5],
+    )
+    way = float(motion["q/x"][-1]) - 0.5
+    assert abs(way + round(way) * (crossing - 1) - 10) <= 1e-11
+    assert motion.outcome.h_drift <= 1e-12
+
+
+def test_a_particle_is_turned_back_by_a_narrow_bump():
+    motion = follow(LINE.format(initial=-1, velocity=1, potential="0.8*exp(-(x/1e-3)**2)"), 5.0, 6)
+    assert abs(motion["v/x"][-1] + 1) <= 1e-13
+
+
+@pytest.mark.parametrize("velocity", [0.0, 1.0])
+def test_a_particle_is_hit_by_a_short_pulse(velocity):
+    """exp(-(t - 50)^2 / w^2) of impulse 1, nothing at t = 0 even to denormal numbers."""
+    text = f"""
+        parameters: {{w: 1e-3}}
+        coordinates: {{x: {{initial: 0, velocity: {velocity}}}}}
+        lagrangian: x_dot**2/2
+        generalized_forces: {{x: exp(-(t - 50)**2/w**2)/(w*sqrt(pi))}}
+        """
+    motion = follow(text, 100.0, 11)
+    assert abs(motion["v/x"][-1] - velocity - 1) <= 1e-11
+    assert abs(motion["q/x"][-1] - 100 * velocity - 50) <= 1e-9
+    assert np.all(motion["v/x"][:5] == velocity)
+
+
+def test_a_barrier_between_two_walls_is_met_every_time():
+    motion = follow(LINE.format(initial=1, velocity=0, potential="x**2/2 + 0.1*exp(-1e8*x**2)"), 50.0, 501)
+    assert motion.outcome.h_drift <= 1e-13
+    assert np.min(motion.t[1:][np.diff(np.sign(motion["q/x"])) != 0]) < math.pi
+
+
+def test_what_has_no_such_function_is_not_watched():
+    watched = watched_arguments(residual_of(LINE.format(initial=1, velocity=0, potential="sin(x) + x**4")))
+    assert watched == {}

@@ -1,0 +1,55 @@
+"""What is said to vanish, or to be conserved, where random arguments alone would not tell."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.mechanics.conservation import is_zero
+from tests.motion import residual_of
+
+FORCED = """
+parameters: {{w: 1}}
+coordinates: {{x: {{initial: 0, velocity: 1}}}}
+lagrangian: x_dot**2/2 - ({potential})
+generalized_forces: {{x: {force}}}
+"""
+
+
+@pytest.mark.parametrize(
+    ("potential", "force"),
+    [
+        ("tanh(1e6*x)", "0"),
+        ("exp(-100*(x + 9))", "0"),
+        ("1/cosh(1e4*(x - 7))**2", "0"),
+        ("cosh(30*(x + 2)) - sinh(30*(x + 2))", "0"),
+        ("0", "exp(-(t - 50)**2/w**2)"),
+        ("0", "exp(-(t - 1e9)**2/1e-6)"),
+    ],
+)
+def test_a_force_that_is_tiny_almost_everywhere_is_a_force(potential, force):
+    residual = residual_of(FORCED.format(potential=potential, force=force))
+    assert "p_x" not in {each.quantity for each in residual.conserved}
+    assert not residual.held
+
+
+@given(scale=st.floats(-1e9, 1e9).filter(lambda x: abs(x) > 1e-3), place=st.floats(-100, 100))
+def test_a_function_of_any_scale_is_not_zero(scale, place):
+    graph = Graph()
+    u = scale * (graph.symbol("x") - place)
+    tanh = graph.function("tanh", [u])
+    assert not is_zero(graph.function("exp", [u]))
+    assert not is_zero(1.0 - tanh * tanh)
+    assert not is_zero(graph.function("cosh", [u]) - graph.function("sinh", [u]))
+
+
+@given(scale=st.floats(0.1, 5))
+def test_identities_of_such_functions_are_seen(scale):
+    graph = Graph()
+    u = scale * graph.symbol("x")
+    exp, sinh, cosh = (graph.function(name, [u]) for name in ("exp", "sinh", "cosh"))
+    assert is_zero(cosh * cosh - sinh * sinh - 1.0)
+    assert is_zero(exp - cosh - sinh)
+    assert not is_zero(exp - cosh - sinh + 1e-6 * u)
