@@ -46,6 +46,6 @@ def compiled_values(residual: Residual) -> CompiledValues:
         )
         when, results = np.array([t]), np.empty(n + 1)
         machine.observe(constants.ctypes.data, when.ctypes.data, state.ctypes.data, results.ctypes.data, 1, 1)
-        return (rates if regular else np.full(n, np.nan)), results[:n], float(results[n])
+        return (rates[:n] if regular else np.full(n, np.nan)), results[:n], float(results[n])
 
     return values

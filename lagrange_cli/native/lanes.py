@@ -18,7 +18,7 @@ from lagrange_cli.native.lane_stepper import Pack, follow
 from lagrange_cli.native.linear import WRITTEN_OUT
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.scalars import Constants, emit_prepare
-from lagrange_cli.native.watch import watched_arguments
+from lagrange_cli.native.watch import watched_nodes
 from lagrange_cli.records import replace
 
 MOST_SERIES = 600
@@ -39,7 +39,7 @@ def lane_order(tolerance: float) -> int:
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
     """Whether its motions are followed eight at once: not where a step has to be watched (see ``watch``)."""
-    if watched_arguments(residual):
+    if watched_nodes(residual):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     written_out = WRITTEN_OUT["definite" if residual.definite else "general"]

@@ -19,7 +19,7 @@ from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, e
 from lagrange_cli.native.stage import reciprocal_rest
 from lagrange_cli.native.stepper import stepper
 from lagrange_cli.native.template import fill_in
-from lagrange_cli.native.watch import watched_arguments
+from lagrange_cli.native.watch import watched_nodes
 from lagrange_cli.records import dataclass, replace
 
 
@@ -63,9 +63,9 @@ def write_program(
     model = residual.model
     constants = Constants()
     kept = [str(one.symbol.data) for one in residual.held] if keeping else []
-    watched = watched_arguments(residual) if order >= STEPPING else {}
-    first = 2 * len(model.q) + len(integrands)
-    integrands = {**integrands, **watched, **dict.fromkeys(kept, residual.graph.zero)}
+    watched = watched_nodes(residual) if order >= STEPPING else {}
+    named = {f"watched {i}": node for i, node in enumerate(watched)}
+    integrands = {**named, **integrands, **dict.fromkeys(kept, residual.graph.zero)}
     series = lower(
         residual.graph, residual.variables, model.q, model.v, model.time,
         residual.residual, list(integrands.values()),
@@ -79,7 +79,7 @@ def write_program(
     if expansion.scratch:
         parts += [fill_in("linear", {}), definite()]
     if order >= STEPPING:
-        parts.append(stepper(layout, degrees, work, tolerance, range(first, first + len(watched))))
+        parts.append(stepper(layout, degrees, work, tolerance, list(watched.values())))
     numbers = {"slot": layout.width + degrees, "rates": len(layout.state) - degrees}
     parts.append(fill_in("accelerate", numbers))
     symbols = [*model.q, *model.v]

@@ -70,11 +70,11 @@ FEW_TERMS = 8
 """From this order of the velocities on the last coefficient is left out: so the step is known early."""
 
 
-def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: range = range(0)) -> str:
+def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: Sequence[float] = ()) -> str:
     """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``.
 
     The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
-    ``watched`` are the rows of the state that ``watch`` looks at.
+    ``watched`` are the powers of what is watched, whose quadratures are the first (see ``watch``).
     """
     order, width = layout.order, layout.width
     top = order - 1  # velocities are known to this order
@@ -163,7 +163,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
         "not_finite": int(Stop.NOT_FINITE),
         "underflow": int(Stop.UNDERFLOW),
     }
-    return fill_in("stepper", values) + watch(values, watched)
+    return fill_in("stepper", values) + watch(values, 2 * degrees, watched)
 
 
 def coarseness(tolerance: float) -> float:

@@ -2,9 +2,10 @@
 ;
 ; %row is a quadrature of an argument u: its coefficients are c[m] = u[m - 1] / m.
 
-; The argument %x into the step: its value (%k = 1), its first (2) or its second derivative (3).
+; The argument %x into the step (%k = 1), or its slope (%k = 2).
 define internal double @argument(ptr noalias %row, double %x, i64 %k) #0 {
 entry:
+  %isslope = icmp eq i64 %k, 2
   br label %loop
 loop:
   %m = phi i64 [ @@top@@, %entry ], [ %lower, %loop ]
@@ -14,18 +15,11 @@ loop:
   %c = load double, ptr %ca, align 8
   %number = uitofp i64 %m to double
   %u = fmul double %c, %number
-  %less1 = sub i64 %m, 1
-  %less2 = sub i64 %m, 2
-  %one = uitofp i64 %less1 to double
-  %two = uitofp i64 %less2 to double
-  %both = fmul double %one, %two
-  %slope = icmp eq i64 %k, 2
-  %bend = icmp eq i64 %k, 3
-  %w1 = select i1 %slope, double %one, double 1.0
-  %w2 = select i1 %bend, double %both, double %w1
-  %term = fmul double %u, %w2
-  %summed = call double @llvm.fmuladd.f64(double %sum, double %x, double %term)
   %lower = sub i64 %m, 1
+  %power = uitofp i64 %lower to double
+  %slope = fmul double %u, %power
+  %term = select i1 %isslope, double %slope, double %u
+  %summed = call double @llvm.fmuladd.f64(double %sum, double %x, double %term)
   %more = icmp uge i64 %lower, %k
   br i1 %more, label %loop, label %done
 done:
@@ -54,34 +48,10 @@ done:
   ret double %summed
 }
 
-; Where the argument is greatest or least about %x, a part %part of the step before and after it.
-define internal double @turning(ptr noalias %row, double %x, double %part, double %h) #0 {
+; Where between %x and %x + %part, at which it has different signs, the argument (or its slope: see %k of @argument) is 0.
+define internal double @crossing(ptr noalias %row, double %x, double %part, i64 %k) #0 {
 entry:
-  %down = fsub double %x, %part
-  %from = call double @llvm.maxnum.f64(double %down, double 0.0)
-  %up = fadd double %x, %part
-  %to = call double @llvm.minnum.f64(double %up, double %h)
-  br label %loop
-loop:
-  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
-  %at = phi double [ %x, %entry ], [ %bounded, %loop ]
-  %slope = call double @argument(ptr %row, double %at, i64 2)
-  %bend = call double @argument(ptr %row, double %at, i64 3)
-  %change = fdiv double %slope, %bend
-  %there = fsub double %at, %change
-  %above = call double @llvm.maxnum.f64(double %there, double %from)
-  %bounded = call double @llvm.minnum.f64(double %above, double %to)
-  %next = add nuw nsw i64 %i, 1
-  %more = icmp ult i64 %next, @@refinements@@
-  br i1 %more, label %loop, label %done
-done:
-  ret double %bounded
-}
-
-; Where between %x and %x + %part, at which it has different signs, the argument is 0.
-define internal double @crossing(ptr noalias %row, double %x, double %part) #0 {
-entry:
-  %first = call double @argument(ptr %row, double %x, i64 1)
+  %first = call double @argument(ptr %row, double %x, i64 %k)
   %begins = fcmp olt double %first, 0.0
   br label %loop
 loop:
@@ -90,7 +60,7 @@ loop:
   %piece = phi double [ %part, %entry ], [ %half, %loop ]
   %half = fmul double %piece, 0.5
   %middle = fadd double %from, %half
-  %u = call double @argument(ptr %row, double %middle, i64 1)
+  %u = call double @argument(ptr %row, double %middle, i64 %k)
   %is = fcmp olt double %u, 0.0
   %same = icmp eq i1 %is, %begins
   %from1 = select i1 %same, double %middle, double %from
@@ -100,6 +70,27 @@ loop:
 done:
   %root = fadd double %from1, %half
   ret double %root
+}
+
+; Where the argument is greatest or least within a part %part of the step before and after %x, or %x if nowhere.
+define internal double @turning(ptr noalias %row, double %x, double %part, double %h) #0 {
+entry:
+  %down = fsub double %x, %part
+  %up = fadd double %x, %part
+  %from = call double @llvm.maxnum.f64(double %down, double 0.0)
+  %to = call double @llvm.minnum.f64(double %up, double %h)
+  %before = call double @argument(ptr %row, double %from, i64 2)
+  %after = call double @argument(ptr %row, double %to, i64 2)
+  %falls = fcmp olt double %before, 0.0
+  %fell = fcmp olt double %after, 0.0
+  %turns = icmp ne i1 %falls, %fell
+  br i1 %turns, label %search, label %nowhere
+search:
+  %length = fsub double %to, %from
+  %there = call double @crossing(ptr %row, double %from, double %length, i64 2)
+  ret double %there
+nowhere:
+  ret double %x
 }
 
 ; Whether the accelerations %x into a step of %h are other than what its series foretells. (What is no number is, too.)
@@ -186,20 +177,30 @@ other:
   ret i1 true
 }
 
-; The same there, or where the argument is less or more by about 1: at its height a force may be 0.
-define internal i1 @unseen_about(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, ptr noalias %row, double %x, double %h) #0 {
+; The same there, or where the watched function is about 3 times less or more: at its height a force may be 0. %power is 0 of
+; an argument, or the absolute value of what a base is raised to.
+define internal i1 @unseen_about(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, ptr noalias %row, double %x, double %h, double %power) #0 {
 entry:
-  %slope = call double @argument(ptr %row, double %x, i64 2)
-  %bend2 = call double @argument(ptr %row, double %x, i64 3)
-  %slope0 = call double @llvm.fabs.f64(double %slope)
-  %bend0 = call double @llvm.fabs.f64(double %bend2)
-  %bend = fmul double %bend0, 0.5
-  %root = call double @llvm.sqrt.f64(double %bend)
-  %rate = fadd double %slope0, %root
-  %before = fdiv double 1.0, %rate
-  %half = fmul double %x, 0.5
-  %back = call double @llvm.minnum.f64(double %before, double %half)
+  %u = call double @argument(ptr %row, double %x, i64 1)
+  %u0 = call double @llvm.fabs.f64(double %u)
+  %isbase = fcmp ogt double %power, 0.0
+  %part = fdiv double %u0, %power
+  %enough = select i1 %isbase, double %part, double 1.0
+  br label %nearer
+nearer:
+  %i = phi i64 [ 0, %entry ], [ %next, %nearer ]
+  %whole = phi double [ %x, %entry ], [ %back, %nearer ]
+  %back = fmul double %whole, 0.5
   %earlier = fsub double %x, %back
+  %there = call double @argument(ptr %row, double %earlier, i64 1)
+  %difference = fsub double %there, %u
+  %change = call double @llvm.fabs.f64(double %difference)
+  %isfar = fcmp ogt double %change, %enough
+  %next = add nuw nsw i64 %i, 1
+  %less = icmp ult i64 %next, @@bisections@@
+  %more = and i1 %isfar, %less
+  br i1 %more, label %nearer, label %look
+look:
   %first = call i1 @unseen(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, double %earlier, double %h)
   br i1 %first, label %yes, label %again
 again:
@@ -209,12 +210,24 @@ yes:
   ret i1 true
 }
 
-; Where one watched argument shows something that the series of a step of %h does not: how far into it, or 0.
+; Where something that is watched shows what the series of a step of %h does not: how far into it, or 0.
 define internal double @hidden(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %h) #0 {
 entry:
   %row = getelementptr inbounds double, ptr %work, i64 %which
+  %number_of = sub i64 %which, @@first@@
+  %powera = getelementptr inbounds double, ptr @watched_powers, i64 %number_of
+  %power = load double, ptr %powera, align 8
+  %growtha = getelementptr inbounds double, ptr @watched_growths, i64 %number_of
+  %growth = load double, ptr %growtha, align 8
+  %isbase = fcmp ogt double %power, 0.0
+  %u0 = call double @argument(ptr %row, double 0.0, i64 1)
+  %near0 = call double @llvm.fabs.f64(double %u0)
   %far = call double @wandering(ptr %row, double %h, i64 @@top@@)
-  %wanders = fcmp ogt double %far, @@close@@
+  %powers = fmul double %far, %power
+  %change = select i1 %isbase, double %powers, double %far
+  %unit = select i1 %isbase, double %near0, double 1.0
+  %close = fmul double %unit, @@close@@
+  %wanders = fcmp ogt double %change, %close
   br i1 %wanders, label %known, label %nothing
 nothing:
   ret double 0.0
@@ -222,14 +235,15 @@ nothing:
 known:
   %without = call double @wandering(ptr %row, double %h, i64 @@all_but_two@@)
   %tail = fsub double %far, %without
-  %isknown = fcmp ole double %tail, @@tail@@
+  %reached = fadd double %near0, %far
+  %part_of = fmul double %reached, @@base_tail@@
+  %least_tail = select i1 %isbase, double %part_of, double @@tail@@
+  %isknown = fcmp ole double %tail, %least_tail
   br i1 %isknown, label %search, label %unknown
 unknown:
   ret double %h
 search:
   %part = fmul double %h, @@part@@
-  %u0 = call double @argument(ptr %row, double 0.0, i64 1)
-  %near0 = call double @llvm.fabs.f64(double %u0)
   br label %grid
 grid:
   %k = phi i64 [ 1, %search ], [ %k_next, %grid ]
@@ -237,6 +251,7 @@ grid:
   %most = phi double [ %u0, %search ], [ %most_next, %grid ]
   %at_most = phi i64 [ 0, %search ], [ %at_most_next, %grid ]
   %least = phi double [ %near0, %search ], [ %least_next, %grid ]
+  %largest = phi double [ %near0, %search ], [ %largest_next, %grid ]
   %at_least = phi i64 [ 0, %search ], [ %at_least_next, %grid ]
   %at_cross = phi i64 [ 0, %search ], [ %at_cross_next, %grid ]
   %number = uitofp i64 %k to double
@@ -249,6 +264,7 @@ grid:
   %is_least = fcmp olt double %near, %least
   %least_next = select i1 %is_least, double %near, double %least
   %at_least_next = select i1 %is_least, i64 %k, i64 %at_least
+  %largest_next = call double @llvm.maxnum.f64(double %largest, double %near)
   %was = fcmp olt double %before, 0.0
   %is = fcmp olt double %u, 0.0
   %crosses = icmp ne i1 %was, %is
@@ -257,7 +273,11 @@ grid:
   %at_cross_next = select i1 %is_cross, i64 %k, i64 %at_cross
   %k_next = add nuw nsw i64 %k, 1
   %more = icmp ule i64 %k_next, @@parts@@
-  br i1 %more, label %grid, label %crossings
+  br i1 %more, label %grid, label %measured
+measured:
+  %times = fmul double %least_next, %growth
+  %moderate = fcmp olt double %largest_next, %times
+  br i1 %moderate, label %nothing, label %crossings
 crossings:
   %any_cross = icmp ne i64 %at_cross_next, 0
   br i1 %any_cross, label %cross, label %greatest
@@ -265,8 +285,8 @@ cross:
   %cross_before = sub i64 %at_cross_next, 1
   %cross_number = uitofp i64 %cross_before to double
   %cross_from = fmul double %part, %cross_number
-  %cross_at = call double @crossing(ptr %row, double %cross_from, double %part)
-  %cross_new = call i1 @unseen_about(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, ptr %row, double %cross_at, double %h)
+  %cross_at = call double @crossing(ptr %row, double %cross_from, double %part, i64 1)
+  %cross_new = call i1 @unseen_about(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, ptr %row, double %cross_at, double %h, double %power)
   br i1 %cross_new, label %found, label %greatest
 greatest:
   %most_number = uitofp i64 %at_most_next to double
@@ -275,7 +295,7 @@ greatest:
   %any_most = fcmp ogt double %most_at, 0.0
   br i1 %any_most, label %at_greatest, label %nearest
 at_greatest:
-  %most_new = call i1 @unseen_about(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, ptr %row, double %most_at, double %h)
+  %most_new = call i1 @unseen_about(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, ptr %row, double %most_at, double %h, double %power)
   br i1 %most_new, label %found, label %nearest
 nearest:
   %other = icmp ne i64 %at_least_next, %at_most_next
@@ -289,7 +309,7 @@ turn_least:
   %any_least = fcmp ogt double %least_at, 0.0
   br i1 %any_least, label %at_nearest, label %nothing
 at_nearest:
-  %least_new = call i1 @unseen_about(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, ptr %row, double %least_at, double %h)
+  %least_new = call i1 @unseen_about(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, ptr %row, double %least_at, double %h, double %power)
   br i1 %least_new, label %found, label %nothing
 found:
   %where = phi double [ %cross_at, %cross ], [ %most_at, %at_greatest ], [ %least_at, %at_nearest ]

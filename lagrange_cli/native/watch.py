@@ -1,5 +1,5 @@
-"""Functions that hide a narrow force: exp, tanh and the like, which may be constant to the last bit where a
-step begins and ends, and in its series, and not between.
+"""Functions that hide a narrow force: exp, tanh and high powers, which may be nothing, or constant to the
+last bit, where a step begins and ends, and in its series, and not between.
 
 What they are functions of is watched instead, for it has a series that is true. Where it gets far within a
 step, the accelerations are computed at the places in between where such a function shows most: where its
@@ -9,7 +9,8 @@ step goes no further than half the way.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.mechanics.residual import Residual
@@ -18,21 +19,22 @@ from lagrange_cli.native.template import fill_in
 
 HIDING = frozenset({"exp", "tanh", "sinh", "cosh"})
 """They change by orders of magnitude, or from one constant to another, where their argument changes."""
+STEEP, HIGH = -6, 16
+"""Powers of a coordinate up to the one and from the other on fall off so fast that a series may not see them:
+what is raised to them is watched, and shows most where it is nearest to 0, or greatest."""
 CLOSE = 3.0
 """Within so much about its value an argument is free to change: no such function grows by more than e^6."""
-TAIL = 0.1
-"""What the last two terms of an argument's series may add up to."""
+TAIL, BASE_TAIL = 0.1, 1e-9
+"""What the last two terms of an argument's series may add up to; of a base's, relative to its size."""
 PARTS = 16
-"""Places of the step at which an argument is computed, to begin with."""
-REFINEMENTS = 6
-"""Steps of Newton's method towards where an argument turns."""
+"""Places of the step at which what is watched is computed, to begin with."""
 BISECTIONS = 50
+"""Halves of the distance to a neighbour in which it is found where it turns or crosses 0."""
 TRIES = 1100
 """So many halves of any number are 0."""
 SEEN = 2.0**-40
 """How closely, relative to its size, to its change and to what would change the velocity in a step, an
 acceleration must be foretold."""
-
 
 NOTHING_WATCHED = """
 define internal double @watched(ptr %a, double %t, ptr %b, ptr %c, ptr %d, double %h) #0 {
@@ -41,26 +43,51 @@ define internal double @watched(ptr %a, double %t, ptr %b, ptr %c, ptr %d, doubl
 """
 
 
-def watched_arguments(residual: Residual) -> dict[str, Node]:
-    """The arguments of such functions in the equations that change along the motion, by the names that their
-    quadratures go by."""
-    graph = residual.graph
+def watched_nodes(residual: Residual) -> dict[Node, float]:
+    """What is watched in the equations: arguments of functions that hide something, with 0, and bases, with
+    the absolute value of the power that they are raised to."""
+    graph, found = residual.graph, {}
     nodes = reachable(residual.residual)
-    arguments = [n.arguments[0] for n in nodes if n.kind is Kind.FUNCTION and n.data in HIDING]
+    degrees = growth(nodes)
     for node in nodes:
-        if node.kind is Kind.POWER:
-            base, exponent = node.arguments
-            arguments.append(exponent * graph.function("log", [base]))
-    moving = [one for one in dict.fromkeys(arguments) if one.symbols & residual.variables]
-    return {f"watched {i}": one for i, one in enumerate(moving)}
+        if node.kind is Kind.FUNCTION and node.data in HIDING:
+            found[node.arguments[0]] = 0.0
+        elif node.kind is Kind.POWER:
+            found[node.arguments[1] * graph.function("log", node.arguments[:1])] = 0.0
+        elif node.kind is Kind.PRODUCT:
+            for base, exponent in zip(node.arguments, node.data):
+                if not STEEP < exponent * degrees[base] < HIGH:
+                    found.setdefault(base, float(abs(exponent)))
+    return {node: power for node, power in found.items() if node.symbols & residual.variables}
 
 
-def watch(values: Mapping[str, object], watched: range) -> str:
-    """IR of ``@watched``, which shortens a step; ``watched`` are the rows of the state that are quadratures
-    of arguments, ``values`` those of ``stepper``."""
-    if not watched:
+def growth(nodes: Sequence[Node]) -> dict[Node, float]:
+    """Of each node the power of large coordinates that it grows with, at most; arguments come first."""
+    found: dict[Node, float] = {}
+    for node in nodes:
+        each = [found[argument] for argument in node.arguments]
+        if node.kind is Kind.SUM:
+            found[node] = max(each, default=0.0)
+        elif node.kind is Kind.PRODUCT:
+            found[node] = sum(abs(exponent) * degree for exponent, degree in zip(node.data, each))
+        else:
+            found[node] = 0.0 if node.kind is Kind.NUMBER else 1.0
+    return found
+
+
+def watch(values: Mapping[str, object], first: int, powers: Sequence[float]) -> str:
+    """IR of ``@watched``, which shortens a step; the rows of the state from ``first`` on are the quadratures
+    of what is watched, with such ``powers`` (see ``watched_nodes``); ``values`` are those of ``stepper``."""
+    if not powers:
         return NOTHING_WATCHED
-    reals = {"close": CLOSE, "tail": TAIL, "part": 1.0 / PARTS, "seen": SEEN}
-    whole = {"parts": PARTS, "refinements": REFINEMENTS, "bisections": BISECTIONS, "tries": TRIES}
+    growths = [math.exp(2 * CLOSE / power) if power else 0.0 for power in powers]
+    tables = "".join(
+        f"@watched_{name} = private constant [{len(powers)} x double] "
+        f"[{', '.join(f'double {operand(literal(x))}' for x in row)}]\n"
+        for name, row in (("powers", powers), ("growths", growths))
+    )
+    reals = {"close": CLOSE, "tail": TAIL, "base_tail": BASE_TAIL, "part": 1.0 / PARTS, "seen": SEEN}
+    whole = {"parts": PARTS, "bisections": BISECTIONS, "tries": TRIES}
     numbers = {name: operand(literal(value)) for name, value in reals.items()}
-    return fill_in("watch", {**values, **whole, **numbers, "first": watched.start, "beyond": watched.stop})
+    ends = {"first": first, "beyond": first + len(powers)}
+    return tables + fill_in("watch", {**values, **whole, **numbers, **ends})
