@@ -22,6 +22,7 @@ from lagrange_cli.spec.spec import SolveDefaults
 if TYPE_CHECKING:
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.integrate.ending import Outcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
@@ -32,6 +33,9 @@ EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "in
 
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
+
+WORTH_A_WORD, LOOSELY = 1e-6, 1e4
+"""A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
 SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
@@ -236,6 +240,18 @@ def origin(
         **({} if settings.precision == DOUBLE else {"precision": settings.precision}),
         "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
     }
+
+
+def doubt(outcome: Outcome, tolerance: float) -> str | None:
+    """What is said where h has drifted by more than rounding and the tolerance explain."""
+    drift, size = outcome.h_drift, outcome.h_size
+    if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
+        return None
+    return (
+        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, though every motion of this system "
+        "keeps it; something narrow was passed over, or h is a small difference of large numbers: do not "
+        "rely on the result before a smaller --tolerance, another --method or --certify says the same"
+    )
 
 
 def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:

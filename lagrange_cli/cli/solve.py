@@ -25,6 +25,7 @@ from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
     Request,
+    doubt,
     drifts_shown,
     find_output,
     list_of_outputs,
@@ -125,6 +126,9 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
         complain(f"{spec.name}: {outcome.message}")
+    warning = doubt(outcome, settings.tolerance)
+    if warning is not None and not request.quiet:
+        complain(f"{spec.name}: warning: {warning}")
     return EXIT_STATUS[status]
 
 
@@ -226,7 +230,7 @@ def integrate_and_write(
             shown.clear()
             with watch.stage("write"):
                 last = None if outcome.progress is None else checkpoint(outcome.progress, inside=True)
-                writer.close(attributes(start.made_by, outcome), last)
+                writer.close(attributes(start.made_by, outcome, settings.tolerance), last)
     return outcome
 
 
@@ -245,8 +249,11 @@ def replay(earlier: Earlier, writer: Writer, prepared: Prepared) -> Progress:
         raise damaged(earlier.shown) from error
 
 
-def attributes(made_by: Mapping[str, str | int | float], outcome: Outcome) -> dict[str, str | int | float]:
+def attributes(
+    made_by: Mapping[str, str | int | float], outcome: Outcome, tolerance: float
+) -> dict[str, str | int | float]:
     """The root's attributes: everything that made the file, and how the run ended."""
+    warning = doubt(outcome, tolerance)
     return {
         **made_by,
         "steps": outcome.steps,
@@ -254,6 +261,7 @@ def attributes(made_by: Mapping[str, str | int | float], outcome: Outcome) -> di
         "message": outcome.message,
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
+        **({} if warning is None else {"warning": warning}),
         **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
     }
 
@@ -267,6 +275,7 @@ def as_object(
         "output": start.target.shown,
         "status": outcome.ending.status,
         "message": outcome.message,
+        "warning": doubt(outcome, settings.tolerance),
         "method": settings.method,
         "tolerance": settings.tolerance,
         "steps": outcome.steps,

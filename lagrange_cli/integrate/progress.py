@@ -23,11 +23,12 @@ RARELY = 50
 @dataclass(frozen=True)
 class Progress:
     """What a run knows besides the samples it has emitted: the method's snapshot, the ``first`` values of
-    what is observed, and how far what is conserved has drifted."""
+    what is observed, how far what is conserved has drifted, and the ``size`` of what h is made of."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
     drift: Mapping[str, float]
+    size: float
 
     def as_data(self) -> dict[str, Any]:
         """All but the memory, in terms of JSON (with NaN and infinities)."""
@@ -38,6 +39,7 @@ class Progress:
             "samples": snapshot.samples,
             "first": dict(self.first),
             "drift": dict(self.drift),
+            "size": self.size,
         }
 
     @classmethod
@@ -49,6 +51,7 @@ class Progress:
         try:
             t, steps = float(data["t"]), int(data["steps"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
+            size = float(data["size"])
             sound = int(data["samples"]) == samples and steps >= 0 and math.isfinite(t)
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
@@ -56,7 +59,7 @@ class Progress:
             raise ValueError("not of this program")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
-        return cls(Snapshot(memory, t, steps, samples), first, drift)
+        return cls(Snapshot(memory, t, steps, samples), first, drift, size)
 
 
 class Clock:

@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 
 __all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
 
+EARLY, RARELY = 4096, 256
+"""So many samples tell each how large h's terms are, and later every so-manieth."""
+
 
 def integrate(
     prepared: Prepared,
@@ -83,6 +86,7 @@ def integrate(
         steps=end.steps,
         evaluations=end.evaluations,
         h_drift=h_drift,
+        h_size=samples.size,
         p_drift=p_drift,
         progress=None if end.snapshot is None else samples.progress(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
@@ -123,6 +127,7 @@ class Samples:
         self._wide = self._other = np.empty((0, 0))
         self._first: dict[str, float] = {}
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
+        self._size, self._count = 0.0, 0
 
     def accept(self, times: Array, states: Array) -> None:
         """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
@@ -136,7 +141,24 @@ class Samples:
             for name, drift in self._drift.items():
                 row, first = observed[name], self._first[name]
                 self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
+        self._measure(observed, states)
         self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
+
+    def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
+        """How large what h is made of gets, at the first samples and at some of the others: at the same ones
+        whatever the chunks. Nothing where the momenta are not observed."""
+        coordinates = self._prepared.recording.coordinates
+        names = [f"p_{name}" for name in coordinates]
+        if "h" not in self._drift or not observed.keys() >= set(names):
+            return
+        before, count = self._count, states.shape[1]
+        self._count += count
+        early = min(max(0, EARLY - before), count)
+        for part in (slice(early), slice(early + -(before + early) % RARELY, None, RARELY)):
+            velocities = states[len(coordinates) : 2 * len(coordinates), part]
+            terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
+            sizes = np.maximum(np.abs(observed["h"][part]), terms)
+            self._size = float(np.max(sizes, initial=self._size))
 
     def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
         machine = self._prepared.machine
@@ -155,11 +177,12 @@ class Samples:
 
     def progress(self, snapshot: Snapshot) -> Progress:
         """How far the run has come, where the method has come to ``snapshot``."""
-        return Progress(snapshot, dict(self._first), dict(self._drift))
+        return Progress(snapshot, dict(self._first), dict(self._drift), self._size)
 
     def restore(self, progress: Progress) -> Snapshot:
         """Go on where another run has come to."""
         self._first, self._drift = dict(progress.first), dict(progress.drift)
+        self._size, self._count = progress.size, progress.snapshot.samples
         return progress.snapshot
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:
@@ -167,6 +190,12 @@ class Samples:
         p_k."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
         return self._drift.get("h"), momenta
+
+    @property
+    def size(self) -> float:
+        """How large |h| and sum |p_k q_dot_k| have been, which tells whether a drift of h is rounding; else
+        0."""
+        return self._size
 
 
 def sentence(end: End, coordinates: tuple[str, ...]) -> str:

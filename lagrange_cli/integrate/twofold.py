@@ -57,6 +57,7 @@ class TwofoldSamples(Samples):
         with np.errstate(invalid="ignore"):
             for name, drift in self._drift.items():
                 self._drift[name] = max(drift, float(np.max(np.abs((observed[name] - first[name]).high))))
+        self._measure(flat, states)
         high, beyond = np.split(states, [program.rows])
         begin = 2 * program.degrees
         quadratures = {

@@ -335,3 +335,37 @@ def test_scipys_methods_write_the_same_motion(tmp_path, method):
         assert datasets(one) == datasets(other)
         np.testing.assert_array_equal(one["t"], other["t"])
         np.testing.assert_allclose(one["q/theta"], other["q/theta"], atol=1e-4)
+
+
+STEP = """
+coordinates: {x: {initial: -1, velocity: 2}}
+lagrangian: x_dot**2/2 - tanh(1e6*x)/4
+solve: {stop: 2, samples: 9}
+"""
+
+
+@pytest.mark.parametrize("outputs", ["q,v,p,h", "h"])
+def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs):
+    """DOP853 runs across the step without meeting it; where momenta are not computed there is no size."""
+    (tmp_path / "step.yaml").write_text(STEP)
+    run = lagrange("solve", "step.yaml", "--method", "DOP853", "--json", "--outputs", outputs, cwd=tmp_path)
+    warning = json.loads(run.stdout)["warning"]
+    assert run.returncode == 0
+    with h5py.File(tmp_path / "step.h5") as file:
+        assert file.attrs.get("warning") == warning
+    if outputs == "h":
+        assert warning is None and run.stderr == ""
+    else:
+        assert "h drifted by 5.0e-01" in warning and f"warning: {warning}" in run.stderr
+
+
+def test_an_h_that_is_kept_is_not_warned_of(tmp_path):
+    (tmp_path / "step.yaml").write_text(STEP)
+    run = lagrange("solve", "step.yaml", "--json", cwd=tmp_path)
+    assert json.loads(run.stdout)["warning"] is None and run.stderr == ""
+
+
+def test_a_loose_tolerance_is_no_reason_for_a_warning(tmp_path):
+    run = lagrange("solve", str(PENDULUM), "--tolerance", "1e-4", "--json", cwd=tmp_path)
+    answer = json.loads(run.stdout)
+    assert answer["h_drift"] > 1e-9 and answer["warning"] is None
