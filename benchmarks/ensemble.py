@@ -71,7 +71,7 @@ def lagrange(threads: int, members: int) -> Measurement:
     """This project, as ``lagrange sweep`` uses it, without reading and writing files."""
     import lagrange_cli.native.compiler  # noqa: F401 - what prepare would import
     from lagrange_cli.expression.graph import GraphAlgebra
-    from lagrange_cli.integrate.ensemble import Batch, ensemble_method
+    from lagrange_cli.integrate.ensemble import Batch, Starts, ensemble_method
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.mechanics.derive import derive
@@ -97,7 +97,7 @@ def lagrange(threads: int, members: int) -> Measurement:
             ends[:, batch.index], steps[batch.index] = batch.state.T, batch.steps
 
         parameters = np.tile(values, (states.shape[1], 1))
-        method.follow(parameters, states.T, times, False, accept, lambda done: False, threads)
+        method.follow(Starts(parameters, states.T, times, False), accept, lambda done: False, threads)
         return ends, float(steps.mean())
 
     return measured(seconds, follow, members)

@@ -13,7 +13,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import TAYLOR
 from lagrange_cli.integrate.motion import Array, Method
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -43,20 +43,32 @@ class Batch:
     reached: Index
 
 
+Accept: TypeAlias = Callable[[Batch], None]
+
+
+@dataclass(frozen=True)
+class Starts:
+    """Where members begin, and which of their samples are asked for: ``parameters`` (members, P), ``states``
+    (members, rows) of q, v and zeros for the integrals, and the sample ``times``, if they are ``sampled``."""
+
+    parameters: Array
+    states: Array
+    times: Times
+    sampled: bool
+
+    def __len__(self) -> int:
+        return len(self.states)
+
+    def only(self, index: Index) -> Starts:
+        """Some of them (b,)."""
+        return replace(self, parameters=self.parameters[index], states=self.states[index])
+
+
 class EnsembleMethod(Protocol):
     """A way to follow many motions."""
 
-    def follow(
-        self,
-        parameters: Array,
-        states: Array,
-        times: Times,
-        sampled: bool,
-        accept: Callable[[Batch], None],
-        watch: Callable[[int], bool],
-        threads: int,
-    ) -> bool:
-        """Follow members from ``states`` (members, rows) with ``parameters`` (members, P); False if stopped.
+    def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
+        """Follow members from their ``starts``; False if stopped.
 
         ``accept`` is called in this thread and may keep what it is given. ``watch`` is told how many have
         ended, several times a second; True stops them all. Results do not depend on ``threads``.
@@ -83,59 +95,41 @@ class OneByOne:
     method: Method
     parallel: bool = False
 
-    def follow(
-        self,
-        parameters: Array,
-        states: Array,
-        times: Times,
-        sampled: bool,
-        accept: Callable[[Batch], None],
-        watch: Callable[[int], bool],
-        threads: int,
-    ) -> bool:
+    def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
         if self.parallel and threads > 1:
-            return self._side_by_side(parameters, states, times, sampled, accept, watch, threads)
-        for member in range(len(states)):
+            return self._side_by_side(starts, accept, watch, threads)
+        for member in range(len(starts)):
 
             def stop(t: float, member: int = member) -> bool:
                 return watch(member)
 
-            batch = self._one(member, parameters[member], states[member], times, sampled, stop)
+            batch = self._one(member, starts, stop)
             accept(batch)
-            if batch.ending[0] is Ending.INTERRUPTED or (watch(member + 1) and member + 1 < len(states)):
+            if batch.ending[0] is Ending.INTERRUPTED or (watch(member + 1) and member + 1 < len(starts)):
                 return False
         return True
 
     def _side_by_side(
-        self,
-        parameters: Array,
-        states: Array,
-        times: Times,
-        sampled: bool,
-        accept: Callable[[Batch], None],
-        watch: Callable[[int], bool],
-        threads: int,
+        self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int
     ) -> bool:
         from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
         halted, done, stopped = Event(), 0, False
 
         def one(member: int) -> Batch:
-            return self._one(
-                member, parameters[member], states[member], times, sampled, lambda t: halted.is_set()
-            )
+            return self._one(member, starts, lambda t: halted.is_set())
 
         with ThreadPoolExecutor(threads) as pool:
             try:
-                members = iter(range(len(states)))
+                members = iter(range(len(starts)))
                 pending = {pool.submit(one, member) for member in islice(members, 2 * threads)}
                 while pending:
                     ended, pending = wait(pending, BREATH, FIRST_COMPLETED)
                     for future in ended:
                         accept(future.result())
                     done += len(ended)
-                    if watch(done) and done < len(states):
+                    if watch(done) and done < len(starts):
                         stopped = True
                         halted.set()
                     if not stopped:
@@ -144,31 +138,24 @@ class OneByOne:
                 halted.set()
         return not stopped
 
-    def _one(
-        self,
-        member: int,
-        parameters: Array,
-        state: Array,
-        times: Times,
-        sampled: bool,
-        watch: Callable[[float], bool],
-    ) -> Batch:
-        samples = np.full((len(state), times.count if sampled else 0), np.nan)
+    def _one(self, member: int, starts: Starts, watch: Callable[[float], bool]) -> Batch:
+        state, times = starts.states[member], starts.times
+        samples = np.full((len(state), times.count if starts.sampled else 0), np.nan)
         reached = 0
 
         def keep(when: Array, chunk: Array) -> None:
             nonlocal reached
-            if sampled:
+            if starts.sampled:
                 samples[:, reached : reached + len(when)] = chunk
             reached += len(when)
 
-        end = self.method.follow(parameters, state, times, keep, watch)
+        end = self.method.follow(starts.parameters[member], state, times, keep, watch)
         return Batch(
             index=np.array([member]),
             ending=[end.ending],
             t=np.array([end.t]),
             state=end.state[None],
             steps=np.array([end.steps]),
-            samples=samples[None] if sampled else None,
+            samples=samples[None] if starts.sampled else None,
             reached=np.array([reached]),
         )

@@ -10,9 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import Batch, OneByOne
-from lagrange_cli.integrate.motion import Array, Method, aligned
-from lagrange_cli.integrate.times import Times
+from lagrange_cli.integrate.ensemble import Accept, Batch, OneByOne, Starts
+from lagrange_cli.integrate.motion import Method, aligned
 from lagrange_cli.native.interface import BEYOND, LANES, Stop
 from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass, replace
@@ -39,33 +38,24 @@ class LanesMethod:
     machine: Machine
     alone: Callable[[], Method]
 
-    def follow(
-        self,
-        parameters: Array,
-        states: Array,
-        times: Times,
-        sampled: bool,
-        accept: Callable[[Batch], None],
-        watch: Callable[[int], bool],
-        threads: int,
-    ) -> bool:
+    def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
-        members = Members(self.machine, parameters, states, times, sampled, threads)
+        members = Members(self.machine, starts, threads)
         workers = [
             threading.Thread(target=members.work, daemon=True)
-            for _ in range(min(threads, -(-len(states) // LANES)))
+            for _ in range(min(threads, -(-len(starts) // LANES)))
         ]
         for worker in workers:
             worker.start()
         stopped = False
         try:
-            while not stopped and members.done + len(members.left) < len(states):
+            while not stopped and members.done + len(members.left) < len(starts):
                 next((w for w in workers if w.is_alive()), workers[0]).join(
                     BREATH if members.roomy else MOMENT
                 )
                 for batch in members.ended():
                     accept(batch)
-                stopped = watch(members.done) and members.done < len(states)
+                stopped = watch(members.done) and members.done < len(starts)
         finally:
             members.halt()
             for worker in workers:
@@ -74,26 +64,20 @@ class LanesMethod:
             accept(batch)
         if stopped or not members.left:
             return not stopped
-        return self._alone(np.sort(members.left), parameters, states, times, sampled, accept, watch, threads)
+        return self._alone(np.sort(members.left), starts, accept, watch, threads)
 
     def _alone(
         self,
         index: NDArray[np.int64],
-        parameters: Array,
-        states: Array,
-        times: Times,
-        sampled: bool,
-        accept: Callable[[Batch], None],
+        starts: Starts,
+        accept: Accept,
         watch: Callable[[int], bool],
         threads: int,
     ) -> bool:
         """Follow the members ``index`` one by one: kinks, singularities and the like are beyond lanes."""
-        before = len(states) - len(index)
+        before = len(starts) - len(index)
         return OneByOne(self.alone(), parallel=True).follow(
-            parameters[index],
-            states[index],
-            times,
-            sampled,
+            starts.only(index),
             lambda batch: accept(replace(batch, index=index[batch.index])),
             lambda done: watch(before + done),
             threads,
@@ -103,19 +87,11 @@ class LanesMethod:
 class Members:
     """The arrays that ``@follow`` works on, and which of the members have been given away."""
 
-    def __init__(
-        self,
-        machine: Machine,
-        parameters: Array,
-        states: Array,
-        times: Times,
-        sampled: bool,
-        threads: int,
-    ) -> None:
+    def __init__(self, machine: Machine, starts: Starts, threads: int) -> None:
         assert machine.follow is not None
-        count, rows = states.shape
+        (count, rows), times, sampled = starts.states.shape, starts.times, starts.sampled
         self._machine, self._follow, self._rows, self._times = machine, machine.follow, rows, times
-        self._parameters, self._states = np.ascontiguousarray(parameters), np.ascontiguousarray(states)
+        self._parameters, self._states = map(np.ascontiguousarray, (starts.parameters, starts.states))
         self._wanted = times.chunk(0, times.count if sampled else 0)
         size = 8 * rows * len(self._wanted)
         room = max(1, MEMORY // size, min(LANES * threads, LARGEST // size)) if sampled else count

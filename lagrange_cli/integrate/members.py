@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import Batch, EnsembleMethod
+from lagrange_cli.integrate.ensemble import Batch, EnsembleMethod, Starts
 from lagrange_cli.integrate.ensemble_outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.motion import Array, End, aligned
 from lagrange_cli.integrate.prepared import Prepared
@@ -78,9 +78,8 @@ def follow_ensemble(
                     keeping.keep(books.outcome(), before + done)
                 return watch(before + done)
 
-            going = method.follow(
-                parameters[missing], states[missing], times, sampled, books.accept, told, threads
-            )
+            starts = Starts(parameters, states, times, sampled).only(missing)
+            going = method.follow(starts, books.accept, told, threads)
         books.close()
     return books.outcome()
 

@@ -163,9 +163,9 @@ def followed_members(monkeypatch) -> list[int]:
     counts: list[int] = []
     for kind in (LanesMethod, OneByOne):
 
-        def follow(self, parameters, states, *rest, plain=kind.follow):
-            counts.append(len(states))
-            return plain(self, parameters, states, *rest)
+        def follow(self, starts, *rest, plain=kind.follow):
+            counts.append(len(starts))
+            return plain(self, starts, *rest)
 
         monkeypatch.setattr(kind, "follow", follow)
     return counts

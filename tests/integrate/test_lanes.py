@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.integrate import lanes
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import OneByOne, ensemble_method
+from lagrange_cli.integrate.ensemble import OneByOne, Starts, ensemble_method
 from lagrange_cli.integrate.lanes import LanesMethod
 from lagrange_cli.integrate.times import Times
 from tests.motion import NAMES, SYSTEMS, prepared, values_of
@@ -79,7 +79,7 @@ def run(
     alone = prepared(system).follower
     method = OneByOne(alone) if single else ensemble_method(many, lambda: alone)
     batches = []
-    going = method.follow(parameters, states, times, sampled, batches.append, watch, threads)
+    going = method.follow(Starts(parameters, states, times, sampled), batches.append, watch, threads)
     index = np.concatenate([batch.index for batch in batches])
     endings = [ending for batch in batches for ending in batch.ending]
     order = np.argsort(index)
@@ -133,7 +133,7 @@ def test_integrals_are_carried_along():
         OneByOne(alone.follower),
     ):
         batches = []
-        method.follow(parameters, states, times_of(5.0), False, batches.append, lambda done: False, 1)
+        method.follow(Starts(parameters, states, times_of(5.0), False), batches.append, lambda done: False, 1)
         order = np.argsort(np.concatenate([batch.index for batch in batches]))
         found.append(np.concatenate([batch.state for batch in batches])[order])
     assert np.abs(found[0] - found[1]).max() < 1e-12
@@ -302,7 +302,7 @@ def test_an_error_of_whoever_takes_members_stops_all():
         parameters, states = members_of(name, 20)
         method = ensemble_method(prepared(name, ensemble=True), unasked)
         with pytest.raises(Full):
-            method.follow(parameters, states, times_of(1.0), True, refuse, lambda done: False, 2)
+            method.follow(Starts(parameters, states, times_of(1.0), True), refuse, lambda done: False, 2)
 
 
 def test_what_meets_a_kink_is_followed_alone():

@@ -11,7 +11,7 @@ import pytest
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
 from lagrange_cli.integrate.alongside import alongside
-from lagrange_cli.integrate.ensemble import ensemble_method
+from lagrange_cli.integrate.ensemble import Starts, ensemble_method
 from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
 from lagrange_cli.integrate.run import Times, integrate
 from lagrange_cli.integrate.writing import write_run
@@ -114,7 +114,7 @@ def test_an_ensemble_gives_the_same_from_the_cache(cache):
         method = ensemble_method(prepare_system(spec, source, cache, **RUN, ensemble=True), never)
         batches = []
         times = Times(0.0, 2.0, 21, 0.1)
-        method.follow(parameters, states, times, True, batches.append, lambda done: False, 2)
+        method.follow(Starts(parameters, states, times, True), batches.append, lambda done: False, 2)
         found.append({i: x.tobytes() for each in batches for i, x in zip(each.index, each.samples)})
     assert found[0] == found[1] and len(found[0]) == 3
 
