@@ -66,6 +66,7 @@ class Shell:
             "LAGRANGE_NO_CACHE": "",
             "HEYOKA_CACHE_DIR": str(self.folder / "heyoka"),
             "PYTHONPATH": str(ROOT),
+            "PYTHONDONTWRITEBYTECODE": "",  # an installed package has bytecode, as the others here do
         }
         return run_process(arguments, self.folder, environment)
 
