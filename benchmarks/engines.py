@@ -35,8 +35,9 @@ class Engine:
     follow: Callable[[Array, Array], Motion]
 
 
-def lagrange(problem: Problem) -> Engine:
-    """This project, as ``lagrange solve`` uses it: default tolerance, default outputs, nothing cached.
+def lagrange(problem: Problem, *, tolerance: float | None = None) -> Engine:
+    """This project, as ``lagrange solve`` uses it: default outputs, nothing cached, and the default tolerance
+    if none is given.
 
     Preparing reads the system file, derives and compiles; a run is all of ``integrate``, its samples
     and diagnostics included.
@@ -57,9 +58,8 @@ def lagrange(problem: Problem) -> Engine:
 
     def make() -> Prepared:
         residual = derive(build_model(read_spec(text, problem.system, problem.sizes), GraphAlgebra()))
-        return prepare(
-            residual, method="taylor", tolerance=FULL_PRECISION, outputs=frozenset(DEFAULT_OUTPUTS)
-        )
+        wanted = FULL_PRECISION if tolerance is None else tolerance
+        return prepare(residual, method="taylor", tolerance=wanted, outputs=frozenset(DEFAULT_OUTPUTS))
 
     seconds, prepared = timed(make)
     times = Times(0.0, problem.stop, len(problem.grid), problem.stop / (len(problem.grid) - 1))
