@@ -157,6 +157,12 @@ def two_product(e: Emitter, a: Operand, b: Operand) -> tuple[Operand, Operand]:
     return product, fused(e, a, b, operand(e.neg(product)))
 
 
+def function(head: str, body: Twofold) -> str:
+    """A function's text."""
+    lines = "\n".join(body.lines)
+    return f"define internal {head} #0 {{\n{lines}\n}}\n"
+
+
 def define(name: str, kinds: str, formula: Callable[..., Pair | tuple[Operand, Operand]]) -> str:
     """The text of ``@twofold_name``; ``kinds``: p for an argument that is a number, d for one double."""
     body = Twofold()

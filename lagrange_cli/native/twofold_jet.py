@@ -1,6 +1,7 @@
 """``@jet`` in double-double: the Taylor coefficients of one step, by the recurrences of ``stage``.
 
-Stages with coefficients 0 and 1 are written out, the others are a loop over rows in memory.
+Stages with coefficients 0 and 1 are written out, the others are a loop over rows in memory. The series are in
+(t - t0)/scale, a power of two about as long as a step: so they do not overflow near a singularity.
 """
 
 from __future__ import annotations
@@ -8,7 +9,7 @@ from __future__ import annotations
 from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import FREE, Op, Series, reciprocal
-from lagrange_cli.native.emitter import literal, operand
+from lagrange_cli.native.emitter import Operand, literal, operand
 from lagrange_cli.native.scalars import Constants
 from lagrange_cli.native.twofold import TYPE, Pair, Twofold
 from lagrange_cli.native.twofold_rows import Rows
@@ -26,9 +27,11 @@ class Jet:
     body: Twofold = field(default_factory=Twofold)
 
     def write(self) -> str:
-        """Its text: ``i1 @jet(constants, t, its low part, state, work)``, false where M is singular."""
+        """Its text: ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is
+        singular."""
         body, program = self.body, self.rows.program
         body.line(f"  call void @clear(ptr %work, i64 {self.rows.block(0)})")
+        self.inverse = operand(body.div(literal(1.0), "%scale"))
         self.regular: list[str] = []
         model = self.residual.model
         known = {model.time: Pair(body, "%t", "%tl")}
@@ -54,7 +57,7 @@ class Jet:
         for one_good in self.regular:
             good = body.define(f"and i1 {good}, {one_good}")
         lines = "\n".join(body.lines)
-        heads = "ptr %constants, double %t, double %tl, ptr %state, ptr %work"
+        heads = "ptr %constants, double %t, double %tl, double %scale, ptr %state, ptr %work"
         return f"define internal i1 @jet({heads}) #0 {{\n{lines}\n  ret i1 {good}\n}}\n"
 
     def row(self, index: int) -> int:
@@ -82,6 +85,10 @@ class Stage:
         if isinstance(n, int):
             return operand(literal(float(n)))
         return self.body.define(f"sitofp i64 {n} to double")
+
+    def rate(self, ahead: int) -> Operand:
+        """What a coefficient is multiplied by where the series is derived, over 1: (k + ahead) / scale."""
+        return operand(self.body.mul(self.number(ahead), self.jet.inverse))
 
     def at(self, series: int, ahead: int) -> Pair | None:
         """Coefficient k + ahead of a series."""
@@ -144,7 +151,7 @@ class Stage:
             a, b = map(self.first, one.arguments)
             return a * b
         if one.op is Op.DERIVATIVE:
-            return body.get(self.address(one.arguments[0]), 1, self.jet.rows.beyond)
+            return body.get(self.address(one.arguments[0]), 1, self.jet.rows.beyond).scaled(self.jet.inverse)
         if one.op is Op.POWER:
             assert isinstance(one.data, Node)
             base = self.first(one.arguments[0])
@@ -170,21 +177,23 @@ class Stage:
         """Coefficient n = k + level > 0 of a series from those of its operands (see ``stage``)."""
         body, n = self.body, self.index(one.level)
         if one.op is Op.TIME:
-            return body.number(1) if n == 1 else None
+            return body.number(1).scaled("%scale") if n == 1 else None
         if one.op is Op.COORDINATE:
             assert isinstance(one.data, int)
             degrees = len(self.jet.rows.program.coordinates)
-            return body.get("%state", one.data + degrees, self.jet.rows.width) if n == 1 else None
+            if n != 1:
+                return None
+            return body.get("%state", one.data + degrees, self.jet.rows.width).scaled("%scale")
         if one.op is Op.LINEAR:
             return self.linear(one, [self.at(i, one.level) for i in one.arguments], None)
         if one.op is Op.MULTIPLY:
             return self.convolution(one.arguments[0], one.arguments[1], one.level)
         if one.op is Op.DERIVATIVE:
             value = self.at(one.arguments[0], one.level + 1)
-            return value and value.scaled(self.number(one.level + 1))
+            return value and value.scaled(self.rate(one.level + 1))
         if one.op is Op.PRIMITIVE:
             value = self.at(one.arguments[0], one.level - 1)
-            return value and value.divided(self.number(one.level))
+            return value and value.divided(self.rate(one.level))
         # with p[n] = 0 still: n x[0] p[n] = sum_m (e (n - m) - m) x[n-m] p[m]
         inverse, base = self.jet.gains[index][1], one.arguments[0]
         plain = self.convolution(index, base, one.level)
@@ -246,9 +255,9 @@ class Stage:
                 body.put(-value, right, 2 * i, 1)
             body.line(f"  call void @solve(ptr {place}, ptr {right}, i64 {size})")
             for i, j in enumerate(block):
-                rate = body.get(right, 2 * i, 1).divided(self.number(1))
+                rate = body.get(right, 2 * i, 1).divided(self.rate(1))
                 change[program.velocities[j]] = rate
-                change[program.coordinates[j]] = rate.divided(self.number(2))
+                change[program.coordinates[j]] = rate.divided(self.rate(2))
         given = set(change)
         for index, one in enumerate(program.series):
             if not one.corrected:
@@ -280,9 +289,9 @@ class Stage:
             return total
         if one.op is Op.DERIVATIVE:
             value = changed(one.arguments[0], one.level + 1)
-            return value and value.scaled(self.number(one.level + 1))
+            return value and value.scaled(self.rate(one.level + 1))
         if one.op is Op.PRIMITIVE:
             value = changed(one.arguments[0], one.level - 1)
-            return value and value.divided(self.number(one.level))
+            return value and value.divided(self.rate(one.level))
         value = changed(one.arguments[0], one.level)
         return value and value * self.jet.gains[index][0]

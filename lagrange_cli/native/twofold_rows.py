@@ -8,6 +8,7 @@ from __future__ import annotations
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, SeriesProgram, reciprocal
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.twofold import Twofold
 from lagrange_cli.records import dataclass
 
 
@@ -23,6 +24,16 @@ class Rows:
     width: int
     weighted: dict[int, int]
     blocks: tuple[int, ...]
+
+    @property
+    def state(self) -> list[int]:
+        """The series of q, v and the integrals."""
+        return [*self.program.coordinates, *self.program.velocities, *self.program.integrals]
+
+    @property
+    def top(self) -> int:
+        """The order to which velocities are known."""
+        return self.order - 1
 
     @property
     def beyond(self) -> int:
@@ -49,3 +60,9 @@ def arrange(program: SeriesProgram, residual: Residual, order: int, width: int) 
     weighted = [i for i, one in enumerate(program.series) if one.op is Op.POWER and not reciprocal(one.data)]
     places = {index: len(program.series) + i for i, index in enumerate(weighted)}
     return Rows(program, order, width, places, tuple(map(len, residual.blocks)))
+
+
+def velocities(rows: Rows, body: Twofold) -> list[tuple[int, str]]:
+    """Their rows in the state, and the addresses of their series."""
+    places = [body.place("%work", rows.row(i)) for i in rows.program.velocities]
+    return list(enumerate(places, len(places)))

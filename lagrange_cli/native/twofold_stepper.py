@@ -1,6 +1,7 @@
 """The stepping loop in double-double (see ``stepper``): lengths are doubles, time and state are not.
 
-The state keeps a third part of every number behind the clock, so that adding up steps loses nothing.
+The state keeps a third part of every number behind the clock, so that adding up steps loses nothing. As
+there, every step is confirmed by the series that begins at its end (``twofold_confirmation``).
 """
 
 from __future__ import annotations
@@ -9,18 +10,13 @@ from lagrange_cli.native.emitter import Operand, literal, operand
 from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.native.stepper import LAST_TERM, LOWEST_TERM, SLACK
 from lagrange_cli.native.template import fill_in
-from lagrange_cli.native.twofold import TYPE, Pair, Twofold, fast_sum, two_sum
-from lagrange_cli.native.twofold_rows import Rows
+from lagrange_cli.native.twofold import TYPE, Pair, Twofold, fast_sum, function, two_sum
+from lagrange_cli.native.twofold_confirmation import confirmation, numbers
+from lagrange_cli.native.twofold_rows import Rows, velocities
 from lagrange_cli.records import dataclass
 
 LONGEST = 1e30
 """The longest step: what a motion without forces gets."""
-RESOLUTION = 2.0**-96
-"""Steps below this part of the time are too short to be told apart."""
-ALMOST = 2.0**-40
-"""To what part of their size the accelerations at a step's end must be those of the series, where checked."""
-ROUNDING = 2.0**-80
-"""The part of a coordinate that may be rounding, there."""
 
 
 @dataclass(frozen=True)
@@ -30,27 +26,18 @@ class TwofoldStepper:
     rows: Rows
     tolerance: float
 
-    @property
-    def state(self) -> list[int]:
-        """The series of q, v and the integrals."""
-        program = self.rows.program
-        return [*program.coordinates, *program.velocities, *program.integrals]
-
-    @property
-    def top(self) -> int:
-        """The order to which velocities are known."""
-        return self.rows.order - 1
-
     def functions(self) -> list[str]:
         """Their text."""
         values: dict[str, object] = {
             "time": 2 * self.rows.width,
-            "rows": len(self.state),
-            "resolution": operand(literal(RESOLUTION)),
+            "rows": len(self.rows.state),
+            "memory": 3 * self.rows.width + LANES,
+            "longest": operand(literal(LONGEST)),
+            **numbers(self.tolerance),
             **{stop.name.lower(): int(stop) for stop in Stop},
         }
-        made = [self.polynomial(), self.since(), self.sample(), self.update(), self.length(), self.rates()]
-        return [*made, self.holds(), fill_in("twofold_advance", values)]
+        made = [self.polynomial(), self.slope(), self.since(), self.sample(), self.update(), self.length()]
+        return [*made, self.rates(), *confirmation(self.rows), fill_in("twofold_advance", values)]
 
     def size(self, body: Twofold, velocity: int, row: str, h: Operand) -> Operand:
         """The largest of the velocity and the next three terms of its series over a step."""
@@ -60,21 +47,15 @@ class TwofoldStepper:
             size = body.call("llvm.maxnum.f64", body.call("llvm.fabs.f64", value), scaled)
         return size
 
-    def velocities(self, body: Twofold) -> list[tuple[int, str]]:
-        """Their rows in the state, and the addresses of their series."""
-        degrees = len(self.rows.program.velocities)
-        places = [body.place("%work", self.rows.row(i)) for i in self.rows.program.velocities]
-        return list(enumerate(places, degrees))
-
     def length(self) -> str:
         """``@length(state, work, h)``: the step, sizes measured over ``h``; nan where coefficients are."""
         body, one = Twofold(), operand(literal(1.0))
-        safety = (LAST_TERM * self.tolerance) ** (1.0 / self.top)
+        safety = (LAST_TERM * self.tolerance) ** (1.0 / self.rows.top)
         worst, total = body.define("alloca double"), body.define("alloca double")
         body.store(operand(literal(-1e300)), worst, 0)
         body.store(None, total, 0)
         inverses = []
-        for velocity, row in self.velocities(body):
+        for velocity, row in velocities(self.rows, body):
             size = self.size(body, velocity, row, "%h")
             moving = body.compare("ogt", size, 0.0)
             inverse = body.define(f"fdiv double {one}, {size}")
@@ -88,13 +69,13 @@ class TwofoldStepper:
                 all_of_them = operand(body.add(all_of_them, size))
                 most = body.call("llvm.maxnum.f64", most, body.mul(size, inverse))
             body.store(all_of_them, total, 0)
-            high = body.define(f"icmp sge i64 {m}, {(self.top + 1) // 2}")
+            high = body.define(f"icmp sge i64 {m}, {(self.rows.top + 1) // 2}")
             slack = body.define(f"select i1 {high}, double {operand(None)}, double {operand(literal(SLACK))}")
             number = body.define(f"sitofp i64 {m} to double")
             exponent = body.div(body.sub(body.call("llvm.log2.f64", most), slack), number)
             body.store(body.call("llvm.maxnum.f64", exponent, body.load(worst, 0)), worst, 0)
 
-        body.loop(LOWEST_TERM, self.top + 1, term)
+        body.loop(LOWEST_TERM, self.rows.top + 1, term)
         step = body.mul(body.call("llvm.exp2.f64", body.neg(body.load(worst, 0))), literal(safety))
         step = body.call("llvm.minnum.f64", step, literal(LONGEST))
         finite = body.compare("olt", body.load(total, 0), float("inf"))
@@ -107,7 +88,7 @@ class TwofoldStepper:
         body, half = Twofold(), self.rows.order // 2 + 4
         total = body.define("alloca [2 x double]")
         h = Pair(body, "%h", "%hl")
-        upper = body.load("%row", self.rows.order)
+        upper: Operand = body.load("%row", self.rows.order)
         for m in range(self.rows.order - 1, half, -1):
             upper = operand(body.fma(upper, "%h", body.load("%row", m)))
         body.put(Pair(body, upper, operand(None)), total, 0, 1)
@@ -120,6 +101,27 @@ class TwofoldStepper:
         body.loop(0, half, term)
         body.returned(body.get(total, 0, 1) * h)
         return function(f"{TYPE} @polynomial(ptr %row, double %h, double %hl)", body)
+
+    def slope(self) -> str:
+        """``@slope(row, h)``: sum_{m=1}^{top} m row[m] h^(m-1); of the upper half a double is enough."""
+        body, half = Twofold(), max(1, self.rows.order // 2 - 4)
+        total = body.define("alloca [2 x double]")
+        h = Pair(body, "%h", "%hl")
+        upper: Operand = operand(None)
+        for m in range(self.rows.top, half, -1):
+            share = operand(body.mul(body.load("%row", m), literal(float(m))))
+            upper = operand(body.fma(upper, "%h", share))
+        body.put(Pair(body, upper, operand(None)), total, 0, 1)
+
+        def term(i: str) -> None:
+            m = body.integer("sub", half, i)
+            number = body.define(f"sitofp i64 {m} to double")
+            more = body.get(total, 0, 1) * h + body.get("%row", m, self.rows.beyond).scaled(number)
+            body.put(more, total, 0, 1)
+
+        body.loop(0, half, term)
+        body.returned(body.get(total, 0, 1))
+        return function(f"{TYPE} @slope(ptr %row, double %h, double %hl)", body)
 
     def since(self) -> str:
         """``@since(s, t, tl)``: the time from t to s."""
@@ -137,7 +139,7 @@ class TwofoldStepper:
     def sample(self) -> str:
         """``@sample``: the state at (%h, %hl), rows ``stride`` apart, low parts ``beyond`` behind."""
         body = Twofold()
-        for row, index in enumerate(self.state):
+        for row, index in enumerate(self.rows.state):
             value = body.get("%state", row, self.rows.width) + self.change(body, index)
             place = body.place("%out", body.integer("mul", "%stride", row))
             body.store(value.high, place, 0)
@@ -149,7 +151,7 @@ class TwofoldStepper:
     def update(self) -> str:
         """``@update``: the state at the end of the step (%h, %hl), in three parts."""
         body, third = Twofold(), 2 * self.rows.width + LANES
-        for row, index in enumerate(self.state):
+        for row, index in enumerate(self.rows.state):
             old, change = body.get("%state", row, self.rows.width), self.change(body, index)
             high, error = two_sum(body, old.high, change.high)
             low, rest = two_sum(body, old.low, change.low)
@@ -164,45 +166,9 @@ class TwofoldStepper:
         return function("void @update(ptr %state, ptr %work, double %h, double %hl)", body)
 
     def rates(self) -> str:
-        """``@rates(work, rates)``: the accelerations, as doubles."""
+        """``@rates(work, rates)``: the accelerations, as doubles, of series of scale 1."""
         body = Twofold()
-        for i, (_, row) in enumerate(self.velocities(body)):
+        for i, (_, row) in enumerate(velocities(self.rows, body)):
             body.store(body.load(row, 1), "%rates", i)
         body.line("  ret void")
         return function("void @rates(ptr %work, ptr %rates)", body)
-
-    def holds(self) -> str:
-        """``@holds``: whether the equations hold, roughly, at the end of the step %h."""
-        body, width = Twofold(), self.rows.width
-        trial_work = body.place("%trial", LANES * -(-2 * width // LANES))
-        heads = f"double %h, double {operand(None)}, ptr %trial, i64 1, i64 {width}"
-        body.line(f"  call void @sample(ptr %state, ptr %work, {heads})")
-        time = body.get("%state", 2 * width, 1) + Pair(body, "%h", operand(None))
-        given = f"double {time.high}, double {time.low}, ptr %trial, ptr {trial_work}"
-        good = body.define(f"call i1 @jet(ptr %constants, {given})")
-        degrees = len(self.rows.program.velocities)
-        there = [body.place(trial_work, self.rows.row(i)) for i in self.rows.program.velocities]
-        for (velocity, row), other in zip(self.velocities(body), there):
-            rate: Operand = operand(None)
-            for m in range(self.top, 0, -1):
-                rate = operand(body.fma(rate, "%h", body.mul(body.load(row, m), literal(float(m)))))
-            found = body.load(other, 1)
-            distance = body.call("llvm.fabs.f64", body.sub(rate, found))
-            v, q = (
-                body.call("llvm.fabs.f64", body.load("%trial", i)) for i in (velocity, velocity - degrees)
-            )
-            size = body.add(body.div(v, "%h"), body.call("llvm.fabs.f64", found))
-            size = body.add(size, body.call("llvm.fabs.f64", body.load(row, 1)))
-            rounding = body.div(body.div(body.mul(q, literal(ROUNDING)), "%h"), "%h")
-            allowed = body.fma(size, literal(ALMOST), rounding)
-            within = body.define(f"fcmp ole double {distance}, {operand(allowed)}")
-            good = body.define(f"and i1 {good}, {within}")
-        body.line(f"  ret i1 {good}")
-        heads = "ptr %constants, ptr %state, ptr %work, double %h, ptr %trial"
-        return function(f"i1 @holds({heads})", body)
-
-
-def function(head: str, body: Twofold) -> str:
-    """A function's text."""
-    lines = "\n".join(body.lines)
-    return f"define internal {head} #0 {{\n{lines}\n}}\n"

@@ -1,0 +1,162 @@
+"""Whether a step's series knew all that is between its ends: the accelerations that it foretells, and those
+that are there.
+
+As in ``stepper``, but there is room for less: a step that is not confirmed is taken back and halved, until
+what was not foretold changes the velocities no more than rounding does. No other rule is needed near a kink,
+where higher coefficients are nothing but rounding: they are scaled by the step (``twofold_jet``), and shorten
+it.
+"""
+
+from __future__ import annotations
+
+from lagrange_cli.native.emitter import Operand, literal, operand
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.stepper import EVIDENCE, LAG, NOISY, PASSES
+from lagrange_cli.native.twofold import TYPE, Pair, Twofold, function
+from lagrange_cli.native.twofold_rows import Rows, velocities
+
+SHORTEST = 2.0**-130
+"""Steps below this part of the time do not move it."""
+TIME = 2.0**-102
+"""The part of the time that is told apart."""
+PACE = 2.0**-106
+"""The part of the usual step that a place is approached to which no series sees."""
+DOUBT = 2.0**-40
+"""The part of a step below which it is no such place that keeps it from being confirmed, but rounding."""
+ALMOST = 2.0**-88
+"""How closely, relative to its size, a step's series must foretell the acceleration at its end; at a coarser
+tolerance than that of full precision as much less closely."""
+RESOLUTION = 2.0**-96
+"""The part of a velocity by which what was not foretold may change it in a step; likewise."""
+ROUNDING = 2.0**-92
+"""The part of the coordinates by which accelerations that are nothing but rounding may change them in a
+step."""
+NOTHING_MUCH = 2.0**-96
+"""How far these may move what rests at 0."""
+WIDEST = 2.0**-64
+"""The part of the usual step within which there must be another side of what is passed."""
+NO_TIME = 2.0**-72
+"""The part of the time in which nothing is passed ``PASSES`` times and left behind."""
+ROUGHLY, ROUGH = 2.0**-40, 2.0**-80
+"""What corresponds to ``ALMOST`` and ``ROUNDING`` where a long step's end is tried before it is taken."""
+WIDE = 2.0**12
+"""A step so many times as long as the scale of its series has lost coefficients: these are computed again."""
+NARROWER, NARROWEST = 2.0**-32, 2.0**-300
+"""What the scale is multiplied by where coefficients overflow, and where it ends."""
+FEW = 4
+"""The order up to which a series is used where higher coefficients are nothing but rounding."""
+
+
+def numbers(tolerance: float) -> dict[str, str]:
+    """What the stepping loop holds its steps against."""
+    coarse = max(1.0, tolerance * 2.0**104)
+    values = {
+        "shortest": SHORTEST, "resolved": TIME, "grain": PACE, "doubt": DOUBT, "almost": ALMOST * coarse,
+        "resolution": RESOLUTION * coarse, "rounding": ROUNDING, "nothing_much": NOTHING_MUCH,
+        "widest": WIDEST, "no_time": NO_TIME, "wide": WIDE, "narrower": NARROWER, "narrowest": NARROWEST,
+        "lag": LAG, "passes": PASSES, "evidence": EVIDENCE, "noisy": NOISY,
+    }  # fmt: skip
+    return {name: operand(literal(value)) for name, value in values.items()}
+
+
+def confirmation(rows: Rows) -> list[str]:
+    """Its functions."""
+    return [expect(rows), foretold(rows), straighten(rows), holds(rows)]
+
+
+def expect(rows: Rows) -> str:
+    """``@expect``: what the series lets expect of the accelerations at the end of a step.
+
+    Into ``expected``: these, their low parts, how far off they may be. %state and %before are those at
+    both ends; %almost, %speed and %place are the parts of accelerations, velocities and coordinates.
+    """
+    body, width = Twofold(), rows.width
+    degrees = len(rows.program.velocities)
+
+    def lesser(row: int) -> Operand:
+        ends = [body.call("llvm.fabs.f64", body.load(end, row)) for end in ("%state", "%before")]
+        return body.call("llvm.minnum.f64", *ends)
+
+    farthest: Operand = operand(None)
+    for coordinate in range(degrees):
+        farthest = body.call("llvm.maxnum.f64", farthest, lesser(coordinate))
+    uneven = body.mul(farthest, "%place")
+    for i, (velocity, row) in enumerate(velocities(rows, body)):
+        made = body.define(f"call {TYPE} @slope(ptr {row}, double %h, double %hl)")
+        rate = body.unpacked(made).scaled("%inverse")
+        body.put(rate, "%expected", i, width)
+        begin = body.mul(body.load(row, 1), "%inverse")
+        both = body.add(*(body.call("llvm.fabs.f64", x) for x in (rate.high, begin)))
+        allowed = body.fma(both, "%almost", body.fma(lesser(velocity), "%speed", uneven))
+        body.store(allowed, "%expected", 2 * width + i)
+    body.line("  ret void")
+    numbers = ", ".join(f"double %{name}" for name in ("h", "hl", "inverse", "almost", "speed", "place"))
+    heads = f"ptr %before, ptr %state, ptr %work, {numbers}, ptr %expected"
+    return function(f"void @expect({heads})", body)
+
+
+def foretold(rows: Rows) -> str:
+    """``@foretold``: whether the accelerations are those expected, to ``slack`` times what is allowed.
+
+    Or, where ``lax``, no larger than ``room``: nothing but rounding of what rests.
+    """
+    body, width, good = Twofold(), rows.width, "true"
+    for i, (_, row) in enumerate(velocities(rows, body)):
+        found = body.get(row, 1, rows.beyond).scaled("%inverse")
+        expected = body.get("%expected", i, width)
+        distance = body.call("llvm.fabs.f64", (found - expected).high)
+        allowed = body.mul(body.load("%expected", 2 * width + i), "%slack")
+        strictly = body.compare("ole", distance, operand(allowed))
+        sizes = [body.call("llvm.fabs.f64", x.high) for x in (found, expected)]
+        small = [body.compare("ole", size, "%room") for size in sizes]
+        loosely = body.define(f"and i1 {small[0]}, {small[1]}")
+        within = body.define(f"select i1 %lax, i1 {loosely}, i1 {strictly}")
+        good = body.define(f"and i1 {good}, {within}")
+    body.line(f"  ret i1 {good}")
+    heads = "ptr %work, ptr %expected, double %inverse, i1 %lax, double %room, double %slack"
+    return function(f"i1 @foretold({heads})", body)
+
+
+def straighten(rows: Rows) -> str:
+    """``@straighten(work)``: coefficients of the state beyond the ``FEW``th become 0."""
+    body = Twofold()
+    places = [body.place("%work", rows.row(i)) for i in rows.state]
+
+    def term(m: str) -> None:
+        for row in places:
+            body.put(None, row, m, rows.beyond)
+
+    body.loop(FEW + 1, rows.order + 1, term)
+    body.line("  ret void")
+    return function("void @straighten(ptr %work)", body)
+
+
+def holds(rows: Rows) -> str:
+    """``@holds``: whether the equations hold, roughly, at the end of the step %h."""
+    body, width = Twofold(), rows.width
+    trial_work = body.place("%trial", LANES * -(-2 * width // LANES))
+    inverse = operand(body.div(literal(1.0), "%scale"))
+    heads = f"double {body.mul('%h', inverse)}, double {operand(None)}, ptr %trial, i64 1, i64 {width}"
+    body.line(f"  call void @sample(ptr %state, ptr %work, {heads})")
+    time = body.get("%state", 2 * width, 1) + Pair(body, "%h", operand(None))
+    given = f"double {time.high}, double {time.low}, double %scale, ptr %trial, ptr {trial_work}"
+    good = body.define(f"call i1 @jet(ptr %constants, {given})")
+    degrees = len(rows.program.velocities)
+    there = [body.place(trial_work, rows.row(i)) for i in rows.program.velocities]
+    for (velocity, row), other in zip(velocities(rows, body), there):
+        length = f"double {body.mul('%h', inverse)}, double {operand(None)}"
+        made = body.unpacked(body.define(f"call {TYPE} @slope(ptr {row}, {length})"))
+        rate, found, begin = (
+            body.mul(x, inverse) for x in (made.high, body.load(other, 1), body.load(row, 1))
+        )
+        distance = body.call("llvm.fabs.f64", body.sub(rate, found))
+        v, q = (body.call("llvm.fabs.f64", body.load("%trial", i)) for i in (velocity, velocity - degrees))
+        size = body.add(body.div(v, "%h"), body.call("llvm.fabs.f64", found))
+        size = body.add(size, body.call("llvm.fabs.f64", begin))
+        rounding = body.div(body.div(body.mul(q, literal(ROUGH)), "%h"), "%h")
+        allowed = body.fma(size, literal(ROUGHLY), rounding)
+        within = body.define(f"fcmp ole double {distance}, {operand(allowed)}")
+        good = body.define(f"and i1 {good}, {within}")
+    body.line(f"  ret i1 {good}")
+    heads = "ptr %constants, ptr %state, ptr %work, double %h, double %scale, ptr %trial"
+    return function(f"i1 @holds({heads})", body)

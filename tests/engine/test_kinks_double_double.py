@@ -1,0 +1,142 @@
+"""Kinks and singularities with ``--precision double-double``: as in doubles, to twice the digits."""
+
+from __future__ import annotations
+
+import json
+
+import h5py
+import numpy as np
+import pytest
+
+from tests.cli.command import lagrange
+from tests.engine.test_double_double import LONG, MP, largest, solved
+from tests.engine.test_kinks import LINE
+
+FRICTION = """
+coordinates: {x: {initial: 1.7, velocity: 0.3}}
+masses: {p: 1}
+embedding: {p: [x]}
+potential: 0.01*p.x**2
+generalized_forces: {x: -0.2*x_dot/sqrt(x_dot**2)}
+"""
+
+
+def line(potential, initial="1", velocity="0"):
+    return LINE.format(initial=initial, velocity=velocity, potential=potential)
+
+
+def bouncing(t):
+    """x'' = -sign(x) from rest at x = 1: parabolas, a quarter period of sqrt(2) each."""
+    quarter = MP.sqrt(2)
+    phase = t - 4 * quarter * MP.floor(t / (4 * quarter))
+    fall = min(phase, 4 * quarter - phase)
+    return 1 - fall**2 / 2 if fall <= quarter else (2 * quarter - fall) ** 2 / 2 - 1
+
+
+@pytest.mark.parametrize("place", ["0", "0.7", "-3"])
+def test_the_motion_in_a_wedge_is_made_of_parabolas(tmp_path, place):
+    """17 kinks; each is passed within 2^-102 of the time, and the error grows with the time from there."""
+    system = line(f"sqrt((p.x - ({place}))**2)", f"1 + ({place})")
+    attributes, found = solved(tmp_path, system, *LONG, "--stop", "50", "--samples", "101")
+    known = [bouncing(t) + MP.mpf(place) for t in found["t"]]
+    assert largest(found["q/x"], known) < 1e-26
+    assert attributes["h_drift"] < 1e-27
+
+
+def test_a_jump_in_a_higher_derivative_is_found_as_well(tmp_path):
+    """U = |x|^3: after ten periods of 4 int dx / sqrt(2 (1 - x^3)) it is where it was."""
+    quarter = MP.quad(lambda s: 2 / MP.sqrt(2 * (3 - 3 * s**2 + s**4)), [0, 1])  # x = 1 - s^2
+    stop = f"{MP.nstr(40 * quarter, 40)}"
+    attributes, found = solved(
+        tmp_path, line("((p.x)**2)**1.5"), *LONG, "--stop", stop, "--samples", "3", "--outputs", "q,v,h"
+    )
+    late = found["t"][-1] - 40 * quarter  # the end is a double
+    assert abs(found["q/x"][-1] - (1 - 3 * late**2 / 2)) < 1e-26
+    assert attributes["h_drift"] < 1e-28
+
+
+def test_two_kinks_in_a_plane(tmp_path):
+    system = """
+        coordinates: {x: {initial: 1.7, velocity: 0.3}, y: {initial: 0.2, velocity: 0.1}}
+        masses: {p: 1}
+        embedding: {p: [x, y]}
+        potential: sqrt((x - 1)**2) + sqrt((y + x)**2) + 0.1*y**2
+        """
+    attributes, _ = solved(tmp_path, system, *LONG, "--stop", "50")
+    assert attributes["h_drift"] < 1e-26
+
+
+def test_what_is_sampled_changes_nothing(tmp_path):
+    """More samples than are handed over at once, and few: the same motion through the same kinks."""
+    system = line("sqrt((p.x - 0.5)**2) + x**4/4", "1.3", "0.1")
+    few, many = (
+        solved(tmp_path, system, *LONG, "--stop", "16", "--samples", str(samples), "--outputs", "q,v")
+        for samples in (17, 2**16 + 1)
+    )
+    assert few[0]["steps"] == many[0]["steps"]
+    for path in ("q/x", "v/x"):
+        assert few[1][path] == many[1][path][::4096]
+
+
+def ended(folder, system, stop):
+    """What is said of a run that does not come to its end, and the attributes of its file."""
+    (folder / "system.yaml").write_text(system, encoding="utf-8")
+    run = lagrange("solve", "system.yaml", *LONG, "--stop", stop, "--json", "-o", "out.h5", cwd=folder)
+    assert run.returncode == 4
+    with h5py.File(folder / "out.h5") as file:
+        assert file.attrs["status"] == "failed"
+        assert np.all(file["t"][:] <= json.loads(run.stdout)["t"])
+    return json.loads(run.stdout)
+
+
+def test_a_force_that_holds_the_motion_where_it_jumps_ends_it(tmp_path):
+    """Dry friction brings a body to rest where the other force is smaller: from there there is no motion."""
+    found = ended(tmp_path, FRICTION, "50")
+    assert "a jump of the force that holds the motion" in found["message"]
+    frequency = MP.sqrt(MP.mpf("0.02"))  # x'' = -0.2 - 0.02 x
+    at_rest = MP.atan(MP.mpf("0.3") / ((MP.mpf("1.7") + 10) * frequency)) / frequency
+    assert abs(found["t"] - at_rest) < 1e-15
+
+
+def test_a_collision_is_no_kink_and_is_met_in_time(tmp_path):
+    """x'' = -1/x^2 from rest at 1: x = 0 at pi / sqrt(8), to the last digit of a double."""
+    found = ended(tmp_path, "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 + 1/x\n", "5")
+    assert "the resolution of time" in found["message"]
+    assert found["t"] == float(MP.pi / MP.sqrt(8))
+
+
+def test_a_pole_between_two_steps_is_no_kink(tmp_path):
+    """1/x^2 so weak that it moves nothing until it is met head-on: x^2 = (t - t0)^2 (v^2 + c) + ..."""
+    system = line("1e-12/p.x**2", "1", "-1")
+    attributes, found = solved(tmp_path, system, *LONG, "--stop", "3", "--samples", "31")
+    weak = MP.mpf("1e-12")  # h = 1/2 + weak; x^2 = 1 - 2 t + 2 h t^2, since (x^2)'' = 4 h
+    known = [MP.sqrt(1 - 2 * t + (1 + 2 * weak) * t**2) for t in found["t"]]
+    assert largest(found["q/x"], known) < 1e-22  # near the pole errors are multiplied by 1e6
+    assert attributes["h_drift"] < 1e-24
+
+
+@pytest.mark.parametrize("exponent", [40, -40])
+def test_any_unit_of_time_will_do(tmp_path, exponent):
+    """Coefficients of order 56 in units of 1e12 periods, or of 1e-12, do not fit into doubles."""
+    system = "coordinates: {{x: {{initial: 1}}}}\nlagrangian: x_dot**2/2 - 4**({})*(x**2/2 + x**4/4)\n"
+    last = []
+    for power in (0, exponent):
+        stop = repr(10 * 2.0**-power)
+        _, found = solved(tmp_path, system.format(power), *LONG, "--stop", stop, "--samples", "2")
+        last.append(found["q/x"][-1])
+    assert abs(last[1] - last[0]) < 1e-29
+
+
+def test_through_the_pole_of_a_sphere(tmp_path):
+    """At some 1e-9 from it; otherwise as a pendulum in a plane, with an error of the momentum's square."""
+    sphere = """
+coordinates: {th: {initial: 1.2}, ph: {initial: 0, velocity: 1e-8}}
+lagrangian: (th_dot**2 + ph_dot**2*sin(th)**2)/2 + 9.81*cos(th)
+"""
+    attributes, found = solved(
+        tmp_path, sphere, *LONG, "--stop", "5", "--samples", "51", "--outputs", "q,v,h"
+    )
+    k = MP.sin(MP.mpf("0.6"))
+    plane = [1 - 2 * (k * MP.ellipfun("cd", MP.sqrt(MP.mpf("9.81")) * t, k=k)) ** 2 for t in found["t"]]
+    assert largest([MP.cos(th) for th in found["q/th"]], plane) < 1e-14
+    assert attributes["h_drift"] < 1e-29
