@@ -75,7 +75,7 @@ TIMED = ("pendulum", "double_pendulum", "central_force_cartesian")
 
 
 class Compiled:
-    """A scene in compiled form: the run, its companion and the truth."""
+    """A scene in compiled form: the run, its companions and the truth."""
 
     def __init__(self, scene: Scene) -> None:
         spec = self._spec = read_system(str(ROOT / "systems" / f"{scene.system}.yaml"))
@@ -87,10 +87,13 @@ class Compiled:
         self._run = prepare(
             self._residual, method=scene.method, tolerance=self._settings.tolerance, outputs=NONE
         )
-        chosen, order = companion_settings(self._settings)
-        self._companion = prepare(
-            self._residual, method=chosen.method, tolerance=chosen.tolerance, outputs=NONE, order=order
-        )
+        chosen, orders = companion_settings(self._settings)
+        self._companions = [
+            prepare(
+                self._residual, method=chosen.method, tolerance=chosen.tolerance, outputs=NONE, order=order
+            )
+            for order in orders
+        ]
 
     def truth(self) -> Mapping[str, Array]:
         """Samples by path, in two parts."""
@@ -123,7 +126,7 @@ class Compiled:
         return found[0], found[1]
 
     def _certificate(self) -> Certificate:
-        return Certificate(self._companion, self._values, self._times, DIGITS, None)
+        return Certificate(self._companions, self._values, self._times, DIGITS, None)
 
     def _follow(
         self,

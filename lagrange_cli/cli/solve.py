@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -113,9 +113,9 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
             start = take_up(target, made_by, request)
         if start.finished is not None:
             return say_finished(start.finished, target.shown, watch, request)
-        prepared, companion = prepare_both(spec, settings, watch, request, demand)
+        prepared, companions = prepare_all(spec, settings, watch, request, demand)
         outcome = integrate_and_write(
-            spec, values, settings, prepared, start, watch, request, demand, companion
+            spec, values, settings, prepared, start, watch, request, demand, companions
         )
     status = outcome.ending.status
     if request.as_json:
@@ -151,22 +151,24 @@ def initial_state(values: Values) -> list[Any]:
     return [values.q, values.v, *([] if low is None else [low.q, low.v, dict(low.parameters)])]
 
 
-def prepare_both(
+def prepare_all(
     spec: Spec, settings: Settings, watch: Stopwatch, request: Request, demand: Demand | None
-) -> tuple[Prepared, Prepared | None]:
-    """The run in compiled form, and the companion that a certificate takes, prepared while LLVM compiles."""
+) -> tuple[Prepared, list[Prepared]]:
+    """The run in compiled form, and the companions that a certificate takes, prepared while LLVM compiles."""
     companions: list[Prepared] = []
 
     def meanwhile() -> None:
         import_the_rest()
         if demand is not None:
-            chosen, order = companion_settings(settings)
-            companions.append(
-                prepare_run(spec, chosen, watch, cached=request.cache, order=order, meanwhile=lambda: None)
-            )
+            chosen, orders = companion_settings(settings)
+            cached = request.cache
+            for order in orders:
+                companions.append(
+                    prepare_run(spec, chosen, watch, cached=cached, order=order, meanwhile=lambda: None)
+                )
 
     prepared = prepare_run(spec, settings, watch, cached=request.cache, meanwhile=meanwhile)
-    return prepared, companions[0] if companions else None
+    return prepared, companions
 
 
 def import_the_rest() -> None:
@@ -185,7 +187,7 @@ def integrate_and_write(
     watch: Stopwatch,
     request: Request,
     demand: Demand | None = None,
-    companion: Prepared | None = None,
+    companions: Sequence[Prepared] = (),
 ) -> Outcome:
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
     from lagrange_cli.integrate.progress import Clock, Keeping
@@ -198,8 +200,8 @@ def integrate_and_write(
     with Interrupts() as interrupted:
         with watch.stage("write"):
             series = series_of(spec, prepared)
-            if companion is not None:
-                series = series_of_errors(series, series_of(spec, companion))
+            if companions:
+                series = series_of_errors(series, series_of(spec, companions[0]))
             writer = Writer(start.target, Layout(series), expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
@@ -223,7 +225,7 @@ def integrate_and_write(
             steps = 0 if begin is None else begin.snapshot.steps
             clock = Clock(request.checkpoint, request.checkpoint_count, steps)
             keeping = Keeping(begin, clock, keep) if demand is None else None
-            with watch.stage("integrate"), certificate_of(demand, companion, values, times) as certificate:
+            with watch.stage("integrate"), certificate_of(demand, companions, values, times) as certificate:
                 outcome = integrate(
                     prepared, values, times, emit_chunk, interrupted, shown.show, keeping, certificate
                 )

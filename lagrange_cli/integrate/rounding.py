@@ -14,14 +14,13 @@ SHORT = 2.0**27
 """Constants whose last 27 bits are zero are taken to be exact, as sums and products of short numbers are."""
 
 
-def nudge(constants: Array, parameters: Array) -> None:
-    """Put ``constants`` off by an ulp, every other one the other way, except those that are exact: short
-    numbers, and parameters, their halves and doubles."""
+def nudge(constants: Array, parameters: Array, number: int) -> None:
+    """Put ``constants`` off by an ulp, by turns ``number`` of them one way and the other, except those that
+    are exact: short numbers, and parameters, their halves and doubles."""
     sizes = np.abs(parameters)
     exact = np.isin(np.abs(constants), np.concatenate([sizes / 2, sizes, 2 * sizes]))
     with np.errstate(invalid="ignore"):  # what is not finite is left as it is
         exact |= (np.abs(np.frexp(constants)[0]) * 2.0**53) % SHORT == 0
     rounded = np.flatnonzero(~exact & np.isfinite(constants))
-    constants[rounded] += np.where(np.arange(len(rounded)) % 2, 1, -1) * np.spacing(
-        np.abs(constants[rounded])
-    )
+    ways = np.where(np.arange(len(rounded)) // number % 2, 1, -1)
+    constants[rounded] += ways * np.spacing(np.abs(constants[rounded]))

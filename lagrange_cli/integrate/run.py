@@ -104,8 +104,8 @@ def samples_of(prepared: Prepared) -> type[Samples]:
 
 
 def certified(end: End, certificate: Certificate) -> End:
-    """How the motion ended, its certificate being taken into account. It cannot be continued: a companion
-    has no snapshot."""
+    """How the motion ended, its certificate being taken into account. It cannot be continued: companions
+    have no snapshot."""
     if certificate.missed is not None:
         return replace(end, ending=Ending.TARGET_MISSED, t=certificate.missed, snapshot=None)
     ending = Ending.INTERRUPTED if certificate.cut and end.ending is Ending.COMPLETE else end.ending

@@ -43,8 +43,9 @@ class TaylorMethod:
     machine: Machine
     better: Better | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
-    beside: bool = False
-    """Whether it is for a companion: what is rounded once for all is rounded otherwise (``rounding``)."""
+    beside: int = 0
+    """The number of the companion that it is for, if any: what is rounded once for all is rounded otherwise
+    (``rounding``)."""
 
     def follow(
         self,
@@ -106,7 +107,7 @@ class Stepper:
         size: int,
         better: Better | None = None,
         *,
-        beside: bool = False,
+        beside: int = 0,
     ) -> None:
         program = machine.program
         self._machine, self._better = machine, better
@@ -116,7 +117,7 @@ class Stepper:
         if beside:
             from lagrange_cli.integrate.rounding import nudge
 
-            nudge(self._constants, parameters)
+            nudge(self._constants, parameters, beside)
         self._memory, self._work = aligned(program.memory), aligned(program.work)
         self._trial = aligned(program.trial)
         self._clock = 2 * program.width

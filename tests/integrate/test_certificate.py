@@ -84,19 +84,22 @@ def certified(
 ) -> tuple[dict[str, NDArray[np.float64]], Outcome]:
     """The samples of a run that is certified, as ``solve --certify`` goes."""
     settings = resolve_settings(spec_of(system), SolveDefaults(stop=stop, samples=samples, method=method))
-    chosen, order = companion_settings(settings)
-    companion = prepare(
-        residual_of(system),
-        method=chosen.method,
-        tolerance=chosen.tolerance,
-        outputs=chosen.outputs,
-        order=order,
-    )
+    chosen, orders = companion_settings(settings)
+    companions = [
+        prepare(
+            residual_of(system),
+            method=chosen.method,
+            tolerance=chosen.tolerance,
+            outputs=chosen.outputs,
+            order=order,
+        )
+        for order in orders
+    ]
     chunks: list[dict[str, NDArray[np.float64]]] = []
     times = Times(0.0, stop, samples, stop / (samples - 1))
     values, demand = values_of(system), Demand(6, target)
     ready = prepared(system, settings.method, settings.tolerance)
-    with Certificate(companion, values, times, demand.digits, demand.target) as certificate:
+    with Certificate(companions, values, times, demand.digits, demand.target) as certificate:
         outcome = integrate(
             ready,
             values,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import mpmath
 import numpy as np
+import pytest
 
 from lagrange_cli.integrate.certificate import FOLDER
 from lagrange_cli.integrate.rounding import nudge
@@ -18,12 +19,13 @@ lagrangian: m*x_dot**2/2 - k*x**2/2
 """Its frequency sqrt(k/m) is off by what k/m is rounded, and so is its phase, more with every period."""
 
 
-def test_only_what_may_be_rounded_is_put_off_and_by_an_ulp():
+@pytest.mark.parametrize("number", [1, 2])
+def test_only_what_may_be_rounded_is_put_off_and_by_an_ulp(number):
     parameters = np.array([9.81, 1.3, 0.0])
     exact = [9.81, -9.81 / 2, 2.6, 0.0, 1.0, 0.375, 12345.0, np.inf, np.nan]
     rounded = [9.81 / 1.3, 9.81 * 1.3, -(1.3**2), 1 / 3]
     constants = np.array(exact + rounded)
-    nudge(constants, parameters)
+    nudge(constants, parameters, number)
     np.testing.assert_array_equal(constants[: len(exact)], exact)
     off = constants[len(exact) :] - rounded
     np.testing.assert_array_equal(np.abs(off), np.spacing(np.abs(rounded)))
