@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from benchmarks.benchmark import Benchmark
 from benchmarks.report import ROOT, Report, Requirement, markdown_table
+from benchmarks.uncertain import SYSTEMS
 from lagrange_cli.cli.certifying import DIGITS, companion_settings
 from lagrange_cli.cli.settings import resolve_settings
 from lagrange_cli.cli.source import derive_system, read_system
@@ -31,6 +32,7 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import Outcome, Times, integrate
 from lagrange_cli.integrate.twofold import LOW
 from lagrange_cli.records import replace
+from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 from lagrange_cli.spec.values import Values, resolve_values
 
@@ -46,7 +48,7 @@ NONE = frozenset({"q", "v"})
 
 @dataclass(frozen=True)
 class Scene:
-    """A shipped system, and when it stops."""
+    """A shipped system or one of ``uncertain``, and when it stops."""
 
     system: str
     stop: float
@@ -69,6 +71,20 @@ SCENES = (
     Scene("driven_damped_pendulum", 60),
     Scene("double_pendulum", 20),
     Scene("n_pendulum", 10),
+    Scene("Henon-Heiles, h = 0.12", 400),
+    Scene("heavy top", 60),
+    Scene("spring pendulum", 40),
+    Scene("driven Duffing oscillator", 60),
+    Scene("damped, coupled", 100),
+    Scene("Kepler, e = 0.9", 100),
+    Scene("swinging Atwood machine", 20),
+    Scene("anharmonic, coupled", 100),
+    Scene("driven, damped double well", 80),
+    Scene("three bodies", 10),
+    Scene("x^2 y^2", 100),
+    Scene("pendulum on a cart", 30),
+    Scene("Stormer's charge", 60),
+    Scene("Kapitza's pendulum", 20),
 )
 QUICK = (SCENES[1], SCENES[3], SCENES[13])
 TIMED = ("pendulum", "double_pendulum", "central_force_cartesian")
@@ -78,7 +94,12 @@ class Compiled:
     """A scene in compiled form: the run, its companions and the truth."""
 
     def __init__(self, scene: Scene) -> None:
-        spec = self._spec = read_system(str(ROOT / "systems" / f"{scene.system}.yaml"))
+        text = SYSTEMS.get(scene.system)
+        spec = self._spec = (
+            read_system(str(ROOT / "systems" / f"{scene.system}.yaml"))
+            if text is None
+            else read_spec(text.encode(), scene.system)
+        )
         asked = SolveDefaults(stop=scene.stop, samples=SAMPLES, method=scene.method)
         self._settings = resolve_settings(spec, asked)
         self._values, self._residual = resolve_values(spec), derive_system(spec)

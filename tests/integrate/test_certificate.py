@@ -7,11 +7,13 @@ from collections.abc import Callable, Sequence
 import mpmath
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from lagrange_cli.cli.certifying import Demand, companion_settings
 from lagrange_cli.cli.settings import resolve_settings
-from lagrange_cli.integrate.certificate import FOLDER, Certificate
+from lagrange_cli.integrate.certificate import FOLDER, Certificate, typical_difference
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import Outcome, Times, integrate
@@ -133,6 +135,23 @@ def test_the_estimate_is_near_the_true_error(
             rounding = np.spacing(np.maximum.accumulate(np.abs(data[path])))
             ratio = data[FOLDER + path] / np.maximum(np.array(wrong, dtype=float), rounding)
             assert np.mean((ratio >= 0.1) & (ratio <= 100)) >= COVERAGE
+
+
+@given(st.permutations([0.0, 1.0, 3.5]), st.permutations([2.0, 2.5, -7.0]))
+def test_the_middle_one_of_three_distances_counts(one: list[float], other: list[float]) -> None:
+    """Whatever the order of the motions; of two, their only distance."""
+    motions = [np.array([pair]) for pair in zip(one, other)]
+    np.testing.assert_array_equal(typical_difference(motions), [[2.5, 9.0]])
+    first, second = motions[:2]
+    np.testing.assert_array_equal(typical_difference([first, second]), np.abs(first - second))
+
+
+@pytest.mark.parametrize("missing", [0, 1])
+def test_what_a_companion_has_not_reached_is_not_known(missing: int) -> None:
+    beside = [np.ones((2, 3)), np.ones((2, 3))]
+    beside[missing][:, 1:] = np.nan
+    found = typical_difference([np.zeros((2, 3)), *beside])
+    np.testing.assert_array_equal(found, [[1, np.inf, np.inf]] * 2)
 
 
 def test_the_run_ends_where_the_target_is_missed_and_not_before() -> None:
