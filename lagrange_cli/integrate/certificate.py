@@ -107,11 +107,12 @@ def typical_difference(motions: Sequence[Array]) -> Array:
     So it is not small because two come near each other by chance, or have the same roundings. It is inf where
     a companion has no sample.
     """
-    first, second, *rest = motions
-    distances = [np.abs(first - second), *(np.abs(one - other) for one in rest for other in (first, second))]
+    run, beside, *others = motions
+    pairs = [(run, beside), *((one, other) for one in others for other in (run, beside))]
+    distances = [np.abs(one - other) for one, other in pairs]
     for distance in distances:
         distance[np.isnan(distance)] = np.inf
-    if not rest:
+    if not others:
         return distances[0]
     a, b, c = distances
     return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))  # type: ignore[no-any-return]
