@@ -115,7 +115,7 @@ def typical_difference(motions: Sequence[Array]) -> Array:
     if not others:
         return distances[0]
     a, b, c = distances
-    return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))  # type: ignore[no-any-return]
+    return np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))
 
 
 def running(before: Array, values: Array) -> tuple[Array, Array]:
