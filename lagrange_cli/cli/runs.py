@@ -94,6 +94,7 @@ class Request:
     checkpoint: float
     checkpoint_count: int
     precision: str = DOUBLE
+    portable: bool = False
 
 
 def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
@@ -172,13 +173,14 @@ def prepare_run(
         from lagrange_cli.native.cache import find_cache
     return prepare_system(
         spec,
-        partial(derive_system, exact=settings.precision != DOUBLE),
+        partial(derive_system, exact=settings.precision != DOUBLE, portable=settings.portable),
         find_cache(wanted=cached),
         method=settings.method,
         tolerance=settings.tolerance,
         outputs=settings.outputs,
         ensemble=ensemble,
         precision=settings.precision,
+        portable=settings.portable,
         order=order,
         stage=watch.stage,
         meanwhile=meanwhile,
@@ -238,6 +240,7 @@ def origin(
         "method": settings.method,
         "tolerance": settings.tolerance,
         **({} if settings.precision == DOUBLE else {"precision": settings.precision}),
+        **({"portable": 1} if settings.portable else {}),
         "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
     }
 

@@ -56,6 +56,7 @@ class Settings:
     tolerance: float
     outputs: frozenset[str]
     precision: str = DOUBLE
+    portable: bool = False
 
 
 def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
@@ -75,7 +76,9 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
     return replace(defaults, **given)
 
 
-def resolve_settings(spec: Spec, options: SolveDefaults, precision: str = DOUBLE) -> Settings:
+def resolve_settings(
+    spec: Spec, options: SolveDefaults, precision: str = DOUBLE, portable: bool = False
+) -> Settings:
     """The settings of a run: the options of the command line over the file's ``solve`` section.
 
     Raises ``UsageError`` for what the command line asks, ``SpecError`` for what the file asks.
@@ -90,6 +93,11 @@ def resolve_settings(spec: Spec, options: SolveDefaults, precision: str = DOUBLE
         raise UsageError(
             f"--precision {precision} is for {METHODS[0]} alone, not {method}: add --method {METHODS[0]}"
         )
+    if portable and method != METHODS[0]:
+        raise UsageError(
+            f"--portable is for {METHODS[0]} alone, not {method}, whose bits are those of scipy's libraries: "
+            f"add --method {METHODS[0]}"
+        )
     return Settings(
         start=asked.start,
         stop=asked.stop,
@@ -99,6 +107,7 @@ def resolve_settings(spec: Spec, options: SolveDefaults, precision: str = DOUBLE
         tolerance=resolve_tolerance(asked.tolerance, method, precision),
         outputs=resolve_outputs(asked.outputs, has_particles=spec.lagrangian is None),
         precision=precision,
+        portable=portable,
     )
 
 

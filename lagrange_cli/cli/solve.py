@@ -71,20 +71,29 @@ if TYPE_CHECKING:
     default=DOUBLE,
     help="Digits of all numbers: some 16, or 31 at about fifty times the time [double].",
 )
+@click.option(
+    "--portable",
+    is_flag=True,
+    help="Compute the same bits on every machine, without the functions of its C library.",
+)
 @run_options(
     output="The file to write [SYSTEM.h5, in this directory].",
     outputs=f"What to write, as {list_of_outputs()}.",
 )
 @certify_options
-def solve(systems: tuple[str, ...], request: Request, precision: str, demand: Demand | None) -> int:
+def solve(
+    systems: tuple[str, ...], request: Request, precision: str, portable: bool, demand: Demand | None
+) -> int:
     """Integrate the motion of each system and write it to an HDF5 file.
 
     SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
     """
     refuse_shared_outputs(systems, request.output)
-    request = replace(request, precision=precision)
+    request = replace(request, precision=precision, portable=portable)
     if demand is not None and precision != DOUBLE:
         raise UsageError(f"--certify is for precision {DOUBLE}, for now: leave out one of the two")
+    if demand is not None and portable:
+        raise UsageError("the estimates of --certify are not portable: leave out one of the two")
     return run_each(systems, lambda system: solve_system(system, request, demand), as_json=request.as_json)
 
 
@@ -137,12 +146,14 @@ def read_run(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, Val
     content = read_bytes(system)
     with watch.stage("import"):
         from lagrange_cli.spec.read import read_spec
-        from lagrange_cli.spec.values import resolve_long_values, resolve_values
+        from lagrange_cli.spec.values import resolve_long_values, resolve_portable_values, resolve_values
     with watch.stage("parse"):
         spec = read_spec(content, display_name(system), request.sizes)
-        resolve = resolve_values if request.precision == DOUBLE else resolve_long_values
+        resolve = resolve_portable_values if request.portable else resolve_values
+        if request.precision != DOUBLE:
+            resolve = resolve_long_values
         values = resolve(spec, request.overrides)
-        return spec, values, resolve_settings(spec, request.options, request.precision)
+        return spec, values, resolve_settings(spec, request.options, request.precision, request.portable)
 
 
 def initial_state(values: Values) -> list[Any]:

@@ -30,8 +30,9 @@ def read_system(system: str, sizes: Mapping[str, str] | None = None) -> Spec:
     return read_spec(content, display_name(system), sizes)
 
 
-def derive_system(spec: Spec, *, exact: bool = False) -> Residual:
-    """The equations of motion over the expression graph; if ``exact``, no number in them is rounded.
+def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:
+    """The equations of motion over the expression graph; if ``exact``, no number in them is
+    rounded, if ``portable``, each in the same way everywhere.
 
     Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
     """
@@ -44,6 +45,10 @@ def derive_system(spec: Spec, *, exact: bool = False) -> Residual:
         from lagrange_cli.expression.exact import ExactGraphAlgebra
 
         algebra = ExactGraphAlgebra()
+    elif portable:
+        from lagrange_cli.expression.exact import PortableGraphAlgebra
+
+        algebra = PortableGraphAlgebra()
     with located(spec):
         return derive(build_model(spec, algebra))
 

@@ -108,6 +108,25 @@ class ExactGraph(Graph):
         return _rounded(getattr(_CONTEXT, name)(*map(_real, arguments)))
 
 
+class PortableGraph(Graph):
+    """A graph of doubles whose functions of numbers are not the C library's but rounded correctly."""
+
+    @staticmethod
+    def power_of(base: float, exponent: float) -> float:
+        return float(ExactGraph.power_of(base, exponent))
+
+    @staticmethod
+    def function_of(name: str, arguments: Sequence[float]) -> float:
+        return float(ExactGraph.function_of(name, arguments))
+
+
+class PortableGraphAlgebra(GraphAlgebra):
+    """``Algebra[Node]`` over such a graph."""
+
+    def __init__(self) -> None:
+        self.graph = PortableGraph()
+
+
 class ExactGraphAlgebra(GraphAlgebra):
     """``Algebra[Node]`` over such a graph."""
 

@@ -13,6 +13,7 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.native.machine import FULL, Machine, compile_object, first_level, load_machine
+from lagrange_cli.records import replace
 from lagrange_cli.spec.structure import structure
 
 if TYPE_CHECKING:
@@ -67,12 +68,14 @@ def prepare_system(
     outputs: frozenset[str],
     ensemble: bool = False,
     precision: str = DOUBLE,
+    portable: bool = False,
     order: int | None = None,
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
     """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled.
 
+    A ``portable`` program computes the same bits on every machine, if ``derive`` brings such numbers.
     ``meanwhile`` is called once, while LLVM compiles if it has to: it is for what the run needs next.
     """
 
@@ -83,10 +86,15 @@ def prepare_system(
     def write() -> tuple[Program, Recording]:
         from lagrange_cli.integrate.writing import write_run
 
-        return write_run(
+        program, recording = write_run(
             derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
             precision=precision, order=order,
         )  # fmt: skip
+        if portable:
+            from lagrange_cli.native.portable import portable as made_portable
+
+            program = replace(program, text=made_portable(program.text))
+        return program, recording
 
     def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
@@ -97,7 +105,7 @@ def prepare_system(
         if cache is not None:
             key = key_of(
                 spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-                precision=precision, order=order,
+                precision=precision, portable=portable, order=order,
             )  # fmt: skip
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
@@ -151,6 +159,7 @@ def key_of(
     outputs: frozenset[str],
     ensemble: bool = False,
     precision: str = DOUBLE,
+    portable: bool = False,
     order: int | None = None,
 ) -> str | None:
     """All that a compiled program depends on; None where that cannot be found out.
@@ -164,7 +173,7 @@ def key_of(
     except OSError:
         return None
     kind = (
-        ["taylor", tolerance.hex(), ensemble, precision, order]
+        ["taylor", tolerance.hex(), ensemble, precision, portable, order]
         if method == TAYLOR
         else ["rates", method in IMPLICIT]
     )

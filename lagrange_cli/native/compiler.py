@@ -6,6 +6,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
+from lagrange_cli.native.emitter import fused
 from lagrange_cli.records import dataclass
 
 
@@ -24,18 +25,14 @@ class Engine:
 def compile_text(text: str, optimize: int) -> bytes:
     """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3."""
     machine = target_machine(optimize)
-    code: bytes = machine.emit_object(llvm.parse_assembly(fused(text)))
+    code: bytes = machine.emit_object(llvm.parse_assembly(suited(text)))
     return code
 
 
-def fused(text: str) -> str:
+def suited(text: str) -> str:
     """``text`` with ``fmuladd`` made ``fma`` where the processor can: so all levels give the same bits."""
     machine = llvm.get_process_triple().partition("-")[0]
-    if "+fma," not in features() and machine not in ("aarch64", "arm64"):
-        return text
-    lines = text.replace("@llvm.fmuladd.", "@llvm.fma.").split("\n")
-    declared = dict.fromkeys(line for line in lines if line.startswith("declare"))
-    return "\n".join([*declared, *(line for line in lines if not line.startswith("declare"))])
+    return fused(text) if "+fma," in features() or machine in ("aarch64", "arm64") else text
 
 
 def load_with_llvm(code: bytes) -> Engine:

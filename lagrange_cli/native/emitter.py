@@ -28,6 +28,13 @@ def operand(value: Value) -> Operand:
     return "0x0000000000000000" if value is None else value
 
 
+def fused(text: str) -> str:
+    """``text`` with every ``fmuladd`` an ``fma``, which is rounded once."""
+    lines = text.replace("@llvm.fmuladd.", "@llvm.fma.").split("\n")
+    declared = dict.fromkeys(line for line in lines if line.startswith("declare"))
+    return "\n".join([*declared, *(line for line in lines if not line.startswith("declare"))])
+
+
 class Emitter:
     """Collects the body of one function."""
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 from functools import reduce
 
 from lagrange_cli.native.arithmetic import Real
+from lagrange_cli.native.decimals import power
 from lagrange_cli.native.emitter import literal, operand
 from lagrange_cli.native.interface import BEYOND, LANES, Stop
 from lagrange_cli.native.lane_body import Lanes, define, exp2_roughly, log2_roughly, two_sum, upper_half
@@ -116,7 +117,7 @@ class Writer:
     @property
     def safety(self) -> float:
         """See ``stepper``."""
-        return float((LAST_TERM * self.tolerance) ** (1.0 / self.top))
+        return power(LAST_TERM * self.tolerance, 1.0 / self.top)
 
     def functions(self) -> list[str]:
         """Their text."""

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lagrange_cli.native.decimals import power
 from lagrange_cli.native.emitter import literal, operand
 from lagrange_cli.native.interface import LANES, STEPPING, Stop
 from lagrange_cli.native.layout import Layout
@@ -80,7 +81,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
     top = order - 1  # velocities are known to this order
     lanes = min(width, LANES)
     vector = f"<{lanes} x double>"
-    safety = (LAST_TERM * tolerance) ** (1.0 / top)
+    safety = power(LAST_TERM * tolerance, 1.0 / top)
     coarse = coarseness(tolerance)
     blocks, rest = split_terms(top), AT_REST if watched else 0.0
     values: dict[str, object] = {

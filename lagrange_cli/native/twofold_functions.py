@@ -111,6 +111,11 @@ def _pow(e: Twofold, x: Pair, y: Pair) -> Pair:
 
 def _atan2(e: Twofold, y: Pair, x: Pair) -> Pair:
     first = Pair(e, e.call("atan2", y.high, x.high), operand(None))
+    return refined_angle(e, first, y, x)
+
+
+def refined_angle(e: Twofold, first: Pair, y: Pair, x: Pair) -> Pair:
+    """The angle of (x, y) from one near it: the tangent of the difference, which has three times its digits."""
     sine, cosine = e.function("sin", first), e.function("cos", first)
     return first + (y * cosine - x * sine) / (x * cosine + y * sine)
 
@@ -119,23 +124,33 @@ def _tan(e: Twofold, x: Pair) -> Pair:
     return e.function("sin", x) / e.function("cos", x)
 
 
-def _leg(e: Twofold, x: Pair) -> Pair:
+def leg(e: Twofold, x: Pair) -> Pair:
     """sqrt(1 - x^2)."""
     return e.function("sqrt", (e.number(1) - x) * (e.number(1) + x))
 
 
-def _sinh(e: Twofold, x: Pair) -> Pair:
+def sinh_within(e: Twofold, x: Pair) -> Pair:
+    """sinh x where e^x does not overflow."""
     power = e.function("exp", x)
     large = (power - e.number(1) / power).scaled(operand(literal(0.5)))
     square = x * x
     small = x + x * square * horner(e, series(3, 27, 2), square)
-    made = e.choose(e.compare("olt", e.call("llvm.fabs.f64", x.high), 0.5), small, large)
+    return e.choose(e.compare("olt", e.call("llvm.fabs.f64", x.high), 0.5), small, large)
+
+
+def _sinh(e: Twofold, x: Pair) -> Pair:
+    made = sinh_within(e, x)
     return _overflowing(e, x, made, Pair(e, e.call("sinh", x.high), operand(None)))
 
 
-def _cosh(e: Twofold, x: Pair) -> Pair:
+def cosh_within(e: Twofold, x: Pair) -> Pair:
+    """cosh x, likewise."""
     power = e.function("exp", x)
-    made = (power + e.number(1) / power).scaled(operand(literal(0.5)))
+    return (power + e.number(1) / power).scaled(operand(literal(0.5)))
+
+
+def _cosh(e: Twofold, x: Pair) -> Pair:
+    made = cosh_within(e, x)
     return _overflowing(e, x, made, Pair(e, e.call("cosh", x.high), operand(None)))
 
 
@@ -161,8 +176,8 @@ def functions() -> Sequence[str]:
         define("atan2", "pp", _atan2),
         define("tan", "p", _tan),
         define("atan", "p", lambda e, x: e.function("atan2", x, e.number(1))),
-        define("asin", "p", lambda e, x: e.function("atan2", x, _leg(e, x))),
-        define("acos", "p", lambda e, x: e.function("atan2", _leg(e, x), x)),
+        define("asin", "p", lambda e, x: e.function("atan2", x, leg(e, x))),
+        define("acos", "p", lambda e, x: e.function("atan2", leg(e, x), x)),
         define("sinh", "p", _sinh),
         define("cosh", "p", _cosh),
         define("tanh", "p", _tanh),

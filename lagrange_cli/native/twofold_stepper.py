@@ -6,6 +6,7 @@ there, every step is confirmed by the series that begins at its end (``twofold_c
 
 from __future__ import annotations
 
+from lagrange_cli.native.decimals import power
 from lagrange_cli.native.emitter import Operand, literal, operand
 from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.native.stepper import LAST_TERM, LOWEST_TERM, SLACK
@@ -50,7 +51,7 @@ class TwofoldStepper:
     def length(self) -> str:
         """``@length(state, work, h)``: the step, sizes measured over ``h``; nan where coefficients are."""
         body, one = Twofold(), operand(literal(1.0))
-        safety = (LAST_TERM * self.tolerance) ** (1.0 / self.rows.top)
+        safety = power(LAST_TERM * self.tolerance, 1.0 / self.rows.top)
         worst, total = body.define("alloca double"), body.define("alloca double")
         body.store(operand(literal(-1e300)), worst, 0)
         body.store(None, total, 0)

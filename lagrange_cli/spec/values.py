@@ -14,7 +14,7 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.names import Unsound, range_hint
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.source import Place, Source
@@ -57,6 +57,11 @@ def resolve_long_values(spec: Spec, overrides: Mapping[str, str] | None = None) 
         return Values(named, start, speed, low)
 
     return part(0, part(1))
+
+
+def resolve_portable_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Values:
+    """The doubles nearest to those: the same on every machine, whatever its C library."""
+    return replace(resolve_long_values(spec, overrides), low=None)
 
 
 def evaluate_run(

@@ -1,0 +1,143 @@
+"""The functions of portable programs against mpmath, and their bits on several kinds of processor."""
+
+import math
+import sys
+
+import llvmlite.binding as llvm
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.expression.vocabulary import FUNCTIONS
+from lagrange_cli.native.portable import portable
+from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
+from lagrange_cli.native.scalars import DECLARATIONS, INTRINSICS
+from tests.native.calls import compiled, loaded, looped
+
+MP = mpmath.mp.clone()
+MP.prec = 1300
+ARITY = {**{name: count for name, count in FUNCTIONS.items() if name != "sqrt"}, "pow": 2}
+EXACT = {name: getattr(MP, {"pow": "power"}.get(name, name)) for name in ARITY}
+BOUND = {"sin": 0.8, "cos": 0.8, "exp": 0.7, "pow": 0.7, "log": 1.0}
+"""Units in the last place; of the others, which are computed with twice the digits, 0.501."""
+
+
+def text(name: str) -> str:
+    """A portable program that computes the function of arrays."""
+    called = f"llvm.{name}.f64" if name in INTRINSICS else name
+    run = looped(lambda e, values: [e.call(called, *values)], ARITY[name], 1)
+    return portable("\n".join([DECLARATIONS, GLOBALS, run, ATTRIBUTES]))
+
+
+COMPILED = {name: compiled(text(name), 1) for name in ARITY}
+
+
+def check(name: str, *arguments: float) -> None:
+    found = float(COMPILED[name](*([x] for x in arguments))[0, 0])
+    exact = EXACT[name](*map(MP.mpf, arguments))
+    assert abs(found - exact) <= BOUND.get(name, 0.501) * math.ulp(float(exact)), (found, float(exact))
+
+
+ANGLES = st.floats(-1e300, 1e300) | st.floats(-30, 30) | st.integers(1, 10**25).map(lambda n: n * math.pi / 2)
+
+
+@pytest.mark.parametrize("name", ["sin", "cos", "tan"])
+@given(ANGLES)
+@example(6381956970095103.0 * 2.0**797)  # the double that is nearest to a multiple of pi/2
+@example(sys.float_info.max)
+@example(2.0**20)
+@settings(max_examples=300, deadline=None)
+def test_angles(name: str, x: float) -> None:
+    check(name, x)
+
+
+@pytest.mark.parametrize("name", ["asin", "acos"])
+@given(st.floats(-1, 1))
+@settings(max_examples=200, deadline=None)
+def test_inverse_functions(name: str, x: float) -> None:
+    check(name, x)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False))
+@settings(max_examples=200, deadline=None)
+def test_the_arc_tangent(x: float) -> None:
+    check("atan", x)
+
+
+@given(st.floats(allow_nan=False, allow_infinity=False), st.floats(allow_nan=False, allow_infinity=False))
+@settings(max_examples=400, deadline=None)
+def test_the_angle_of_a_point(y: float, x: float) -> None:
+    if (x, y) != (0.0, 0.0) and abs(float(EXACT["atan2"](MP.mpf(y), MP.mpf(x)))) > sys.float_info.min:
+        check("atan2", y + 0.0, x)
+
+
+@pytest.mark.parametrize("name", ["exp", "sinh", "cosh", "tanh"])
+@given(st.floats(-709, 709) | st.floats(-1, 1))
+@settings(max_examples=300, deadline=None)
+def test_exponentials(name: str, x: float) -> None:
+    check(name, x)
+
+
+@given(st.floats(0, exclude_min=True, allow_infinity=False))
+@settings(max_examples=200, deadline=None)
+def test_the_logarithm(x: float) -> None:
+    check("log", x)
+
+
+@given(st.floats(0, exclude_min=True, allow_infinity=False), st.floats(-50, 50))
+@settings(max_examples=400, deadline=None)
+def test_powers(x: float, y: float) -> None:
+    if abs(MP.log(EXACT["pow"](MP.mpf(x), MP.mpf(y)), 2)) < 1022:
+        check("pow", x, y)
+
+
+@given(st.floats(-1e6, 0, exclude_max=True), st.integers(-40, 40))
+@settings(max_examples=200, deadline=None)
+def test_whole_powers_of_negative_numbers(x: float, n: int) -> None:
+    if abs(n * math.log2(-x)) < 1022:
+        check("pow", x, n)
+
+
+SPECIAL = np.array(
+    [math.nan, math.inf, -math.inf, 0.0, -0.0, 1.0, -1.0, 2.0, -2.0, 0.5, 5e-324, 1e308, -3.5, 1e4, -1e4, 3.0]
+)
+
+
+@pytest.mark.parametrize("name", ARITY)
+def test_special_values_are_those_of_the_c_library(name: str) -> None:
+    """But for the sign of a power of -0."""
+    x, y = (axis.ravel() for axis in np.meshgrid(SPECIAL, SPECIAL))
+    numpys = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "atan2": "arctan2", "pow": "power"}
+    if ARITY[name] == 1:
+        given = [SPECIAL]
+    else:
+        keep = ~((np.signbit(x) & (x == 0)) | ((name == "atan2") & np.signbit(y) & (y == 0)))
+        given = [x[keep], y[keep]]
+    with np.errstate(all="ignore"):
+        known = getattr(np, numpys.get(name, name))(*given)
+    np.testing.assert_array_max_ulp(COMPILED[name](*given)[0], known, 2)
+
+
+def emitted(program: str, triple: str, cpu: str, features: str, optimize: int = 2) -> bytes:
+    """The object code for a processor, of which there need be none here."""
+    llvm.initialize_all_targets()
+    llvm.initialize_all_asmprinters()
+    machine = llvm.Target.from_triple(triple).create_target_machine(
+        cpu=cpu, features=features, opt=optimize, jit=True
+    )
+    code: bytes = machine.emit_object(llvm.parse_assembly(program))
+    return code
+
+
+@pytest.mark.parametrize("optimize", [0, 2])
+@pytest.mark.parametrize("name", ARITY)
+def test_the_simplest_processor_computes_the_same_bits(name: str, optimize: int) -> None:
+    simple = loaded(emitted(text(name), llvm.get_process_triple(), "", "", optimize), 1)
+    random = np.random.default_rng(20260102)
+    x = np.concatenate(
+        [random.uniform(-1, 1, 500), random.normal(0, 1e3, 500), 10 ** random.uniform(4, 300, 99)]
+    )
+    given = [x, random.permutation(x)][: ARITY[name]]
+    assert simple(*given).tobytes() == COMPILED[name](*given).tobytes()
