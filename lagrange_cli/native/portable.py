@@ -1,10 +1,10 @@
 """A program's text made the same on every machine: no function of the C library, every fma an explicit one.
 
 The rest of a program is IEEE 754's operations in an order that is written down, vectors of a width that is
-written down among them: they have one result. So had the functions of the C library, but each release, and
-each processor's variant of it, has its own last bit; and ``fmuladd`` is rounded once or twice as the processor
-likes. Here fma is always rounded once, by a call of C's ``fma`` where the processor has none: its result is
-defined. The functions come from ``elementary`` where its formulas hold, else from double-double numbers.
+written down among them: they have one result. The functions of the C library do not, each release and each
+processor's variant has its own last bit; and ``fmuladd`` is rounded once or twice, as the processor likes.
+Here it is always rounded once, by a call of C's ``fma`` where the processor has none: its result is defined.
+The functions come from ``elementary`` where its formulas hold, else from double-double numbers.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ LARGE, SMALL = 2.0**500, 2.0**-500
 OVERFLOWING = 700.0
 """The hyperbolic functions' argument from which e^-x no longer counts."""
 
-ZERO, INFINITY, NAN = (operand(literal(x)) for x in (0.0, float("inf"), float("nan")))
+ZERO, ONE, INFINITY, NAN = (operand(literal(x)) for x in (0.0, 1.0, float("inf"), float("nan")))
 Formula = Callable[..., "Pair | Operand"]
 
 
@@ -147,7 +147,7 @@ def normal(e: Twofold, x: Operand) -> tuple[str, Operand]:
 def beyond_log(e: Twofold, x: Operand) -> Operand:
     """ln x of what is not a normal positive number."""
     tiny, raised = normal(e, x)
-    made = elementary.logarithm(e, select(e, tiny, raised, operand(literal(1.0))))
+    made = elementary.logarithm(e, select(e, tiny, raised, ONE))
     made = operand(e.sub(made, literal(float(RAISED * LN2))))
     other = select(e, e.compare("olt", x, 0.0), NAN, x)
     other = select(e, e.compare("oeq", x, 0.0), operand(literal(float("-inf"))), other)
@@ -164,13 +164,14 @@ def beyond_pow(e: Twofold, x: Operand, y: Operand) -> Operand:
     exponent = operand(e.mul(y, e.call("llvm.log.f64", size)))
     made = select(e, e.compare("olt", exponent, -746.0), ZERO, made)
     made = select(e, e.compare("ogt", exponent, 710.0), INFINITY, made)
+    made = select(e, e.compare("oeq", size, 1.0), ONE, made)
     half = operand(e.mul(y, literal(0.5)))
     whole = e.compare("oeq", e.call("llvm.floor.f64", y), y)
     odd = both(e, whole, e.compare("one", e.call("llvm.floor.f64", half), half))
-    of_negative = select(e, whole, select(e, odd, operand(e.neg(made)), made), NAN)
+    real = e.define(f"or i1 {whole}, {e.compare('oeq', size, float('inf'))}")
+    of_negative = select(e, real, select(e, odd, operand(e.neg(made)), made), NAN)
     made = select(e, e.compare("olt", x, 0.0), of_negative, made)
-    one = e.define(f"or i1 {e.compare('oeq', x, 1.0)}, {e.compare('oeq', y, 0.0)}")
-    return select(e, one, operand(literal(1.0)), made)
+    return select(e, e.compare("oeq", y, 0.0), ONE, made)
 
 
 def angle(e: Twofold, y: Pair, x: Pair) -> Pair:
@@ -178,7 +179,7 @@ def angle(e: Twofold, y: Pair, x: Pair) -> Pair:
     across, along = size_of(e, y.high), size_of(e, x.high)
     steep = e.compare("ogt", across, along)
     shorter, longer = select(e, steep, along, across), select(e, steep, across, along)
-    nowhere = e.compare("oeq", longer, 0.0)
+    nowhere = e.compare("oeq", operand(e.add(across, along)), 0.0)
     ratio = select(e, nowhere, ZERO, operand(e.div(shorter, longer)))
     square = operand(e.mul(ratio, ratio))
     total = operand(literal(ARC_TANGENT[-1]))
@@ -195,12 +196,12 @@ def atan2(e: Twofold, y: Operand, x: Operand) -> Operand:
     """The angle of any point."""
     across, along = size_of(e, y), size_of(e, x)
     far = e.call("llvm.maxnum.f64", across, along)
-    factor = select(e, e.compare("ogt", far, LARGE), operand(literal(SMALL)), operand(literal(1.0)))
+    factor = select(e, e.compare("ogt", far, LARGE), operand(literal(SMALL)), ONE)
     factor = select(e, e.compare("olt", far, SMALL), operand(literal(LARGE)), factor)
     endless = e.compare("oeq", far, float("inf"))
     sides = []
     for one, size in ((y, across), (x, along)):
-        unit = select(e, e.compare("oeq", size, float("inf")), operand(literal(1.0)), ZERO)
+        unit = select(e, e.compare("oeq", size, float("inf")), ONE, ZERO)
         unit = select(e, e.compare("uno", size, 0.0), NAN, unit)
         sides.append(pair(e, signed(e, select(e, endless, unit, operand(e.mul(size, factor))), one)))
     return rounded(e, angle(e, *sides))
@@ -212,6 +213,7 @@ def growing(within: Callable[[Twofold, Pair], Pair]) -> Formula:
     def formula(e: Twofold, x: Operand) -> Operand:
         size = size_of(e, x)
         half = rounded(e, e.function("exp", pair(e, size) - e.number(LN2)))
+        half = select(e, e.compare("oeq", size, float("inf")), size, half)
         half = half if within is cosh_within else signed(e, half, x)
         return select(e, e.compare("olt", size, OVERFLOWING), rounded(e, within(e, pair(e, x))), half)
 
@@ -222,7 +224,7 @@ def tanh(e: Twofold, x: Operand) -> Operand:
     """1 to the last digit beyond 40."""
     number = pair(e, x)
     made = rounded(e, sinh_within(e, number) / cosh_within(e, number))
-    made = select(e, e.compare("ogt", x, 40.0), operand(literal(1.0)), made)
+    made = select(e, e.compare("ogt", x, 40.0), ONE, made)
     return select(e, e.compare("olt", x, -40.0), operand(literal(-1.0)), made)
 
 
@@ -239,7 +241,7 @@ FORMULAS: Mapping[str, tuple[int, Formula]] = {
         1, lambda e, x: elementary.exponential(e, operand(e.mul(x, literal(float(LN2))))),
     ),
     "portable.tan": (1, tangent),
-    "portable.atan": (1, lambda e, x: atan2(e, x, operand(literal(1.0)))),
+    "portable.atan": (1, lambda e, x: atan2(e, x, ONE)),
     "portable.asin": (1, lambda e, x: angle(e, pair(e, x), leg(e, pair(e, x)))),
     "portable.acos": (1, lambda e, x: angle(e, leg(e, pair(e, x)), pair(e, x))),
     "portable.atan2": (2, atan2),
@@ -252,4 +254,4 @@ FORMULAS: Mapping[str, tuple[int, Formula]] = {
     "beyond.log": (1, beyond_log),
     "beyond.pow": (2, beyond_pow),
 }  # fmt: skip
-"""By name, how many doubles a function takes and what it is; ``beyond``: outside the range of ``elementary``."""
+"""By name, how many doubles a function takes, and what it is; ``beyond`` the range of ``elementary``."""

@@ -115,7 +115,7 @@ def _atan2(e: Twofold, y: Pair, x: Pair) -> Pair:
 
 
 def refined_angle(e: Twofold, first: Pair, y: Pair, x: Pair) -> Pair:
-    """The angle of (x, y) from one near it: the tangent of the difference, which has three times its digits."""
+    """The angle of (x, y) from one near it, by the tangent of the difference: three times its digits."""
     sine, cosine = e.function("sin", first), e.function("cos", first)
     return first + (y * cosine - x * sine) / (x * cosine + y * sine)
 

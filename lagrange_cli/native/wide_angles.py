@@ -50,8 +50,8 @@ def reduced(e: Twofold, size: Operand) -> tuple[str, Pair]:
     bits = e.define(f"bitcast double {size} to i64")
     exponent = e.integer("sub", e.integer("lshr", bits, MANTISSA), BIAS)
     mantissa = e.integer("or", e.integer("and", bits, (1 << MANTISSA) - 1), 1 << MANTISSA)
-    # The product has ``FRACTION`` bits of fraction if so many digits of 2/pi are left out: whole bytes, so one more
-    # perhaps than that, and the mantissa moved to make up for it.
+    # So many digits of 2/pi are left out that the product has ``FRACTION`` bits of fraction: whole bytes, and
+    # the mantissa is moved to make up for what these are too much.
     out = e.integer("sub", BITS - FRACTION, exponent)
     byte = e.integer("lshr", e.integer("add", out, 7), 3)
     mantissa = e.integer("shl", mantissa, e.integer("sub", e.integer("shl", byte, 3), out))
@@ -99,5 +99,5 @@ def _wide(cosine: bool) -> str:
 
 
 def wide_functions() -> tuple[str, ...]:
-    """``@twofold_wide_sin`` and ``@twofold_wide_cos`` of one double from ``LEAST_WIDE`` on, of either sign."""
+    """``@twofold_wide_sin`` and ``@twofold_wide_cos`` of a double of either sign, from ``LEAST_WIDE`` on."""
     return _wide(cosine=False), _wide(cosine=True)

@@ -1,7 +1,7 @@
 """Digests of the datasets that portable runs write, for a test that runs this elsewhere, in another process.
 
 ``python -m tests.cli.portable_digests FOLDER CPU FEATURES SYSTEM.yaml ..`` with what LLVM calls the processor
-to compile for (``here`` for the one that there is) prints a JSON object of them.
+to compile for (``here`` for the one that there is) prints a JSON object of them in its last line.
 """
 
 import hashlib
@@ -42,5 +42,4 @@ def all_digests(folder: Path, cpu: str, features: str, systems: list[str]) -> di
 
 if __name__ == "__main__":
     folder, cpu, features, *systems = sys.argv[1:]
-    made = all_digests(Path(folder), cpu, features, systems)
-    print(json.dumps(made), file=sys.stderr)
+    print(json.dumps(all_digests(Path(folder), cpu, features, systems)))

@@ -1,0 +1,137 @@
+"""``lagrange solve --portable``: the same bits whatever the processor and the C library; what is refused."""
+
+import json
+import math
+import os
+import platform
+import subprocess
+import sys
+from pathlib import Path
+
+import h5py
+import mpmath
+import numpy as np
+import pytest
+
+from lagrange_cli.cli.main import main
+from lagrange_cli.cli.source import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_portable_values, resolve_values
+from tests.cli.command import SYSTEMS
+from tests.cli.portable_digests import all_digests
+
+OTHER_LIBRARY = "glibc.cpu.hwcaps=" + ",".join(
+    f"-{ability}" for ability in ("FMA", "FMA_Usable", "FMA4", "FMA4_Usable", "AVX2", "AVX2_Usable")
+)
+"""What has glibc take its functions for older processors; elsewhere it means nothing."""
+FUNCTIONS = """
+parameters: {a: sin(0.3), b: 2**0.3, c: pi*tanh(1.7)}
+coordinates:
+  x: {initial: "atan2(a, 2)", velocity: exp(0.1)}
+  y: {initial: asin(0.3), velocity: log(1.7)}
+lagrangian: >
+  x_dot**2/2 + y_dot**2/2 + cosh(0.1*y)*x_dot*y_dot/3 - tan(0.1*x)*sinh(0.1*x) - (2+cos(x))**a
+  - exp(-x**2/8)*b - tanh(x*y)*atan(y) - acos(0.1*sin(x)) - log(3+x**2)**c - (x**2 + y**2)**1.3
+  + atan2(y + 5, x**2 + 1)*sqrt(2.0)**0.7 - cosh(x/2) + asin(0.2*cos(y)) - sin(1.1)*x*exp(0.7)
+observables: {far: sin(1e15*x), power: (3+x)**(y+0.1), steep: exp(800*sin(x) + 700)}
+solve: {stop: 1}
+"""
+COORDINATE = b"coordinates: {x: {initial: 1}}\n"
+SHORT = {"solar_system": "--stop 200", "fpu_chain": "--stop 20"}
+"""Motions that would take long with an fma in software."""
+SIMPLEST = ("", "")
+KINDS = (
+    [SIMPLEST, ("haswell", "+fma,+avx2,+avx,")] if platform.machine() in ("x86_64", "AMD64") else [SIMPLEST]
+)
+
+
+@pytest.fixture(scope="module")
+def systems(tmp_path_factory) -> list[str]:
+    """Every shipped one, and one that has every function."""
+    written = tmp_path_factory.mktemp("system") / "functions.yaml"
+    written.write_text(FUNCTIONS, encoding="utf-8")
+    shipped = [f"{path} {SHORT.get(path.stem, '')}".strip() for path in sorted(SYSTEMS.glob("*.yaml"))]
+    return [str(written), f"{written} --precision double-double", *shipped]
+
+
+@pytest.fixture(scope="module")
+def here(systems, tmp_path_factory) -> dict[str, dict[str, str]]:
+    """What they give on this machine."""
+    return all_digests(tmp_path_factory.mktemp("here"), "here", "", systems)
+
+
+@pytest.mark.parametrize(("cpu", "features"), KINDS)
+def test_another_processor_and_library_give_the_same_bits(cpu, features, systems, here, tmp_path):
+    made = subprocess.run(
+        [sys.executable, "-m", "tests.cli.portable_digests", str(tmp_path), cpu, features, *systems],
+        env={**os.environ, "GLIBC_TUNABLES": OTHER_LIBRARY},
+        cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
+    )  # fmt: skip
+    assert made.returncode == 0, made.stderr
+    found = json.loads(made.stdout.splitlines()[-1])
+    assert len(found) > 20
+    for system in systems:
+        assert found[system] == here[system], system
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "driven_damped_pendulum"])
+def test_it_is_the_same_motion(name, tmp_path):
+    """Up to rounding: before chaos can show."""
+    run = ["solve", str(SYSTEMS / f"{name}.yaml"), "--stop", "2", "--outputs", "all"]
+    assert (
+        main([*run, "-o", str(tmp_path / "a.h5")])
+        == main([*run, "--portable", "-o", str(tmp_path / "b.h5")])
+        == 0
+    )
+    with h5py.File(tmp_path / "a.h5") as plain, h5py.File(tmp_path / "b.h5") as portable:
+        assert "portable" not in plain.attrs and portable.attrs["portable"] == 1
+        for kind in ("q", "v"):
+            for coordinate in set(plain[kind]) - {"t"}:
+                np.testing.assert_allclose(
+                    portable[kind][coordinate], plain[kind][coordinate], rtol=0, atol=1e-11
+                )
+
+
+def test_numbers_of_the_file_are_rounded_once():
+    """Decimals, functions and powers: to the double nearest to what is written, here and everywhere."""
+    text = (
+        b"parameters: {a: 0.1*3, b: 10**0.5, c: sin(pi)}\n" + COORDINATE + b"lagrangian: x_dot**2/2 - a*x\n"
+    )
+    spec = read_spec(text, "a.yaml")
+    values = resolve_portable_values(spec)
+    assert values.parameters["a"] == 0.3 and resolve_values(spec).parameters["a"] != 0.3
+    assert values.parameters["b"] == math.sqrt(10) and abs(values.parameters["c"]) < 1e-60
+    assert values.low is None
+
+
+def test_numbers_of_expressions_are_rounded_once():
+    spec = read_spec(COORDINATE + b"lagrangian: x_dot**2/2 - sin(0.7)**0.3*x\n", "a.yaml")
+    residual = derive_system(spec, portable=True)
+    with mpmath.workdps(50):
+        sine = float(mpmath.sin(0.7))
+        power = float(mpmath.mpf(sine) ** mpmath.mpf(0.3))
+    assert residual.residual[0].data[0] == power
+
+
+def test_a_run_that_is_kept_compiled_is_that_of_its_kind(tmp_path):
+    """A portable program is not taken for a plain one, nor the other way."""
+    run = ["solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "3"]
+    made = {}
+    for i, options in enumerate([[], ["--portable"], [], ["--portable"]]):
+        assert main([*run, *options, "-o", str(tmp_path / f"{i}.h5")]) == 0
+        made[i] = (tmp_path / f"{i}.h5").read_bytes()
+    assert made[0] == made[2] != made[1] == made[3]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--method", "DOP853"), "--portable is for taylor alone, not DOP853"),
+        (("--certify",), "the estimates of --certify are not portable"),
+    ],
+)
+def test_what_is_not_portable_is_refused(options, message, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    assert main(["solve", str(SYSTEMS / "pendulum.yaml"), "--portable", *options]) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
