@@ -15,6 +15,7 @@ from benchmarks import (
     ensemble,
     integration,
     large,
+    portable,
     samples,
     shell,
     startup,
@@ -24,7 +25,7 @@ from benchmarks.report import required_table
 
 MODULES = (
     startup, shell, large, derivation, integration, workprecision, chain, ensemble, samples, brouwer,
-    doubledouble, certified,
+    doubledouble, portable, certified,
 )  # fmt: skip
 BENCHMARKS = tuple(module.BENCHMARK for module in MODULES)
 

@@ -11,10 +11,16 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
+from lagrange_cli.expression.exact import ExactGraphAlgebra, PortableGraphAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
+from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE
+from lagrange_cli.integrate.writing import write_run
+from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.model.build import build_model
 from lagrange_cli.native.portable import portable
 from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
 from lagrange_cli.native.scalars import DECLARATIONS, INTRINSICS
+from lagrange_cli.spec.read import read_spec
 from tests.native.calls import compiled, loaded, looped
 
 MP = mpmath.mp.clone()
@@ -182,3 +188,26 @@ def test_the_simplest_processor_computes_the_same_bits(name: str, optimize: int)
     )
     given = [x, random.permutation(x)][: ARITY[name]]
     assert simple(*given).tobytes() == COMPILED[name](*given).tobytes()
+
+
+SYSTEM = b"""
+parameters: {k: 0.3}
+coordinates: {x: {initial: 1}, y: {initial: 1}}
+lagrangian: (2 + cos(x))*x_dot**2/2 + y_dot**2/2 + sin(x - y)*x_dot*y_dot - exp(x)*(2 + y**2)**k - tanh(y)
+"""
+
+
+@pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
+@pytest.mark.parametrize("triple", ["aarch64-unknown-linux-gnu", "x86_64-unknown-linux-gnu"])
+def test_nor_by_the_stepper(triple: str, precision: str) -> None:
+    """A whole program calls only what fills and copies memory."""
+    algebra = PortableGraphAlgebra() if precision == DOUBLE else ExactGraphAlgebra()
+    residual = derive(build_model(read_spec(SYSTEM, "test", {}), algebra))
+    outputs = frozenset({"q", "v", "p", "h", "ledger", "action"})
+    program, _ = write_run(
+        residual, method="taylor", tolerance=1e-15, outputs=outputs, precision=precision
+    )
+    made = portable(program.text)
+    assert "fmuladd" not in made
+    features = "+fma,+sse4.1" if triple.startswith("x86") else ""
+    assert undefined(emitted(made, triple, "", features)) <= {"memset", "memcpy"}
