@@ -204,9 +204,7 @@ def test_nor_by_the_stepper(triple: str, precision: str) -> None:
     algebra = PortableGraphAlgebra() if precision == DOUBLE else ExactGraphAlgebra()
     residual = derive(build_model(read_spec(SYSTEM, "test", {}), algebra))
     outputs = frozenset({"q", "v", "p", "h", "ledger", "action"})
-    program, _ = write_run(
-        residual, method="taylor", tolerance=1e-15, outputs=outputs, precision=precision
-    )
+    program, _ = write_run(residual, method="taylor", tolerance=1e-15, outputs=outputs, precision=precision)
     made = portable(program.text)
     assert "fmuladd" not in made
     features = "+fma,+sse4.1" if triple.startswith("x86") else ""
