@@ -45,10 +45,11 @@ class Start:
 
 
 def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
-    """All that the bytes of an output depend on: the attributes that say what made it, and the machine."""
+    """All that the bytes of an output depend on: the attributes that say what made it, and the machine (where
+    the run is no portable one)."""
     from lagrange_cli.native.identity import machine
 
-    return {**made_by, "machine": machine()}
+    return {**made_by, **({} if "portable" in made_by else {"machine": machine()})}
 
 
 def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Start:

@@ -1,4 +1,4 @@
-"""Powers of doubles by Python's own decimals: rounded alike everywhere, as the C library's need not be."""
+"""Powers of doubles, and of e, by Python's own decimals: rounded alike everywhere, unlike the C library's."""
 
 from __future__ import annotations
 
@@ -10,3 +10,8 @@ DIGITS = Context(prec=40)
 def power(base: float, exponent: float) -> float:
     """``base ** exponent`` for positive numbers, rounded correctly."""
     return float(DIGITS.power(Decimal(base), Decimal(exponent)))
+
+
+def exponential(x: float) -> float:
+    """e^x, rounded correctly."""
+    return float(DIGITS.exp(Decimal(x)))

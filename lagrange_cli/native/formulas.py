@@ -42,6 +42,7 @@ LOGARITHM = (
 """(2 artanh(s) / s - 2 - 2 s^2 / 3) / s^4 in powers of s^2, where ln m = 2 artanh(s); error of ln 2^-77."""
 LN_2 = (0.6931471805598903, 5.497923018708371e-14)
 """ln 2 in two parts. The first has 42 bits: times an integer below 2^11 it is exact."""
+INVERSE_LN_2 = 1.4426950408889634
 TWO_THIRDS = (0.6666666666666666, 3.700743415417188e-17)
 LARGEST_EXPONENT = 708.0
 LEAST_NORMAL = 2.0**-1022
@@ -101,7 +102,7 @@ def library_sine_and_cosine(body: Body, x: Real, low: Real) -> list[Real]:
 
 def exponential(body: Body, x: Real, low: Real) -> Results:
     """e^(x + low), where x = n ln 2 + r + rest."""
-    shifted = body.fma(x, 1.0 / math.log(2.0), ROUND)
+    shifted = body.fma(x, INVERSE_LN_2, ROUND)
     minus_n = -(shifted - ROUND)
     first = body.fma(minus_n, LN_2[0], x)
     r, rest = fast_sum(first, body.fma(minus_n, LN_2[1], low))

@@ -10,7 +10,7 @@ The functions come from ``elementary`` where its formulas hold, else from double
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 
 from lagrange_cli.native import elementary
 from lagrange_cli.native.arithmetic import Body
@@ -32,6 +32,8 @@ from lagrange_cli.native.wide_angles import LEAST_WIDE, table, wide_functions
 INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
 """LLVM's functions that become calls of the C library."""
 LIBM = re.compile(rf"@(?:llvm\.({'|'.join(INTRINSICS)})\.f64|({'|'.join(LIBRARY)}))\(")
+TURNING = re.compile(r"  (%[\w.]+) = call double @llvm\.(sin|cos)\.f64\(double ([%\w.]+)\)")
+PAIR = elementary.result_type("sin_cos", 1)
 DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
 CALLED = re.compile(r"@([\w.]+)\(")
 
@@ -57,7 +59,7 @@ def portable(text: str) -> str:
     text = fused(text)
     known = library(twofold=f"{TYPE} = type" not in text)
     lines = [line for line in text.split("\n") if not (line.startswith("declare") and LIBM.search(line))]
-    text = LIBM.sub(_own, "\n".join(lines))
+    text = LIBM.sub(_own, "\n".join(together(lines)))
     parts, found, pending = [text], set(DEFINED.findall(text)), [text]
     while pending:
         for name in sorted(set(CALLED.findall(pending.pop())) & known.keys() - found):
@@ -69,6 +71,22 @@ def portable(text: str) -> str:
     if any("@two_over_pi" in part for part in parts):
         parts.insert(0, table())
     return "\n".join(parts)
+
+
+def together(lines: Sequence[str]) -> Iterator[str]:
+    """``lines``, but sine and cosine of one operand, where they are in one block, by one call."""
+    made: dict[str, str] = {}
+    for i, line in enumerate(lines):
+        found = TURNING.fullmatch(line)
+        if found is None:
+            made = {} if line.endswith((":", "{")) else made
+            yield line
+            continue
+        name, function, angle = found.groups()
+        if angle not in made:
+            made[angle] = f"%turned.{i}"
+            yield f"  {made[angle]} = call {PAIR} @sin_cos.1(double {angle}, double {ZERO})"
+        yield f"  {name} = extractvalue {PAIR} {made[angle]}, {int(function == 'cos')}"
 
 
 def _own(call: re.Match[str]) -> str:

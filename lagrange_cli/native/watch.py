@@ -9,11 +9,11 @@ step goes no further than half the way.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.decimals import exponential
 from lagrange_cli.native.emitter import literal, operand
 from lagrange_cli.native.template import fill_in
 
@@ -80,7 +80,7 @@ def watch(values: Mapping[str, object], first: int, powers: Sequence[float]) -> 
     of what is watched, with such ``powers`` (see ``watched_nodes``); ``values`` are those of ``stepper``."""
     if not powers:
         return NOTHING_WATCHED
-    growths = [math.exp(2 * CLOSE / power) if power else 0.0 for power in powers]
+    growths = [exponential(2 * CLOSE / power) if power else 0.0 for power in powers]
     tables = "".join(
         f"@watched_{name} = private constant [{len(powers)} x double] "
         f"[{', '.join(f'double {operand(literal(x))}' for x in row)}]\n"

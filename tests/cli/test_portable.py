@@ -13,8 +13,11 @@ import mpmath
 import numpy as np
 import pytest
 
+from lagrange_cli.cli import solve as solving
+from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
 from lagrange_cli.cli.source import derive_system
+from lagrange_cli.native import identity
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 from tests.cli.command import SYSTEMS
@@ -43,6 +46,13 @@ SIMPLEST = ("", "")
 KINDS = (
     [SIMPLEST, ("haswell", "+fma,+avx2,+avx,")] if platform.machine() in ("x86_64", "AMD64") else [SIMPLEST]
 )
+
+
+class AtOnce(Interrupts):
+    """Ctrl-C before the first step."""
+
+    def __call__(self) -> bool:
+        return True
 
 
 @pytest.fixture(scope="module")
@@ -121,6 +131,22 @@ def test_a_run_that_is_kept_compiled_is_that_of_its_kind(tmp_path):
         assert main([*run, *options, "-o", str(tmp_path / f"{i}.h5")]) == 0
         made[i] = (tmp_path / f"{i}.h5").read_bytes()
     assert made[0] == made[2] != made[1] == made[3]
+
+
+@pytest.mark.parametrize(("options", "code"), [(["--portable"], 0), ([], 5)])
+def test_it_goes_on_on_another_machine(options, code, tmp_path, monkeypatch):
+    """To the same bytes; a plain run does not."""
+    run = ["solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "60", *options]
+    run += ["-o", str(tmp_path / "out.h5")]
+    assert main(run) == 0
+    expected = (tmp_path / "out.h5").read_bytes()
+    monkeypatch.setattr(solving, "Interrupts", AtOnce)
+    assert main([*run, "--force"]) == 130
+    assert (tmp_path / "out.h5").read_bytes() != expected
+    monkeypatch.setattr(solving, "Interrupts", Interrupts)
+    monkeypatch.setattr(identity, "processor", lambda: ["another one"])
+    assert main([*run, "--resume"]) == code
+    assert ((tmp_path / "out.h5").read_bytes() == expected) == (code == 0)
 
 
 @pytest.mark.parametrize(
