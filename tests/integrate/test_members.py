@@ -37,7 +37,8 @@ class StandIn:
     batch: int = 7
     failing: frozenset[int] = frozenset()
 
-    def follow(self, parameters, states, times, sampled, accept, watch, threads):
+    def follow(self, starts, accept, watch, threads):
+        parameters, states, times = starts.parameters, starts.states, starts.times
         order = [i for i in self.order if i < len(states)] or range(len(states))
         when = times.chunk(0, times.count)
         for start in range(0, len(states), self.batch):
@@ -48,7 +49,7 @@ class StandIn:
             t = np.where(failed, times.stop / 2, times.stop)
             q, v = states[index, :2], states[index, 2:4]
             samples = None
-            if sampled:
+            if starts.sampled:
                 samples = np.stack([*(q[:, i, None] + v[:, i, None] * when for i in (0, 1)),
                                     *(v[:, i, None] + 0 * when for i in (0, 1))], axis=1)  # fmt: skip
                 samples[(when > t[:, None])[:, None].repeat(4, axis=1)] = np.nan
@@ -151,7 +152,7 @@ def test_members_that_were_not_followed_are_nan(sampled):
 
 def test_a_member_that_its_engine_calls_interrupted_counts_as_not_followed():
     class Hasty:
-        def follow(self, parameters, states, times, sampled, accept, watch, threads):
+        def follow(self, starts, accept, watch, threads):
             ones = np.ones(2)
             ends = [Ending.COMPLETE, Ending.INTERRUPTED]
             accept(Batch(np.array([0, 1]), ends, ones, states[:2], np.array([1, 1]), None, ones))
