@@ -38,7 +38,7 @@ class StandIn:
     failing: frozenset[int] = frozenset()
 
     def follow(self, starts, accept, watch, threads):
-        parameters, states, times = starts.parameters, starts.states, starts.times
+        states, times = starts.states, starts.times
         order = [i for i in self.order if i < len(states)] or range(len(states))
         when = times.chunk(0, times.count)
         for start in range(0, len(states), self.batch):
@@ -155,7 +155,7 @@ def test_a_member_that_its_engine_calls_interrupted_counts_as_not_followed():
         def follow(self, starts, accept, watch, threads):
             ones = np.ones(2)
             ends = [Ending.COMPLETE, Ending.INTERRUPTED]
-            accept(Batch(np.array([0, 1]), ends, ones, states[:2], np.array([1, 1]), None, ones))
+            accept(Batch(np.array([0, 1]), ends, ones, starts.states[:2], np.array([1, 1]), None, ones))
             return False
 
     found, _, outcome = run(Hasty(), count=3)
