@@ -163,8 +163,6 @@ SCENES = (
           error=1e-9),  # the pivot is accelerated by 1e5, and w*t known to 1e-12
     Scene(
         "sleeping_top", "a fast top, 1e-3 from the vertical", TOP, 50.0, quick=True,
-        known="h and p hold, but phi and psi lose digits that heyoka keeps in the same angles: ours to mend. "
-        "Coordinates that are regular at the vertical avoid it.",
     ),
     Scene(
         "chain", "fifty pendulums, one hung from the other", shipped("n_pendulum"), 10.0, reference=None,

@@ -11,7 +11,7 @@ Routh's reduction of the cyclic coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.graph import Graph, Node, bits
@@ -42,7 +42,9 @@ def derive(model: Model[Node]) -> Residual:
         model=model,
         graph=graph,
         **vars(forms[chosen]),
-        definite=model.lagrangian is None and not any(graph.gradient(p, velocities) for p in slopes),
+        definite=model.lagrangian is None
+        and not any(graph.gradient(p, velocities) for p in slopes)
+        and symmetric(forms[chosen].mass_matrix),
         formulation=chosen,
         costs=costs,
         scleronomic=scleronomic(model),
@@ -151,6 +153,11 @@ def mass_matrix(
 def convolutions(model: Model[Node], graph: Graph, form: Formulation) -> int:
     """Convolutions per order that a formulation takes."""
     return lower(graph, variables(model), model.q, model.v, model.time, form.residual, ()).convolutions
+
+
+def symmetric(matrix: Sequence[Sequence[Node]]) -> bool:
+    """Whether a matrix is its own transpose; where a coordinate has been eliminated it may not be."""
+    return all(entry is matrix[k][j] for j, row in enumerate(matrix) for k, entry in enumerate(row[:j]))
 
 
 def scleronomic(model: Model[Node]) -> bool:

@@ -44,17 +44,21 @@ def routh(
     """The equations with coordinates eliminated whose momenta are ``steady``; None if there are none to be.
 
     ``matrix`` is the mass matrix.
-    These are coupled to no others by the mass matrix, and eliminating them divides by nothing that L does not
-    divide by already: it might vanish where the motion goes on.
+    These are coupled to no others by it, or their inertia is constant; and eliminating them divides by
+    nothing that L does not divide by already: it might vanish where the motion goes on.
     """
     moving = variables(model)
     routhian, gone = lagrangian, list[Eliminated]()
     for block in connected(matrix) if steady else ():
-        if all(k in steady for k in block):
-            after, found = eliminate(model, graph, routhian, block)
+        whole = [block] if all(k in steady for k in block) else []
+        constant = [(k,) for k in block if k in steady and not matrix[k][k].symbols & moving]
+        for part in (*whole, *constant):
+            after, found = eliminate(model, graph, routhian, part)
             speeds = [one.speed for one in found]
             if found and divisors([after, *speeds], moving) <= divisors([lagrangian], moving):
                 routhian, gone = after, gone + found
+                if part == block:
+                    break
     if not gone:
         return None
     residual, rows = euler_lagrange(model, graph, routhian, forces)
@@ -64,6 +68,7 @@ def routh(
         momentum = divided(graph, graph.diff(lagrangian, v), one.unit)
         held.append(Held(one.symbol, momentum, v, one.speed))
         residual[one.index] = graph.ddt(v) - rate(graph, one.speed, moving)
+        rows[one.index] = [-graph.diff(one.speed, other) for other in model.v]
         rows[one.index][one.index] = graph.one
     inertias = tuple(one.inertia for one in gone if one.inertia.symbols & moving)
     return replace(normalized(graph, residual, rows, moving), held=tuple(held), inertias=inertias)
@@ -83,9 +88,13 @@ def eliminate(
             return routhian, []
         symbol = graph.symbol(f"p {model.coordinates[k]}")
         unit, _ = graph.split_parameters(inertia, moving)
-        speed = (unit * symbol - rest) / inertia
+        if inertia.symbols & moving:
+            speed = (unit * symbol - rest) / inertia
+            routhian = without - inertia * speed**2 / 2.0
+        else:  # multiplied out, L_0 cancels against b^2/(2 M); p^2/(2 M) is a constant
+            speed = divided(graph, unit * symbol - rest, inertia)
+            routhian = without + unit * symbol * rest / inertia - rest**2 / (2.0 * inertia)
         found.append(Eliminated(k, symbol, unit, inertia, speed))
-        routhian = without - inertia * speed**2 / 2.0
     speeds: dict[Node, Node] = {}
     for place in reversed(range(len(found))):  # the last one's contains no other
         one = found[place]
