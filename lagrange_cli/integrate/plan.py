@@ -32,7 +32,8 @@ class Plan:
 def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
     """The plan for ``outputs``: names among q, v, p, h, T, U, energy, positions, ledger, action,
     observables."""
-    planner = _Planner(residual.model, Energetics(residual.model))
+    kept = frozenset(each.quantity for each in residual.conserved)
+    planner = _Planner(residual.model, Energetics(residual.model), kept)
     for output, add in (
         ("p", planner.momenta),
         ("h", planner.energy_function),
@@ -46,7 +47,6 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
     ):
         if output in outputs:
             add()
-    kept = {each.quantity for each in residual.conserved}
     recording = Recording(
         coordinates=residual.coordinates,
         states=planner.states(outputs),
@@ -60,6 +60,8 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
 class _Planner:
     model: Model[Node]
     energetics: Energetics
+    kept: frozenset[str]
+    """What every motion keeps: its rate is 0, whatever it looks like."""
     observed: dict[str, Node] = field(default_factory=dict)
     integrands: dict[str, Node] = field(default_factory=dict)
     made: list[Dataset] = field(default_factory=list)
@@ -87,7 +89,7 @@ class _Planner:
 
     def add_balance(self, dataset: Dataset, integrands: Iterable[Node]) -> None:
         for source, integrand in zip(dataset.sources, integrands):
-            if not integrand.is_zero:
+            if source not in self.kept and not integrand.is_zero:
                 self.integrands[dataset.quadrature(source)] = integrand
         self.made.append(dataset)
 

@@ -93,7 +93,7 @@ nowhere:
   ret double %x
 }
 
-; Whether the accelerations %x into a step of %h are other than what its series foretells. (What is no number is, too.)
+; Whether the rates of velocities and quadratures %x into a step of %h are other than what its series foretells. (What is no number is, too.)
 define internal i1 @unseen(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %x, double %h) #0 {
 entry:
   %there = getelementptr inbounds double, ptr %trial, i64 @@at_series@@
@@ -166,8 +166,10 @@ rated:
   %allowed0 = call double @llvm.fmuladd.f64(double %v0, double %inverse, double %part)
   %allowed = fadd double %allowed0, %nothing
   %apart = fcmp ugt double %distance, %allowed
-  %j_next = add nuw nsw i64 %j, 1
-  %j_more = icmp ult i64 %j_next, @@two_degrees@@
+  %j_after = add nuw nsw i64 %j, 1
+  %last_velocity = icmp eq i64 %j_after, @@two_degrees@@
+  %j_next = select i1 %last_velocity, i64 @@beyond@@, i64 %j_after
+  %j_more = icmp ult i64 %j_next, @@rows@@
   %on0 = xor i1 %apart, true
   %on = and i1 %on0, %j_more
   br i1 %on, label %velocity, label %judged
