@@ -15,7 +15,6 @@ from operator import attrgetter
 from typing import Any
 
 from lagrange_cli.expression.reals import real_function, real_power, tidy
-from lagrange_cli.records import dataclass
 
 WIDE = 8
 """Arguments from which on it pays to know which symbols each of them holds."""
@@ -33,6 +32,8 @@ class Kind(Enum):
     POWER = "power"  # arguments: base and an exponent that is no number
     FUNCTION = "function"  # data: the function's name
     DDT = "ddt"  # the total time derivative of the argument along the motion
+
+    __hash__ = object.__hash__  # that of the name takes a call for every look into the table
 
 
 class Node:
@@ -91,14 +92,6 @@ class Node:
     def __repr__(self) -> str:
         inner = ", ".join([repr(self.data)] * (self.data is not None) + [repr(a) for a in self.arguments])
         return f"{self.kind.value}({inner})"
-
-
-@dataclass(frozen=True)
-class Scaled:
-    """``coefficient * node`` with a numerical coefficient."""
-
-    coefficient: float
-    node: Node
 
 
 class Graph:
@@ -201,35 +194,35 @@ class Graph:
                     continue
                 coefficient = collected.pop(node)
                 del collected[twin]
-                scaled = self.split_coefficient(rest)
-                if scaled.node is self.one:
-                    constant += coefficient * scaled.coefficient
+                scale, left = self.split_coefficient(rest)
+                if left is self.one:
+                    constant += coefficient * scale
                 else:
-                    total = collected.pop(scaled.node, 0.0) + coefficient * scaled.coefficient
+                    total = collected.pop(left, 0.0) + coefficient * scale
                     if total != 0.0:
-                        collected[scaled.node] = total
-                        if scaled.node.kind is Kind.PRODUCT:
-                            pending.append(scaled.node)
+                        collected[left] = total
+                        if left.kind is Kind.PRODUCT:
+                            pending.append(left)
                 break
         return constant
 
-    def split_coefficient(self, node: Node) -> Scaled:
+    def split_coefficient(self, node: Node) -> tuple[float, Node]:
         """``node`` as a number times a node that carries no numerical factor.
 
         Out of a sum comes what its first term has of a sign and powers of two, which is exact: y - x and
         2*x - 2*y are multiples of x - y.
         """
         if node.kind is Kind.NUMBER:
-            return Scaled(node.data, self.one)
+            return node.data, self.one
         if node.kind is not Kind.SUM:
-            return Scaled(1.0, node)
+            return 1.0, node
         constant, (first, *others) = node.data
         if not others and constant == 0.0:
-            return Scaled(first, node.arguments[0])
+            return first, node.arguments[0]
         if first == 1.0 or abs(math.frexp(first)[0]) != 0.5:
-            return Scaled(1.0, node)
+            return 1.0, node
         data = (constant / first + 0.0, (1.0, *(coefficient / first for coefficient in others)))
-        return Scaled(first, self._make(Kind.SUM, data, node.arguments))
+        return first, self._make(Kind.SUM, data, node.arguments)
 
     # ------------------------------------------------------------------ products and powers
 
@@ -243,15 +236,16 @@ class Graph:
             if node.kind is Kind.NUMBER:
                 coefficient *= self.power_of(node.data, exponent)
                 continue
-            integral = exponent == int(exponent) if math.isfinite(exponent) else False
-            if integral and node.kind is Kind.PRODUCT:
-                pending.extend((a, e * exponent) for a, e in zip(node.arguments, node.data))
-                continue
-            scaled = self.split_coefficient(node)
-            if scaled.node is not node and (integral or scaled.coefficient > 0.0):
-                coefficient *= self.power_of(scaled.coefficient, exponent)
-                pending.append((scaled.node, exponent))
-                continue
+            if node.kind is Kind.PRODUCT:
+                if whole(exponent):
+                    pending.extend((a, e * exponent) for a, e in zip(node.arguments, node.data))
+                    continue
+            elif node.kind is Kind.SUM:
+                scale, rest = self.split_coefficient(node)
+                if rest is not node and (scale > 0.0 or whole(exponent)):
+                    coefficient *= self.power_of(scale, exponent)
+                    pending.append((rest, exponent))
+                    continue
             collected[node] = collected.get(node, 0) + exponent
         if coefficient == 0.0:
             return self.zero
@@ -390,13 +384,20 @@ class Graph:
     def _split_parameters(self, node: Node, variables: int) -> tuple[Node, Node]:
         if not node.symbols & variables:
             return node, self.one
-        scaled = self.split_coefficient(node)
-        if scaled.node.kind is not Kind.PRODUCT:
-            return self.constant(scaled.coefficient), scaled.node
-        parts = list(zip(scaled.node.arguments, scaled.node.data))
+        coefficient, rest = self.split_coefficient(node)
+        if rest.kind is not Kind.PRODUCT:
+            return self.constant(coefficient), rest
+        parts = list(zip(rest.arguments, rest.data))
         fixed = [(a, e) for a, e in parts if not a.symbols & variables]
+        if not fixed:
+            return self.constant(coefficient), rest
         moving = [(a, e) for a, e in parts if a.symbols & variables]
-        return scaled.coefficient * self.product(fixed), self.product(moving)
+        return coefficient * self.product(fixed), self.product(moving)
+
+
+def whole(exponent: float) -> bool:
+    """Whether a power is one of a whole number."""
+    return isinstance(exponent, int) or exponent.is_integer()
 
 
 def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:
