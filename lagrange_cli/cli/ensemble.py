@@ -5,8 +5,9 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.cli.ended import drifts_shown
 from lagrange_cli.cli.report import count_of, finite
-from lagrange_cli.cli.runs import drifts_shown, origin, series_of, units_of
+from lagrange_cli.cli.runs import origin, series_of, units_of
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:

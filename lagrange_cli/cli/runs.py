@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -22,7 +22,6 @@ from lagrange_cli.spec.spec import SolveDefaults
 if TYPE_CHECKING:
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
-    from lagrange_cli.integrate.ending import Outcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
@@ -30,12 +29,6 @@ if TYPE_CHECKING:
 
 EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
 """The exit status for each way a motion can end; what was computed is written in every case."""
-
-MOST_DRIFTS = 8
-"""Momenta whose drifts are shown one by one."""
-
-WORTH_A_WORD, LOOSELY = 1e-6, 1e4
-"""A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
 SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
@@ -243,27 +236,3 @@ def origin(
         **({"portable": 1} if settings.portable else {}),
         "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
     }
-
-
-def doubt(outcome: Outcome, tolerance: float) -> str | None:
-    """What is said where h has drifted by more than rounding and the tolerance explain."""
-    drift, size = outcome.h_drift, outcome.h_size
-    if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
-        return None
-    return (
-        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, though every motion of this system "
-        "keeps it; something narrow was passed over, or h is a small difference of large numbers: do not "
-        "rely on the result before a smaller --tolerance, another --method or --certify says the same"
-    )
-
-
-def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:
-    """The drifts as they are shown: where there are many momenta, only the one that drifted most."""
-    drifts = {} if h_drift is None else {"h": h_drift}
-    momenta = {f"p_{coordinate}": drift for coordinate, drift in p_drift}
-    if len(momenta) <= MOST_DRIFTS:
-        drifts |= momenta
-    else:
-        name = max(momenta, key=lambda one: momenta[one])
-        drifts[f"at most, of {len(momenta)} momenta, {name}"] = momenta[name]
-    return "drift: " + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked")

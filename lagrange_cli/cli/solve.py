@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import json
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -12,21 +11,19 @@ import click
 from lagrange_cli.cli.certifying import (
     Demand,
     certificate_of,
-    certified_shown,
     certify_options,
     companion_settings,
     series_of_errors,
 )
+from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
-from lagrange_cli.cli.report import complain, count_of, display_name, emit, emit_json, finite, run_each
+from lagrange_cli.cli.report import complain, display_name, emit, emit_json, run_each
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
     Request,
-    doubt,
-    drifts_shown,
     find_output,
     list_of_outputs,
     origin,
@@ -260,69 +257,3 @@ def replay(earlier: Earlier, writer: Writer, prepared: Prepared) -> Progress:
         return Progress.from_data(data, memory, program, prepared.recording.conserved, writer.samples)
     except ValueError as error:
         raise damaged(earlier.shown) from error
-
-
-def attributes(
-    made_by: Mapping[str, str | int | float], outcome: Outcome, tolerance: float
-) -> dict[str, str | int | float]:
-    """The root's attributes: everything that made the file, and how the run ended."""
-    warning = doubt(outcome, tolerance)
-    return {
-        **made_by,
-        "steps": outcome.steps,
-        "status": outcome.ending.status,
-        "message": outcome.message,
-        "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
-        "p_drift": json.dumps(finite(outcome.p_drift)),
-        **({} if warning is None else {"warning": warning}),
-        **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
-    }
-
-
-def as_object(
-    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch
-) -> dict[str, Any]:
-    """The run for ``--json``."""
-    return {
-        "name": spec.name,
-        "output": start.target.shown,
-        "status": outcome.ending.status,
-        "message": outcome.message,
-        "warning": doubt(outcome, settings.tolerance),
-        "method": settings.method,
-        "tolerance": settings.tolerance,
-        "steps": outcome.steps,
-        "evaluations": outcome.evaluations,
-        "t": outcome.t,
-        "h_drift": outcome.h_drift,
-        "p_drift": dict(outcome.p_drift),
-        "trusted_until": outcome.trusted_until,
-        "error": outcome.error,
-        "resumed_from": start.reached,
-        "seconds": watch.report(),
-    }
-
-
-def ended(outcome: Outcome) -> str:
-    """How the motion ended; why, if it did not reach the end, is said on standard error."""
-    status: str = outcome.ending.status
-    return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
-
-
-def as_text(
-    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch, demand: Demand | None
-) -> str:
-    """The run in a few lines."""
-    seconds = watch.report()
-    return "\n".join(
-        (
-            f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
-            *([] if start.earlier is None else [f"  went on from t = {start.reached:.10g}"]),
-            f"  {ended(outcome)}",
-            f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
-            f"method {settings.method}",
-            f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
-            *certified_shown(outcome, demand),
-            f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
-        )
-    )

@@ -1,0 +1,113 @@
+"""What is said of a run that has ended: to the user, in JSON and in the file."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.cli.certifying import Demand, certified_shown
+from lagrange_cli.cli.report import count_of, finite
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.resuming import Start
+    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.integrate.run import Outcome
+    from lagrange_cli.spec.spec import Spec
+
+MOST_DRIFTS = 8
+"""Momenta whose drifts are shown one by one."""
+
+WORTH_A_WORD, LOOSELY = 1e-6, 1e4
+"""A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
+
+
+def attributes(
+    made_by: Mapping[str, str | int | float], outcome: Outcome, tolerance: float
+) -> dict[str, str | int | float]:
+    """The root's attributes: everything that made the file, and how the run ended."""
+    warning = doubt(outcome, tolerance)
+    return {
+        **made_by,
+        "steps": outcome.steps,
+        "status": outcome.ending.status,
+        "message": outcome.message,
+        "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
+        "p_drift": json.dumps(finite(outcome.p_drift)),
+        **({} if warning is None else {"warning": warning}),
+        **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
+    }
+
+
+def as_object(
+    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch
+) -> dict[str, Any]:
+    """The run for ``--json``."""
+    return {
+        "name": spec.name,
+        "output": start.target.shown,
+        "status": outcome.ending.status,
+        "message": outcome.message,
+        "warning": doubt(outcome, settings.tolerance),
+        "method": settings.method,
+        "tolerance": settings.tolerance,
+        "steps": outcome.steps,
+        "evaluations": outcome.evaluations,
+        "t": outcome.t,
+        "h_drift": outcome.h_drift,
+        "p_drift": dict(outcome.p_drift),
+        "trusted_until": outcome.trusted_until,
+        "error": outcome.error,
+        "resumed_from": start.reached,
+        "seconds": watch.report(),
+    }
+
+
+def ended(outcome: Outcome) -> str:
+    """How the motion ended; why, if it did not reach the end, is said on standard error."""
+    status: str = outcome.ending.status
+    return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
+
+
+def as_text(
+    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch, demand: Demand | None
+) -> str:
+    """The run in a few lines."""
+    seconds = watch.report()
+    return "\n".join(
+        (
+            f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
+            *([] if start.earlier is None else [f"  went on from t = {start.reached:.10g}"]),
+            f"  {ended(outcome)}",
+            f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
+            f"method {settings.method}",
+            f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
+            *certified_shown(outcome, demand),
+            f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
+        )
+    )
+
+
+def doubt(outcome: Outcome, tolerance: float) -> str | None:
+    """What is said where h has drifted by more than rounding and the tolerance explain."""
+    drift, size = outcome.h_drift, outcome.h_size
+    if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
+        return None
+    return (
+        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, though every motion of this system "
+        "keeps it; something narrow was passed over, or h is a small difference of large numbers: do not "
+        "rely on the result before a smaller --tolerance, another --method or --certify says the same"
+    )
+
+
+def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:
+    """The drifts as they are shown: where there are many momenta, only the one that drifted most."""
+    drifts = {} if h_drift is None else {"h": h_drift}
+    momenta = {f"p_{coordinate}": drift for coordinate, drift in p_drift}
+    if len(momenta) <= MOST_DRIFTS:
+        drifts |= momenta
+    else:
+        name = max(momenta, key=lambda one: momenta[one])
+        drifts[f"at most, of {len(momenta)} momenta, {name}"] = momenta[name]
+    return "drift: " + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked")
