@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import mpmath as mp
@@ -71,23 +71,34 @@ def pulse(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
     return (q[0] + v[0] * t + w * (twice_integrated((t - 50) / w) - twice_integrated(-50 / w)),)
 
 
-def potential_step(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
-    """Across tanh(x/w)/4, w = 1e-6, from far before it: t = int dx/v, where v is constant but about 0."""
-    w, far = mp.mpf(10) ** -6, 100
+def run_across(shape: Callable[[Any], Any], far: int = 100) -> Callable[..., Numbers]:
+    """Across the potential shape(x/w)/4, w = 1e-6, from before it: t = int dx/v, and v is constant where
+    |x/w| > ``far``."""
+    w = mp.mpf(10) ** -6
+    marks = [mp.mpf(10) ** n for n in range(int(mp.log10(far)))]
 
-    def speed(u: Any) -> Any:
-        return mp.sqrt(v[0] ** 2 - (1 + mp.tanh(u)) / 2)
+    def q_at(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:
+        def speed(u: Any) -> Any:
+            return mp.sqrt(v[0] ** 2 + (shape(-far) - shape(u)) / 2)
 
-    def since(u: Any) -> Any:
-        return w * mp.quad(lambda x: 1 / speed(x), [-far, min(u, 0), u])
+        def since(u: Any) -> Any:
+            ways = [-far, *(-each for each in reversed(marks)), 0, *marks]
+            return w * mp.quad(lambda x: 1 / speed(x), [*(way for way in ways if way < u), u])
 
-    enter = (-far * w - q[0]) / v[0]
-    leave = enter + since(far)
-    if t <= enter:
-        return (q[0] + v[0] * t,)
-    if t >= leave:
-        return (far * w + speed(far) * (t - leave),)
-    return (w * mp.findroot(lambda u: since(u) - (t - enter), (t - enter) * v[0] / w - far),)
+        enter = (-far * w - q[0]) / v[0]
+        if t <= enter:
+            return (q[0] + v[0] * t,)
+        leave = enter + since(far)
+        if t >= leave:
+            return (far * w + speed(far) * (t - leave),)
+        return (w * mp.findroot(lambda u: since(u) - (t - enter), (t - enter) * v[0] / w - far),)
+
+    return q_at
+
+
+potential_step = run_across(mp.tanh)
+narrow_bump = run_across(lambda u: mp.exp(-(u**2)))
+narrow_well = run_across(lambda u: -1 / (1 + u**4), far=10**4)
 
 
 def cubic(p: Parameters, q: Numbers, v: Numbers, t: Any) -> Numbers:

@@ -194,6 +194,16 @@ SCENES = (
         peers=EXPLICIT, quick=True,
     ),
     Scene(
+        "bump", "a potential exp(-(1e6 x)**2)/4, run across",
+        particle("exp(-(1e6*x)**2)/4", x="-1", v="2"), 2.0, reference=closed.narrow_bump,
+        peers=EXPLICIT, quick=True,
+    ),
+    Scene(
+        "narrow_well", "a potential -1/(1 + (1e6 x)**4)/4, run across",
+        particle("-1/(1 + (1e6*x)**4)/4", x="-1", v="2"), 2.0, reference=closed.narrow_well,
+        peers=EXPLICIT, quick=True,
+    ),
+    Scene(
         "pulse", "a free particle hit by a pulse exp(-(t - 50)**2/w**2), w = 1e-3",
         particle("-x*exp(-((t - 50)/w)**2)/(w*sqrt(pi))", w="1e-3", x="0"), 100.0,
         reference=closed.pulse, quick=True,
