@@ -397,7 +397,7 @@ class Graph:
 
 def whole(exponent: float) -> bool:
     """Whether a power is one of a whole number."""
-    return isinstance(exponent, int) or exponent.is_integer()
+    return isinstance(exponent, int) or (math.isfinite(exponent) and exponent == int(exponent))
 
 
 def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:

@@ -20,7 +20,8 @@ from lagrange_cli.records import dataclass
 class Held:
     """A constant of the motion in place of a velocity: ``symbol`` stands for it in the equations.
 
-    ``momentum`` is its expression in q, q_dot, t; ``speed`` that of ``velocity`` in q, t and such symbols.
+    ``momentum`` is its expression in q, q_dot, t; ``speed`` that of ``velocity`` in q, t, such symbols and
+    velocities that no constant is in place of.
     """
 
     symbol: Node
