@@ -24,6 +24,7 @@ import random
 import signal
 import subprocess
 import sys
+import tarfile
 import tempfile
 import time
 import traceback
@@ -36,6 +37,8 @@ from typing import Any
 from tests import grammar
 
 ROOT = Path(__file__).resolve().parents[1]
+KEPT = ROOT / "tests" / "fuzz_corpus.tar.xz"
+"""Inputs of earlier runs that reach different code: what a corpus begins with."""
 SEEDS = (ROOT / "systems", ROOT / "tests" / "corpus")
 PATIENCE, SECONDS = 4, 5
 """Of processor time, for one command: when it is asked to end, and when it must have ended."""
@@ -212,6 +215,13 @@ def fuzz(findings: Path, corpus: list[str], seed: int, seconds: int) -> None:
     atheris.Fuzz()
 
 
+def kept_inputs() -> dict[str, bytes]:
+    """The inputs of ``KEPT`` by name."""
+    with tarfile.open(KEPT) as archive:
+        opened = {each.name: archive.extractfile(each) for each in archive}
+        return {os.path.basename(name): file.read() for name, file in opened.items() if file is not None}
+
+
 def note(findings: Path, data: bytes, what: str) -> None:
     """Keep a finding, one file for each kind of it."""
     lines = [line.strip() for line in what.strip().splitlines()]
@@ -239,8 +249,11 @@ def main() -> int:
             os.chdir(folder)
             fuzz(findings, [str(corpus), *map(str, SEEDS)], given.seed, int(given.round))
         return 0
-    for folder in (corpus, findings):
-        folder.mkdir(exist_ok=True)
+    findings.mkdir(exist_ok=True)
+    if not corpus.exists():
+        corpus.mkdir()
+        for name, data in kept_inputs().items():
+            (corpus / name).write_bytes(data)
     began, rounds = time.monotonic(), 0
     environment = {
         **os.environ,

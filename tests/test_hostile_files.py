@@ -38,3 +38,10 @@ def test_whatever_the_file_says(folder, seed):
 def test_what_was_found_before(folder, path):
     fuzz.feed(path.read_bytes())
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
+
+
+@pytest.mark.parametrize("name", sorted(fuzz.kept_inputs())[::16])
+def test_some_of_what_the_fuzzer_kept(folder, name):
+    """Inputs that reach different code; all of them are where the next run of the fuzzer begins."""
+    assert set(fuzz.feed(fuzz.kept_inputs()[name])) <= set(fuzz.DOCUMENTED)
+    assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
