@@ -63,7 +63,7 @@ def number(low: float, high: float) -> st.SearchStrategy:
     tiny = st.tuples(st.integers(1, 10**40), st.integers(1, 12)).map(
         lambda p: MP.mpf(p[0]) / 10 ** (40 + p[1])
     )
-    return plain | tiny.filter(lambda x: low <= x <= high)
+    return plain | tiny.map(lambda x: min(max(x, MP.mpf(low)), MP.mpf(high)))
 
 
 RANGES = {
