@@ -22,6 +22,12 @@ MOST_DRIFTS = 8
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
+UNWATCHED = (
+    "with double-double no step is watched for narrow forces that exp, tanh, sinh, cosh or high powers hide: "
+    "compare with double precision, which is"
+)
+"""What is said of systems with such functions."""
+
 
 def attributes(
     made_by: Mapping[str, str | int | float], outcome: Outcome, tolerance: float

@@ -15,7 +15,7 @@ from lagrange_cli.cli.certifying import (
     companion_settings,
     series_of_errors,
 )
-from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
+from lagrange_cli.cli.ended import UNWATCHED, as_object, as_text, attributes, doubt
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
@@ -132,9 +132,10 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
         complain(f"{spec.name}: {outcome.message}")
-    warning = doubt(outcome, settings.tolerance)
-    if warning is not None and not request.quiet:
-        complain(f"{spec.name}: warning: {warning}")
+    unwatched = UNWATCHED if prepared.recording.unwatched else None
+    for warning in (doubt(outcome, settings.tolerance), unwatched):
+        if warning is not None and not request.quiet:
+            complain(f"{spec.name}: warning: {warning}")
     return EXIT_STATUS[status]
 
 

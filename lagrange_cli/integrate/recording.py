@@ -89,13 +89,15 @@ class Dataset:
 class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
-    ``conserved`` names the observed quantities that every motion keeps.
+    ``conserved`` names the observed quantities that every motion keeps. ``unwatched`` tells that steps may
+    lead over what ``native.watch`` would find.
     """
 
     coordinates: tuple[str, ...]
     states: tuple[Dataset, ...]
     made: tuple[Dataset, ...]
     conserved: tuple[str, ...]
+    unwatched: bool = False
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -132,13 +134,16 @@ class Recording:
             "states": list(map(_as_list, self.states)),
             "made": list(map(_as_list, self.made)),
             "conserved": self.conserved,
+            "unwatched": self.unwatched,
         }
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Recording:
         """What ``as_data`` gave, after JSON."""
         states, made = (tuple(map(_dataset, data[kind])) for kind in ("states", "made"))
-        return cls(tuple(data["coordinates"]), states, made, tuple(data["conserved"]))
+        return cls(
+            tuple(data["coordinates"]), states, made, tuple(data["conserved"]), bool(data["unwatched"])
+        )
 
 
 def _as_list(one: Dataset) -> list[Any]:

@@ -10,6 +10,8 @@ from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.program import Program, order_for, write_program
+from lagrange_cli.native.watch import watched_nodes
+from lagrange_cli.records import replace
 
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
@@ -36,7 +38,7 @@ def write_run(
 
         order = twofold.order_for(tolerance)
         program = twofold.write_twofold_program(residual, order, plan.integrands, plan.observed, tolerance)
-        return program, plan.recording
+        return program, replace(plan.recording, unwatched=bool(watched_nodes(residual)))
     if ensemble and method == TAYLOR:
         from lagrange_cli.native.lanes import suits_lanes, with_lanes
 

@@ -8,7 +8,7 @@ import pytest
 from lagrange_cli.cli import solve as solving
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
-from tests.cli.command import SYSTEMS
+from tests.cli.command import SYSTEMS, lagrange
 
 DOUBLE_PENDULUM = str(SYSTEMS / "double_pendulum.yaml")
 LONG = ("--precision", "double-double")
@@ -139,3 +139,16 @@ def test_another_precision_is_not_continued(folder, capsys):
     run = ["solve", DOUBLE_PENDULUM, "--stop", "2", "-o", "out.h5"]
     assert main([*run, *LONG]) == 0
     assert main([*run, "--resume"]) == 5
+
+
+@pytest.mark.parametrize(("potential", "warned"), [("tanh(x)", True), ("cos(x)", False)])
+def test_what_double_double_does_not_watch_for_is_said(tmp_path, potential, warned):
+    (tmp_path / "a.yaml").write_text(
+        f"coordinates: {{x: {{initial: -1, velocity: 2}}}}\nlagrangian: x_dot**2/2 - {potential}\n"
+    )
+    for _ in range(2):  # compiled, and found again
+        run = lagrange(
+            "solve", "a.yaml", "--precision", "double-double", "--stop", "1", "--force", cwd=tmp_path
+        )
+        assert run.returncode == 0
+        assert ("no step is watched" in run.stderr) is warned
