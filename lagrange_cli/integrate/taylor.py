@@ -114,16 +114,18 @@ class Stepper:
         self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
-        if beside:
-            from lagrange_cli.integrate.rounding import nudge
-
-            nudge(self._constants, parameters, beside)
         self._memory, self._work = aligned(program.memory), aligned(program.work)
         self._trial = aligned(program.trial)
         self._clock = 2 * program.width
         for part, given in enumerate(state.reshape(program.parts, -1)):
             self._memory[part * program.width :][: self._rows] = given
         self._memory[self._clock] = times.start
+        if beside:
+            from lagrange_cli.integrate.rounding import nudge
+
+            nudge(self._constants, parameters, beside)
+            self._rates()  # what is held is computed, and put off likewise
+            nudge(self._memory[self._rows - program.kept : self._rows], parameters, beside)
         self._info = np.zeros(2, dtype=np.int64)
         self._pause = 4 * FEWEST
         self.samples = np.empty((program.parts * self._rows, size + LANES))
@@ -155,6 +157,10 @@ class Stepper:
 
     def finite(self) -> bool:
         """Whether the accelerations are finite at the state reached."""
+        return bool(np.all(np.isfinite(self._rates()[: self._degrees])))
+
+    def _rates(self) -> Array:
+        """The rates of velocities and integrals there."""
         rates = np.empty(self._rows)
         self._machine.accelerate(
             self._constants.ctypes.data,
@@ -163,7 +169,7 @@ class Stepper:
             self._work.ctypes.data,
             rates.ctypes.data,
         )
-        return bool(np.all(np.isfinite(rates[: self._degrees])))
+        return rates
 
     def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
         """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how

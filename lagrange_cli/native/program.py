@@ -96,6 +96,7 @@ def write_program(
         degrees=degrees,
         parameters=tuple(model.parameters),
         integrals=tuple(integrands),
+        kept=len(kept),
         observed=tuple(observed),
         constants=size,
         work=work,

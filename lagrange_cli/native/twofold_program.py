@@ -59,6 +59,7 @@ def write_twofold_program(
         degrees=degrees,
         parameters=tuple(model.parameters),
         integrals=tuple(integrands),
+        kept=0,
         observed=tuple(observed),
         constants=2 * len(constants.slots),
         work=LANES * -(-rows.doubles // LANES),
