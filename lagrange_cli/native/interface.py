@@ -45,7 +45,8 @@ class Interface:
 
     ``order`` is that of q's series, ``degrees`` the number of coordinates. ``observed`` names the
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
-    whose values follow q and v in the state, the last ``kept`` of them constants of the motion. ``lanes`` is what eight motions at once work on; 0 where the
+    whose values follow q and v in the state, the last ``kept`` of them constants of the motion. ``lanes``
+    is what eight motions at once work on; 0 where the
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
     """
 
