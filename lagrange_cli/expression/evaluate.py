@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.expression.reals import real_function, real_power
@@ -15,13 +15,17 @@ FARTHEST = 10.0
 
 
 def evaluate(
-    nodes: Sequence[Node], values: Mapping[str, float]
+    nodes: Sequence[Node],
+    values: Mapping[str, float],
+    power: Callable[[float, float], float] = real_power,
+    function: Callable[[str, Sequence[float]], float] = real_function,
 ) -> tuple[dict[Node, float], dict[Node, float]]:
     """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
 
     The second number is what a value must be compared with before it is called zero: the value computed
     with every subtraction turned into an addition (a running bound of the cancellation). Not a number are
-    values that say nothing about it, where one of ``SATURATING`` is too far from 0.
+    values that say nothing about it, where one of ``SATURATING`` is too far from 0. ``power`` and
+    ``function`` are those of the numbers given.
     """
     value: dict[Node, float] = {}
     size: dict[Node, float] = {}
@@ -39,16 +43,16 @@ def evaluate(
         elif node.kind is Kind.PRODUCT:
             result, bound = 1.0, 1.0
             for x, e in zip(a, node.data):
-                power = real_power(value[x], e)
-                result *= power
-                bound *= real_power(size[x], e) if e > 0 else abs(power)
+                factor = power(value[x], e)
+                result *= factor
+                bound *= power(size[x], e) if e > 0 else abs(factor)
             value[node], size[node] = result, bound
         elif node.kind is Kind.POWER:
-            value[node] = real_power(value[a[0]], value[a[1]])
+            value[node] = power(value[a[0]], value[a[1]])
             size[node] = abs(value[node])
         elif node.kind is Kind.FUNCTION:
             far = node.data in SATURATING and abs(value[a[0]]) > FARTHEST
-            value[node] = math.nan if far else real_function(node.data, [value[x] for x in a])
+            value[node] = math.nan if far else function(node.data, [value[x] for x in a])
             size[node] = max(abs(value[node]), 1.0)
             if node.data == "exp":
                 size[node] = abs(value[node]) * max(size[a[0]], 1.0)

@@ -2,7 +2,8 @@
 
 dp_k/dt = dL/dq_k + Q_k and dh/dt = -dL/dt + sum Q_k q_dot_k (Goldstein, 3rd ed., secs. 2.6 and 2.7). Where
 such a rate is not 0 by its structure alone (a sum may need an identity to vanish), it is evaluated at
-random arguments: an analytic expression that vanishes at several of them is identically 0.
+random arguments: an analytic expression that vanishes at several of them is identically 0. What is so narrow
+or steep that it may only be small there is evaluated with many more digits.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ import math
 import random
 from collections.abc import Sequence
 
-from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.evaluate import SATURATING, evaluate
 from lagrange_cli.expression.graph import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.energetics import Energetics
@@ -23,6 +24,8 @@ POINTS = 5
 """Random arguments at which an expression must vanish."""
 ROUNDING = 1e-11
 """A value this small beside the terms it is the sum of is rounding."""
+COMMON, STEEP = 1e3, 8
+"""Numbers up to the one and down to its reciprocal, and powers below the other, hide nothing."""
 
 
 @dataclass(frozen=True)
@@ -46,10 +49,8 @@ def zeros(nodes: Sequence[Node]) -> set[Node]:
     attempt = 0
     source = random.Random(len(unsettled))
     while unsettled and attempt < 4 * POINTS:
-        low = 0.2 if attempt % 2 else -1.3  # some functions are real for positive arguments only
+        values, sizes = evaluate(list(unsettled), arguments(list(unsettled), source, attempt))
         attempt += 1
-        names = [inner.data for inner in reachable(list(unsettled)) if inner.kind is Kind.SYMBOL]
-        values, sizes = evaluate(list(unsettled), {name: source.uniform(low, 1.3) for name in names})
         for node in list(unsettled):
             if not (math.isfinite(values[node]) and math.isfinite(sizes[node])):
                 continue
@@ -59,7 +60,45 @@ def zeros(nodes: Sequence[Node]) -> set[Node]:
             elif unsettled[node] == POINTS:
                 del unsettled[node]
                 found.add(node)
-    return found
+    doubtful = [node for node in found if any(map(hides, reachable([node])))]
+    return found - nonzero(doubtful, source) if doubtful else found
+
+
+def nonzero(nodes: Sequence[Node], source: random.Random) -> set[Node]:
+    """Those that are not 0, or have no value where it would show."""
+    from lagrange_cli.expression.many_digits import vanish
+
+    found, unsettled = set(), list(nodes)
+    for attempt in range(4 * POINTS):
+        vanishing = vanish(unsettled, arguments(unsettled, source, attempt))
+        found |= {node for node, nothing in vanishing.items() if nothing is False}
+        unsettled = [node for node, nothing in vanishing.items() if nothing is None]
+        if not unsettled:
+            break
+    return found.union(unsettled)
+
+
+def arguments(nodes: Sequence[Node], source: random.Random, attempt: int) -> dict[str, float]:
+    """Random values of all symbols: every other time positive, as some functions need it."""
+    low = 0.2 if attempt % 2 else -1.3
+    names = [inner.data for inner in reachable(nodes) if inner.kind is Kind.SYMBOL]
+    return {name: source.uniform(low, 1.3) for name in names}
+
+
+def hides(node: Node) -> bool:
+    """Whether it may make a value too small to show."""
+    if node.kind is Kind.NUMBER:
+        return unusual(node.data)
+    if node.kind is Kind.SUM:
+        return any(map(unusual, (node.data[0], *node.data[1])))
+    if node.kind is Kind.PRODUCT:
+        return any(abs(exponent) >= STEEP for exponent in node.data)
+    return node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data in SATURATING)
+
+
+def unusual(number: float) -> bool:
+    """Whether it is of a scale that calls for care."""
+    return number != 0.0 and not 1 / COMMON <= abs(number) <= COMMON
 
 
 def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, ...]]:

@@ -139,6 +139,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
         "at_allowed": 3 * width + LANES,
         "at_next": 4 * width + LANES,
         "at_series": 4 * width + 2 * LANES,
+        "at_first": 5 * width + 2 * LANES,
         "almost": operand(literal(ALMOST * coarse)),
         "resolution": operand(literal(RESOLUTION * coarse)),
         "lag": operand(literal(LAG)),

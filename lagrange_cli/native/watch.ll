@@ -93,8 +93,8 @@ nowhere:
   ret double %x
 }
 
-; Whether the rates of velocities and quadratures %x into a step of %h are other than what its series foretells. (What is no number is, too.)
-define internal i1 @unseen(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %x, double %h) #0 {
+; The series %x into the step, where its own series lead: whether the mass matrix is regular there.
+define internal i1 @expand_at(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %x) #0 {
 entry:
   %there = getelementptr inbounds double, ptr %trial, i64 @@at_series@@
   call void @clear(ptr %trial, i64 @@slot_2@@)
@@ -127,13 +127,117 @@ summed:
 expand:
   %t_there = fadd double %t, %x
   %regular = call i1 @jet(ptr %constants, double %t_there, ptr %trial, ptr %there)
+  ret i1 %regular
+}
+
+; How much the argument shows %x into the step, computed there: the more the greater it is, or the nearer to 0.
+define internal double @shown(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %x, i1 %greatest) #0 {
+entry:
+  %regular = call i1 @expand_at(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, double %x)
+  %slot = add i64 %which, @@at_first@@
+  %ua = getelementptr inbounds double, ptr %trial, i64 %slot
+  %u = load double, ptr %ua, align 8
+  %size = call double @llvm.fabs.f64(double %u)
+  %nearness = fneg double %size
+  %value = select i1 %greatest, double %u, double %nearness
+  ret double %value
+}
+
+; Where it shows most of all in %length from %low on, by the golden section.
+define internal double @most_shown(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %low, double %length, i1 %greatest) #0 {
+entry:
+  %less = fmul double %length, @@minor@@
+  %more_of = fmul double %length, @@major@@
+  %x1_0 = fadd double %low, %less
+  %x2_0 = fadd double %low, %more_of
+  %f1_0 = call double @shown(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %x1_0, i1 %greatest)
+  %f2_0 = call double @shown(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %x2_0, i1 %greatest)
+  br label %loop
+loop:
+  %i = phi i64 [ 0, %entry ], [ %next, %loop ]
+  %a = phi double [ %low, %entry ], [ %a_next, %loop ]
+  %wide = phi double [ %length, %entry ], [ %wide_next, %loop ]
+  %x1 = phi double [ %x1_0, %entry ], [ %x1_next, %loop ]
+  %x2 = phi double [ %x2_0, %entry ], [ %x2_next, %loop ]
+  %f1 = phi double [ %f1_0, %entry ], [ %f1_next, %loop ]
+  %f2 = phi double [ %f2_0, %entry ], [ %f2_next, %loop ]
+  %left = fcmp ogt double %f1, %f2
+  %a_next = select i1 %left, double %a, double %x1
+  %wide_next = fmul double %wide, @@major@@
+  %portion = select i1 %left, double @@minor@@, double @@major@@
+  %along = fmul double %wide_next, %portion
+  %new = fadd double %a_next, %along
+  %f = call double @shown(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %new, i1 %greatest)
+  %x1_next = select i1 %left, double %new, double %x2
+  %x2_next = select i1 %left, double %x1, double %new
+  %f1_next = select i1 %left, double %f, double %f2
+  %f2_next = select i1 %left, double %f1, double %f
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@sections@@
+  br i1 %more, label %loop, label %done
+done:
+  %better = fcmp ogt double %f1_next, %f2_next
+  %place = select i1 %better, double %x1_next, double %x2_next
+  ret double %place
+}
+
+; Where something shows that the series does not near to where %which does most, all of it computed there, or 0.
+define internal double @hidden_there(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %h, i1 %greatest) #0 {
+entry:
+  %part = fmul double %h, @@part@@
+  br label %grid
+grid:
+  %k = phi i64 [ 0, %entry ], [ %k_next, %grid ]
+  %most = phi double [ 0xFFF0000000000000, %entry ], [ %most_next, %grid ]
+  %at = phi i64 [ 0, %entry ], [ %at_next, %grid ]
+  %number = uitofp i64 %k to double
+  %x = fmul double %part, %number
+  %f = call double @shown(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %x, i1 %greatest)
+  %is_more = fcmp ogt double %f, %most
+  %most_next = select i1 %is_more, double %f, double %most
+  %at_next = select i1 %is_more, i64 %k, i64 %at
+  %k_next = add nuw nsw i64 %k, 1
+  %more = icmp ule i64 %k_next, @@parts@@
+  br i1 %more, label %grid, label %narrow
+narrow:
+  %place = uitofp i64 %at_next to double
+  %middle = fmul double %part, %place
+  %down = fsub double %middle, %part
+  %up = fadd double %middle, %part
+  %from = call double @llvm.maxnum.f64(double %down, double 0.0)
+  %to = call double @llvm.minnum.f64(double %up, double %h)
+  %length = fsub double %to, %from
+  %there = call double @most_shown(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %from, double %length, i1 %greatest)
+  br label %nearer
+nearer:
+  %i = phi i64 [ 0, %narrow ], [ %next, %on ]
+  %whole = phi double [ %there, %narrow ], [ %back, %on ]
+  %back = fmul double %whole, 0.5
+  %earlier = fsub double %there, %back
+  %new = call i1 @unseen(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, double %earlier, double %h)
+  br i1 %new, label %found, label %on
+on:
+  %next = add nuw nsw i64 %i, 1
+  %again = icmp ule i64 %next, @@bisections@@
+  br i1 %again, label %nearer, label %none
+none:
+  ret double 0.0
+found:
+  ret double %there
+}
+
+; Whether the rates of velocities and quadratures %x into a step of %h are other than what its series foretells. (What is no number is, too.)
+define internal i1 @unseen(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %x, double %h) #0 {
+entry:
+  %there = getelementptr inbounds double, ptr %trial, i64 @@at_series@@
+  %regular = call i1 @expand_at(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, double %x)
   %inverse = fdiv double @@seen@@, %h
   %longer = call double @llvm.maxnum.f64(double %h, double 1.0)
   %squared = fmul double %h, %longer
   %nothing = fdiv double @@nothing_much@@, %squared
   br i1 %regular, label %velocity, label %other
 velocity:
-  %j = phi i64 [ @@degrees@@, %expand ], [ %j_next, %rated ]
+  %j = phi i64 [ @@degrees@@, %entry ], [ %j_next, %rated ]
   %series = getelementptr inbounds double, ptr %work, i64 %j
   br label %rate
 rate:
@@ -218,7 +322,9 @@ entry:
   %row = getelementptr inbounds double, ptr %work, i64 %which
   %number_of = sub i64 %which, @@first@@
   %powera = getelementptr inbounds double, ptr @watched_powers, i64 %number_of
-  %power = load double, ptr %powera, align 8
+  %signed = load double, ptr %powera, align 8
+  %steep = fcmp olt double %signed, 0.0
+  %power = call double @llvm.fabs.f64(double %signed)
   %growtha = getelementptr inbounds double, ptr @watched_growths, i64 %number_of
   %growth = load double, ptr %growtha, align 8
   %isbase = fcmp ogt double %power, 0.0
@@ -279,9 +385,33 @@ grid:
 measured:
   %times = fmul double %least_next, %growth
   %moderate = fcmp olt double %largest_next, %times
-  br i1 %moderate, label %nothing, label %crossings
-crossings:
+  br i1 %moderate, label %nothing, label %sharpness
+; What cancels in its series is computed where it is.
+sharpness:
   %any_cross = icmp ne i64 %at_cross_next, 0
+  %least_number = uitofp i64 %at_least_next to double
+  %least_x = fmul double %part, %least_number
+  %least_at = call double @turning(ptr %row, double %least_x, double %part, double %h)
+  %u_least = call double @argument(ptr %row, double %least_at, i64 1)
+  %near_least = call double @llvm.fabs.f64(double %u_least)
+  %rounded = fmul double %reached, @@sharp@@
+  %isnear = fcmp olt double %near_least, %rounded
+  %cancels = or i1 %any_cross, %isnear
+  %base_blurred = and i1 %steep, %cancels
+  %argument_blurred = fcmp ogt double %rounded, @@argument_sharp@@
+  %blurred = select i1 %isbase, i1 %base_blurred, i1 %argument_blurred
+  br i1 %blurred, label %there, label %crossings
+there:
+  %nearest_there = call double @hidden_there(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %h, i1 false)
+  %is_there = fcmp ogt double %nearest_there, 0.0
+  %over = or i1 %is_there, %isbase
+  br i1 %over, label %there_nearest, label %there_greatest
+there_nearest:
+  ret double %nearest_there
+there_greatest:
+  %greatest_there = call double @hidden_there(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, i64 %which, double %h, i1 true)
+  ret double %greatest_there
+crossings:
   br i1 %any_cross, label %cross, label %greatest
 cross:
   %cross_before = sub i64 %at_cross_next, 1
@@ -305,9 +435,6 @@ nearest:
   %distinct = and i1 %other, %turns
   br i1 %distinct, label %turn_least, label %nothing
 turn_least:
-  %least_number = uitofp i64 %at_least_next to double
-  %least_x = fmul double %part, %least_number
-  %least_at = call double @turning(ptr %row, double %least_x, double %part, double %h)
   %any_least = fcmp ogt double %least_at, 0.0
   br i1 %any_least, label %at_nearest, label %nothing
 at_nearest:

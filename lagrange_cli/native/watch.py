@@ -9,6 +9,7 @@ step goes no further than half the way.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Kind, Node, reachable
@@ -19,7 +20,7 @@ from lagrange_cli.native.template import fill_in
 
 HIDING = frozenset({"exp", "tanh", "sinh", "cosh"})
 """They change by orders of magnitude, or from one constant to another, where their argument changes."""
-STEEP, HIGH = -6, 16
+STEEP, HIGH = -4, 16
 """Powers of a coordinate up to the one and from the other on fall off so fast that a series may not see them:
 what is raised to them is watched, and shows most where it is nearest to 0, or greatest."""
 CLOSE = 3.0
@@ -30,6 +31,13 @@ PARTS = 16
 """Places of the step at which what is watched is computed, to begin with."""
 BISECTIONS = 50
 """Halves of the distance to a neighbour in which it is found where it turns or crosses 0."""
+SHARP, ARGUMENT_SHARP = 2.0**-40, 2.0**6
+"""Where a base is so small a part of what its series adds up, or such a part of what an argument's adds up
+exceeds the other, their values are computed in place: the series has cancelled."""
+MAJOR = (5**0.5 - 1) / 2
+"""The larger part of the golden section,"""
+SECTIONS = 70
+"""and how often it is repeated: to the resolution of doubles."""
 TRIES = 1100
 """So many halves of any number are 0."""
 SEEN = 2.0**-40
@@ -45,7 +53,7 @@ define internal double @watched(ptr %a, double %t, ptr %b, ptr %c, ptr %d, doubl
 
 def watched_nodes(residual: Residual) -> dict[Node, float]:
     """What is watched in the equations: arguments of functions that hide something, with 0, and bases, with
-    the absolute value of the power that they are raised to."""
+    the power that they are raised to."""
     graph, found = residual.graph, {}
     nodes = reachable(residual.residual)
     degrees = growth(nodes)
@@ -56,8 +64,8 @@ def watched_nodes(residual: Residual) -> dict[Node, float]:
             found[node.arguments[1] * graph.function("log", node.arguments[:1])] = 0.0
         elif node.kind is Kind.PRODUCT:
             for base, exponent in zip(node.arguments, node.data):
-                if not STEEP < exponent * degrees[base] < HIGH:
-                    found.setdefault(base, float(abs(exponent)))
+                if found.get(base) != 0.0 and not STEEP < exponent * degrees[base] < HIGH:
+                    found[base] = min(float(exponent), found.get(base, math.inf))
     return {node: power for node, power in found.items() if node.symbols & residual.variables}
 
 
@@ -80,14 +88,15 @@ def watch(values: Mapping[str, object], first: int, powers: Sequence[float]) -> 
     of what is watched, with such ``powers`` (see ``watched_nodes``); ``values`` are those of ``stepper``."""
     if not powers:
         return NOTHING_WATCHED
-    growths = [exponential(2 * CLOSE / power) if power else 0.0 for power in powers]
+    growths = [exponential(2 * CLOSE / abs(power)) if power else 0.0 for power in powers]
     tables = "".join(
         f"@watched_{name} = private constant [{len(powers)} x double] "
         f"[{', '.join(f'double {operand(literal(x))}' for x in row)}]\n"
         for name, row in (("powers", powers), ("growths", growths))
     )
     reals = {"close": CLOSE, "tail": TAIL, "base_tail": BASE_TAIL, "part": 1.0 / PARTS, "seen": SEEN}
-    whole = {"parts": PARTS, "bisections": BISECTIONS, "tries": TRIES}
+    reals |= {"sharp": SHARP, "argument_sharp": ARGUMENT_SHARP, "major": MAJOR, "minor": 1 - MAJOR}
+    whole = {"parts": PARTS, "bisections": BISECTIONS, "tries": TRIES, "sections": SECTIONS}
     numbers = {name: operand(literal(value)) for name, value in reals.items()}
     ends = {"first": first, "beyond": first + len(powers)}
     return tables + fill_in("watch", {**values, **whole, **numbers, **ends})

@@ -25,6 +25,13 @@ POTENTIALS = {
     "3/10/(1 + (x/1e-6)**4)": (1e-6, lambda u: 0.3 / (1 + u**4)),
     "3/10/(1 + (100*x)**40)": (1e-2, lambda u: 0.3 / (1 + u**40)),
     "1/10*(1 + tanh(x/1e-3))": (1e-3, lambda u: 0.1 * (1 + mpmath.tanh(u))),
+    "1/10*(1 + tanh((x/1e-6)**11))": (1e-6, lambda u: 0.1 * (1 + mpmath.tanh(u**11))),
+    "3/10/(1 + (x/1e-6)**12)": (1e-6, lambda u: 0.3 / (1 + u**12)),
+    "3/10/(1 + (x/1e-3)**30)": (1e-3, lambda u: 0.3 / (1 + u**30)),
+    "3/10*exp(-(x/1e-6)**12)": (1e-6, lambda u: 0.3 * mpmath.exp(-(u**12))),
+    "3/10*exp(-(x/1e-9)**2)": (1e-9, lambda u: 0.3 * mpmath.exp(-(u**2))),
+    "3/10*1e-60/(x**2 + 1e-20)**3": (1e-10, lambda u: 0.3 / (1 + u**2) ** 3),
+    "3/10*1e-24/(x**2 + 1e-16)**(3/2)": (1e-8, lambda u: 0.3 / (1 + u**2) ** 1.5),
 }
 """Each with its width and as a function of x over that."""
 
@@ -42,10 +49,32 @@ def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):
     def slowness(u):
         return 1 / mpmath.sqrt(1 - 2 * shape(u))
 
-    ways = [start, *(-(10.0**n) for n in range(7, -1, -1)), 0, *(10.0**n for n in range(8)), place]
+    near = [k / 10 for k in range(-9, 10)]
+    ways = [start, *(-(10.0**n) for n in range(10, -1, -1)), *near, *(10.0**n for n in range(11)), place]
     time = width * mpmath.quad(slowness, [u for u in ways if start <= u <= place])
     assert abs(time - 5) <= 1e-12
     assert motion.outcome.h_drift <= 1e-13
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        "3/10/(1 + ((x**2 + y**2)/1e-12)**6)",
+        "3/10*1e-72/(x**2 + y**2)**6",
+        "3/10*exp(-(x**2 + y**2)/1e-12)",
+    ],
+)
+def test_where_a_particle_comes_from_does_not_change_how_it_is_scattered(potential):
+    """By what is 1e-6 wide, at an impact parameter of 7e-7."""
+    found = []
+    for way in (0.5, 2.9, 4.4):
+        text = f"""
+            coordinates: {{x: {{initial: -{way}, velocity: 1}}, y: {{initial: 7e-7}}}}
+            lagrangian: (x_dot**2 + y_dot**2)/2 - ({potential})
+            """
+        found.append(follow(text, way + 3, 2)["v/y"][-1])
+    assert abs(found[0]) > 0.1
+    np.testing.assert_allclose(found, found[0], rtol=0, atol=1e-14)
 
 
 def test_a_row_of_narrow_bumps():
