@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.certifying import Demand, certified_shown
 from lagrange_cli.cli.report import count_of, finite
+from lagrange_cli.integrate.methods import DOUBLE
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.resuming import Start
@@ -23,17 +24,17 @@ WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
 UNWATCHED = (
-    "with double-double no step is watched for narrow forces that exp, tanh, sinh, cosh or high powers hide: "
-    "compare with double precision, which is"
+    "with {} no step is watched for narrow forces that exp, tanh, sinh, cosh or high powers hide: "
+    "compare with the Taylor method in double precision, whose steps are"
 )
 """What is said of systems with such functions."""
 
 
 def attributes(
-    made_by: Mapping[str, str | int | float], outcome: Outcome, tolerance: float
+    made_by: Mapping[str, str | int | float], outcome: Outcome, settings: Settings
 ) -> dict[str, str | int | float]:
     """The root's attributes: everything that made the file, and how the run ended."""
-    warning = doubt(outcome, tolerance)
+    warning = doubt(outcome, settings)
     return {
         **made_by,
         "steps": outcome.steps,
@@ -55,7 +56,7 @@ def as_object(
         "output": start.target.shown,
         "status": outcome.ending.status,
         "message": outcome.message,
-        "warning": doubt(outcome, settings.tolerance),
+        "warning": doubt(outcome, settings),
         "method": settings.method,
         "tolerance": settings.tolerance,
         "steps": outcome.steps,
@@ -95,7 +96,14 @@ def as_text(
     )
 
 
-def doubt(outcome: Outcome, tolerance: float) -> str | None:
+def doubt(outcome: Outcome, settings: Settings) -> str | None:
+    """What there is to warn of: an h that drifts, forces that may have been missed."""
+    method = settings.method if settings.precision == DOUBLE else settings.precision
+    unwatched = UNWATCHED.format(method) if outcome.unwatched else None
+    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), unwatched))) or None
+
+
+def drifting(outcome: Outcome, tolerance: float) -> str | None:
     """What is said where h has drifted by more than rounding and the tolerance explain."""
     drift, size = outcome.h_drift, outcome.h_size
     if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:

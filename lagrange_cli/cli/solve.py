@@ -15,7 +15,7 @@ from lagrange_cli.cli.certifying import (
     companion_settings,
     series_of_errors,
 )
-from lagrange_cli.cli.ended import UNWATCHED, as_object, as_text, attributes, doubt
+from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
@@ -132,10 +132,9 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
         complain(f"{spec.name}: {outcome.message}")
-    unwatched = UNWATCHED if prepared.recording.unwatched else None
-    for warning in (doubt(outcome, settings.tolerance), unwatched):
-        if warning is not None and not request.quiet:
-            complain(f"{spec.name}: warning: {warning}")
+    warning = doubt(outcome, settings)
+    if warning is not None and not request.quiet:
+        complain(f"{spec.name}: warning: {warning}")
     return EXIT_STATUS[status]
 
 
@@ -241,7 +240,7 @@ def integrate_and_write(
             shown.clear()
             with watch.stage("write"):
                 last = None if outcome.progress is None else checkpoint(outcome.progress, inside=True)
-                writer.close(attributes(start.made_by, outcome, settings.tolerance), last)
+                writer.close(attributes(start.made_by, outcome, settings), last)
     return outcome
 
 

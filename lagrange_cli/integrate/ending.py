@@ -56,9 +56,9 @@ class Outcome:
     equations of motion,
     or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
     conserved, else None, and ``h_size`` the size of what it is made of, 0 where that is not known;
-    ``p_drift`` is the drift of each conserved momentum, by coordinate. ``progress`` is
-    what the run can be continued from, if it was interrupted. ``trusted_until`` and ``error`` are those of
-    its ``Certificate``, if it had one.
+    ``p_drift`` is the drift of each conserved momentum, by coordinate. ``unwatched`` is that of the
+    ``Recording``. ``progress`` is what the run can be continued from, if it was interrupted.
+    ``trusted_until`` and ``error`` are those of its ``Certificate``, if it had one.
     """
 
     ending: Ending
@@ -69,6 +69,7 @@ class Outcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
     h_size: float = 0.0
+    unwatched: bool = False
     progress: Progress | None = None
     trusted_until: float | None = None
     error: float | None = None

@@ -33,12 +33,13 @@ def write_run(
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance.
     """
     plan = make_plan(residual, outputs)
+    unwatched = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(watched_nodes(residual))
     if precision == DOUBLE_DOUBLE:
         from lagrange_cli.native import twofold_program as twofold
 
         order = twofold.order_for(tolerance)
         program = twofold.write_twofold_program(residual, order, plan.integrands, plan.observed, tolerance)
-        return program, replace(plan.recording, unwatched=bool(watched_nodes(residual)))
+        return program, replace(plan.recording, unwatched=unwatched)
     if ensemble and method == TAYLOR:
         from lagrange_cli.native.lanes import suits_lanes, with_lanes
 
@@ -56,7 +57,7 @@ def write_run(
         program = write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
     else:
         program = write_program(residual, RATES, plan.integrands, plan.observed)
-    return program, plan.recording
+    return program, replace(plan.recording, unwatched=unwatched)
 
 
 def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:
