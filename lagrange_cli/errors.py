@@ -4,6 +4,7 @@ LagrangeError
 ├── UsageError       2    an option, its value, a --set of an unknown name
 ├── SpecError        3    the system file is wrong: one Problem or many, each with its place
 ├── SingularCoordinate 3  found while deriving; the command line gives it its place
+├── TooLarge         3    likewise, the file as a whole
 ├── MotionError      4    the motion could not be started or continued
 └── FileError        5    a file could not be read or written
 
@@ -89,6 +90,16 @@ class SingularCoordinate(LagrangeError):
     def __init__(self, coordinate: str) -> None:
         self.coordinate = coordinate
         super().__init__(f"no kinetic energy depends on the velocity of '{coordinate}'")
+
+
+class TooLarge(LagrangeError):
+    """The equations of a system take more memory and time than a limit allows; ``hint`` is the way out."""
+
+    exit_code = 3
+
+    def __init__(self, message: str, hint: str) -> None:
+        self.message, self.hint = message, hint
+        super().__init__(f"{message}; {hint}")
 
 
 def clip(excerpt: str, column: int, width: int = 100) -> tuple[str, int]:

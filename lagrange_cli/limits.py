@@ -19,6 +19,7 @@ DEFAULTS = {
     "members": 50_000,  # of all families
     "terms": 200_000,  # of all sums
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
+    "nodes": 500_000,  # of the equations: 20 s and 0.8 GB to derive
     "exponent": 64,  # (1 + x)**64 written out still fits a page
     "samples": 10**10,
     "runs": 10**8,  # members of a sweep

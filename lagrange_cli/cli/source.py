@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.report import STANDARD_INPUT, display_name
-from lagrange_cli.errors import FileError, SingularCoordinate, UsageError
+from lagrange_cli.errors import FileError, Problem, SingularCoordinate, SpecError, TooLarge, UsageError
 from lagrange_cli.limits import whole
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) ->
 
 @contextmanager
 def located(spec: Spec) -> Iterator[None]:
-    """Give what is found wrong with a coordinate in the course of deriving its place in the file."""
+    """Give what is found wrong in the course of deriving its place in the file."""
     try:
         yield
     except SingularCoordinate as error:
@@ -68,6 +68,8 @@ def located(spec: Spec) -> Iterator[None]:
             velocity = velocity_name(error.coordinate)
             hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
+    except TooLarge as error:
+        raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
 
 
 def read_bytes(system: str) -> bytes:

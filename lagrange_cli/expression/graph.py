@@ -14,8 +14,11 @@ from enum import Enum
 from operator import attrgetter
 from typing import Any
 
+from lagrange_cli import limits
+from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 
+MAX_NODES = limits.whole("nodes")
 WIDE = 8
 """Arguments from which on it pays to know which symbols each of them holds."""
 
@@ -143,6 +146,11 @@ class Graph:
                 symbols = 0
                 for argument in arguments:
                     symbols |= argument.symbols
+            if len(self.nodes) >= MAX_NODES:
+                raise TooLarge(
+                    f"the equations have more than {MAX_NODES} terms and factors that differ",
+                    f"write a smaller system, {limits.way_out('nodes')}",
+                )
             node = Node(self, kind, data, arguments, symbols)
             self.nodes.append(node)
             self._table[key] = node

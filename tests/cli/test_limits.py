@@ -148,3 +148,14 @@ def test_an_output_that_leads_elsewhere_is_not_gone_on_with(tmp_path):
         run = lagrange("solve", PENDULUM, "-o", "out.h5", "--resume", cwd=tmp_path)
         assert run.returncode == 5 and "out.h5" in run.stderr
         assert (tmp_path / "secret.h5").read_bytes() == before
+
+
+@pytest.mark.parametrize("command", ["check", "solve"])
+def test_equations_that_grow_beyond_bounds_are_refused_with_the_way_out(tmp_path, command, monkeypatch):
+    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "nodes=2000")
+    chain = str(SYSTEMS / "n_pendulum.yaml")
+    run = lagrange(command, chain, "--size", "N=40", cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert run.stderr.startswith(f"{chain}: the equations have more than 2000 terms")
+    assert "LAGRANGE_LIMITS=nodes=" in run.stderr and not os.listdir(tmp_path)
+    assert lagrange(command, chain, "--size", "N=4", cwd=tmp_path).returncode == 0
