@@ -149,7 +149,7 @@ class Graph:
             if len(self.nodes) >= MAX_NODES:
                 raise TooLarge(
                     f"the equations have more than {MAX_NODES} terms and factors that differ",
-                    f"write a smaller system, {limits.way_out('nodes')}",
+                    "write a smaller system, " + limits.way_out("nodes"),
                 )
             node = Node(self, kind, data, arguments, symbols)
             self.nodes.append(node)
