@@ -245,6 +245,7 @@ def main() -> int:
     given = parser.parse_args()
     findings, corpus = given.findings.resolve(), given.corpus.resolve()
     if given.round is not None:
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell's background ignores it
         with tempfile.TemporaryDirectory() as folder:
             os.chdir(folder)
             fuzz(findings, [str(corpus), *map(str, SEEDS)], given.seed, int(given.round))
