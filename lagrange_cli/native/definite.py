@@ -1,73 +1,201 @@
-"""Loops that solve with a large definite block of the mass matrix, eight rows at a time.
+"""Factorization of a large definite block of the mass matrix, eight rows at a time.
 
-``@factor_definite`` (``linear.ll``) leaves D L^T in the upper triangle. ``@arrange_definite`` makes of it
-what the solution reads in whole vectors: -L^T in the upper triangle, without its diagonal; -L in the blocks
-of eight below; and the -L of the diagonal blocks behind the matrix. ``@solve_definite`` then needs no sum
-across a vector, and a vector that it has written it reads as a whole.
+``@factor_definite`` leaves D L^T in the upper triangle; what earlier rows take off eight others is taken off
+in registers, so that each is read and written once. ``@arrange_definite`` makes of it what the solution
+(``definite_solve``) reads. With blocks L_JK of eight by eight and W_J the inverse of L_JJ, those above the
+diagonal become -(L_JK W_K)^T, and those on it W_J^T; the W_J are behind the matrix.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
+from lagrange_cli.native.eights import VECTOR, fma, splat
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.template import fill_in
 
-VECTOR = f"<{LANES} x double>"
-
 
 def definite() -> str:
-    """IR of ``@arrange_definite`` and ``@solve_definite``."""
+    """IR of ``@factor_definite`` and ``@arrange_definite``."""
     return fill_in(
         "definite",
         {
-            "forward": _block("r", "%jp", "%stride", range(LANES)),
-            "forward_trail": _trail("r", "%jp", "%stride"),
-            "backward": _block("x", "%dp", str(LANES), reversed(range(LANES))),
-            "backward_trail": _trail("x", "%mp", "%stride"),
+            "eliminate_diagonal": _eliminate("d", "%rows_at"),
+            "pivots": _pivots(),
+            "eliminate": _eliminate("c", "%place"),
+            "within": _within(),
+            "inverse": _inverse(),
+            "scale": _scale(),
         },
     )
 
 
-def _splat(source: str, lane: int) -> str:
-    lanes = ", ".join([f"i32 {lane}"] * LANES)
-    return f"shufflevector {VECTOR} {source}, {VECTOR} poison, <{LANES} x i32> <{lanes}>"
+def _eliminate(name: str, place: str) -> str:
+    """``%NAME.R``: rows R of the block at ``place`` less what all the rows above the panel take off them.
 
-
-def _fma(a: str, b: str, c: str) -> str:
-    return f"call {VECTOR} @llvm.fmuladd.v8f64({VECTOR} {a}, {VECTOR} {b}, {VECTOR} {c})"
-
-
-def _block(name: str, rows: str, stride: str, order: Iterable[int]) -> str:
-    """``%NAME.end``: the triangular system of one block, from ``%NAME``; ``%NAME.T`` are its unknowns, each
-    in all lanes."""
-    lines, current = [], f"%{name}"
-    for lane in order:
-        here = f"%{name}.{lane}"
+    It ends in a loop over these rows, k: their numbers are at ``%factors``, and their columns are those of
+    ``place``.
+    """
+    rows = range(LANES)
+    lines = []
+    for r in rows:
         lines += [
-            f"  {here} = {_splat(current, lane)}",
-            f"  {here}.o = mul i64 {stride}, {lane}",
-            f"  {here}.p = getelementptr inbounds double, ptr {rows}, i64 {here}.o",
-            f"  {here}.l = load {VECTOR}, ptr {here}.p, align 64",
-            f"  {here}.n = {_fma(here, here + '.l', current)}",
+            f"  %{name}.o{r} = mul i64 %stride, {r}",
+            f"  %{name}.p{r} = getelementptr inbounds double, ptr {place}, i64 %{name}.o{r}",
+            f"  %{name}.a{r} = load {VECTOR}, ptr %{name}.p{r}, align 64",
         ]
-        current = f"{here}.n"
-    lines.append(f"  %{name}.end = fadd {VECTOR} {current}, zeroinitializer")
+    lines += [f"  br i1 %above, label %{name}.loop, label %{name}.done", f"{name}.loop:"]
+    before = f"%{name}.before"
+    lines.append(f"  %{name}.k = phi i64 [ 0, {before} ], [ %{name}.kn, %{name}.loop ]")
+    lines += [
+        f"  %{name}.s{r} = phi {VECTOR} [ %{name}.a{r}, {before} ], [ %{name}.n{r}, %{name}.loop ]"
+        for r in rows
+    ]
+    lines += [
+        f"  %{name}.ko = mul i64 %{name}.k, %stride",
+        f"  %{name}.kc = add i64 %{name}.ko, %{name}.column",
+        f"  %{name}.kp = getelementptr inbounds double, ptr %a, i64 %{name}.kc",
+        f"  %{name}.v = load {VECTOR}, ptr %{name}.kp, align 64",
+        f"  %{name}.fo = mul i64 %{name}.k, {LANES}",
+        f"  %{name}.fp = getelementptr inbounds double, ptr %factors, i64 %{name}.fo",
+    ]
+    for r in rows:
+        lines += _broadcast(f"{name}.f{r}", f"%{name}.fp", r)
+        lines.append(f"  %{name}.n{r} = {fma(f'%{name}.f{r}', f'%{name}.v', f'%{name}.s{r}')}")
+    lines += [
+        f"  %{name}.kn = add nuw nsw i64 %{name}.k, 1",
+        f"  %{name}.more = icmp ult i64 %{name}.kn, %j",
+        f"  br i1 %{name}.more, label %{name}.loop, label %{name}.done",
+        f"{name}.done:",
+    ]
+    lines += [
+        f"  %{name}.{r} = phi {VECTOR} [ %{name}.a{r}, {before} ], [ %{name}.n{r}, %{name}.loop ]"
+        for r in rows
+    ]
     return "\n".join(lines)
 
 
-def _trail(name: str, rows: str, stride: str) -> str:
-    """``%NAME.sum``: ``%NAME.old`` less what the block's unknowns add, from ``%NAME.column`` of its rows."""
-    lines, totals = [], [f"%{name}.old", "zeroinitializer"]
-    for lane in range(LANES):
-        here = f"%{name}.t{lane}"
+def _pivots() -> str:
+    """The block on the diagonal, ``%d.R``: its pivots, what its rows take off those below, and ``%fine``."""
+    lines, fine = [], "%regular"
+    rows = [f"%d.{r}" for r in range(LANES)]
+    for r, row in enumerate(rows):
         lines += [
-            f"  {here}.o = mul i64 {stride}, {lane}",
-            f"  {here}.c = add i64 {here}.o, %{name}.column",
-            f"  {here}.p = getelementptr inbounds double, ptr {rows}, i64 {here}.c",
-            f"  {here}.l = load {VECTOR}, ptr {here}.p, align 64",
-            f"  {here} = {_fma(f'%{name}.{lane}', here + '.l', totals[lane % 2])}",
+            f"  %p{r} = extractelement {VECTOR} {row}, i64 {r}",
+            f"  %p{r}.i = add i64 %j, {r}",
+            f"  %p{r}.rp = getelementptr inbounds double, ptr %reciprocal, i64 %p{r}.i",
+            f"  %p{r}.given = load double, ptr %p{r}.rp, align 8",
+            f"  %p{r}.least = fmul double %p{r}.given, %floor",
+            f"  %p{r}.good = fcmp ogt double %p{r}, %p{r}.least",
+            f"  %p{r}.outside = icmp uge i64 %p{r}.i, %n",
+            f"  %p{r}.fine = or i1 %p{r}.good, %p{r}.outside",
+            f"  %p{r}.all = and i1 {fine}, %p{r}.fine",
+            f"  %p{r}.q = fdiv double 1.0, %p{r}",
+            f"  %p{r}.r = select i1 %p{r}.outside, double 0.0, double %p{r}.q",
+            f"  store double %p{r}.r, ptr %p{r}.rp, align 8",
+            f"  %p{r}.m = fneg double %p{r}.r",
+            f"  %p{r}.ms = insertelement {VECTOR} poison, double %p{r}.m, i64 0",
+            f"  %p{r}.mv = {splat(f'%p{r}.ms', 0)}",
+            f"  %p{r}.f = fmul {VECTOR} {row}, %p{r}.mv",
+            f"  %p{r}.fo = mul i64 %p{r}.i, {LANES}",
+            f"  %p{r}.fp = getelementptr inbounds double, ptr %factors, i64 %p{r}.fo",
+            f"  store {VECTOR} %p{r}.f, ptr %p{r}.fp, align 64",
         ]
-        totals[lane % 2] = here
-    lines.append(f"  %{name}.sum = fadd {VECTOR} {totals[0]}, {totals[1]}")
+        fine = f"%p{r}.all"
+        for below in range(r + 1, LANES):
+            here = f"%p{r}.{below}"
+            lines += [
+                f"  {here}.s = {splat(f'%p{r}.f', below)}",
+                f"  {here} = {fma(here + '.s', row, rows[below])}",
+            ]
+            rows[below] = here
+        upper = ", ".join(f"i1 {str(lane >= r).lower()}" for lane in range(LANES))
+        lines += [
+            f"  %p{r}.kept = select <{LANES} x i1> <{upper}>, {VECTOR} {row}, {VECTOR} zeroinitializer",
+            f"  store {VECTOR} %p{r}.kept, ptr %d.p{r}, align 64",
+        ]
+    lines.append(f"  %fine = and i1 {fine}, true")
+    return "\n".join(lines)
+
+
+def _within() -> str:
+    """The rows ``%c.R`` of a block beside that on the diagonal, less what the ones above in it take off."""
+    lines = []
+    rows = [f"%c.{r}" for r in range(LANES)]
+    for r in range(LANES):
+        lines += [
+            f"  %t{r}.i = add i64 %j, {r}",
+            f"  %t{r}.o = mul i64 %t{r}.i, {LANES}",
+            f"  %t{r}.p = getelementptr inbounds double, ptr %factors, i64 %t{r}.o",
+        ]
+        for below in range(r + 1, LANES):
+            lines += _broadcast(f"t{r}.f{below}", f"%t{r}.p", below)
+            lines.append(f"  %t{r}.{below} = {fma(f'%t{r}.f{below}', rows[r], rows[below])}")
+            rows[below] = f"%t{r}.{below}"
+        lines.append(f"  store {VECTOR} {rows[r]}, ptr %c.p{r}, align 64")
+    return "\n".join(lines)
+
+
+def _broadcast(name: str, place: str, offset: int) -> list[str]:
+    """``%NAME``: the double there in all lanes."""
+    return [
+        f"  %{name}.p = getelementptr inbounds double, ptr {place}, i64 {offset}",
+        f"  %{name}.x = load double, ptr %{name}.p, align 8",
+        f"  %{name}.i = insertelement {VECTOR} poison, double %{name}.x, i64 0",
+        f"  %{name} = {splat(f'%{name}.i', 0)}",
+    ]
+
+
+def _inverse() -> str:
+    """From the rows of -L in the block at ``%block`` those of its inverse, columns at ``%corner_at``.
+
+    Row i of it is that of the unit matrix less the sum over j < i of L_ij times row j.
+    """
+    lines = []
+    for i in range(LANES):
+        unit = ", ".join(f"double {float(lane == i)}" for lane in range(LANES))
+        current = f"<{unit}>"
+        if i:
+            lines += [
+                f"  %b{i}.p = getelementptr inbounds double, ptr %block, i64 {LANES * i}",
+                f"  %b{i} = load {VECTOR}, ptr %b{i}.p, align 64",
+            ]
+        for j in range(i):
+            here = f"%w{i}.{j}"
+            lines += [
+                f"  {here}.s = {splat(f'%b{i}', j)}",
+                f"  {here} = {fma(here + '.s', f'%w{j}', current)}",
+            ]
+            current = here
+        lines.append(f"  %w{i} = fadd {VECTOR} {current}, zeroinitializer")
+    for i in range(LANES):
+        lines += [
+            f"  %s{i}.p = getelementptr inbounds double, ptr %block, i64 {LANES * i}",
+            f"  store {VECTOR} %w{i}, ptr %s{i}.p, align 64",
+        ]
+        for j in range(LANES):
+            here = f"%e{i}.{j}"
+            lines += [
+                f"  {here} = extractelement {VECTOR} %w{i}, i64 {j}",
+                f"  {here}.o = mul i64 %stride, {j}",
+                f"  {here}.c = add i64 {here}.o, {i}",
+                f"  {here}.p = getelementptr inbounds double, ptr %corner_at, i64 {here}.c",
+                f"  store double {here}, ptr {here}.p, align 8",
+            ]
+    return "\n".join(lines)
+
+
+def _scale() -> str:
+    """The block at ``%upper``, of -L^T, times W^T, which stands at ``%of_rows``, from the left."""
+    lines = []
+    for lane in range(LANES):
+        lines.append(f"  %o{lane} = mul i64 %stride, {lane}")
+        for name, place in (("u", "%upper"), ("f", "%of_rows")):
+            lines.append(f"  %{name}{lane}.p = getelementptr inbounds double, ptr {place}, i64 %o{lane}")
+        lines.append(f"  %u{lane} = load {VECTOR}, ptr %u{lane}.p, align 64")
+    for row in range(LANES):
+        total = f"%u{row}"
+        for lane in range(row + 1, LANES):
+            lines += _broadcast(f"f{row}.{lane}", f"%f{row}.p", lane)
+            lines.append(f"  %u{row}.{lane} = {fma(f'%f{row}.{lane}', f'%u{lane}', total)}")
+            total = f"%u{row}.{lane}"
+        lines.append(f"  store {VECTOR} {total}, ptr %u{row}.p, align 64")
     return "\n".join(lines)

@@ -10,7 +10,7 @@ from lagrange_cli.native.emitter import ONE, Emitter, Value, operand
 from lagrange_cli.native.groups import Pair
 from lagrange_cli.native.held import hold
 from lagrange_cli.native.layout import Group, Layout
-from lagrange_cli.native.linear import Factored, factor_block
+from lagrange_cli.native.linear import Factored, InMemory, factor_block
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
 from lagrange_cli.records import dataclass, field
 
@@ -143,6 +143,11 @@ class Expansion:
             self.factors.append(made)
             self.scratch += doubles
             self.regular = emitter.define(f"and i1 {self.regular}, {good}")
+
+    @property
+    def strides(self) -> set[int]:
+        """Rows, as they lie in memory, of the definite blocks that are too large to be written out."""
+        return {one.stride for one in self.factors if isinstance(one, InMemory) and one.kind == "definite"}
 
     def accelerations(self, residual: list[Value]) -> list[Value]:
         """a with M a = -``residual``."""

@@ -3,13 +3,15 @@
 Each diagonal block on its own. A definite block by Cholesky's method in the form L D L^T, which needs no
 pivoting (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1); any other by Gaussian elimination
 with partial pivoting. Small blocks are written out, with exchanges as selections; large ones call the
-loops of ``linear.ll``.
+loops of ``linear.ll`` and ``definite.ll``.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeAlias
 
+from lagrange_cli.native.definite_solve import solver_of
 from lagrange_cli.native.emitter import ONE, Emitter, Value, literal, operand
 from lagrange_cli.native.groups import store_rows
 from lagrange_cli.native.interface import LANES
@@ -98,14 +100,16 @@ class InMemory:
         """Where its right-hand side is."""
         return self.pivots + self.stride
 
-    def _call(self, emitter: Emitter, result: str, name: str, *more: str) -> str:
-        matrix, pivots, right = (
-            emitter.define(f"getelementptr inbounds double, ptr %work, i64 {place}")
-            for place in (self.place, self.pivots, self.right)
-        )
-        listed = [f"ptr {matrix}", f"ptr {pivots}"] + ([f"ptr {right}"] if name == "solve" else [])
-        listed += [f"i64 {self.size}", f"i64 {self.stride}", *more]
-        return f"call {result} @{name}_{self.kind}({', '.join(listed)})"
+    @property
+    def _sizes(self) -> tuple[str, str]:
+        return f"i64 {self.size}", f"i64 {self.stride}"
+
+    def _call(self, emitter: Emitter, result: str, name: str, places: Sequence[int], *more: str) -> str:
+        pointers = [
+            "ptr " + emitter.define(f"getelementptr inbounds double, ptr %work, i64 {place}")
+            for place in places
+        ]
+        return f"call {result} @{name}({', '.join([*pointers, *more])})"
 
     def factor(self, emitter: Emitter, matrix: list[list[Value]]) -> str:
         """Store the block and factor it; an i1 that tells whether it is regular."""
@@ -114,13 +118,18 @@ class InMemory:
                 emitter.store(row[k], "%work", self.place + self.stride * j + k)
             if self.kind == "definite":
                 emitter.store(row[j], "%work", self.pivots + j)
+        places, name = (self.place, self.pivots), f"factor_{self.kind}"
         floor = f"double {operand(literal(DEFINITE_FLOOR))}"
-        return emitter.define(self._call(emitter, "i1", "factor", floor))
+        return emitter.define(self._call(emitter, "i1", name, places, *self._sizes, floor))
 
     def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
         """x with M x = ``right``."""
         store_rows(emitter, self.stride, right, "%work", self.right)
-        emitter.line("  " + self._call(emitter, "void", "solve"))
+        places = self.place, self.pivots, self.right
+        if self.kind == "definite":
+            emitter.line("  " + self._call(emitter, "void", solver_of(self.stride), places))
+        else:
+            emitter.line("  " + self._call(emitter, "void", "solve_general", places, *self._sizes))
         return [emitter.load("%work", self.right + j) for j in range(self.size)]
 
 

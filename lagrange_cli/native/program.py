@@ -10,6 +10,7 @@ from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.native.definite import definite
+from lagrange_cli.native.definite_solve import solve_definite
 from lagrange_cli.native.emitter import Emitter, Value, literal, operand
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
@@ -78,6 +79,7 @@ def write_program(
     work = LANES * -(-(layout.doubles + expansion.scratch) // LANES)
     if expansion.scratch:
         parts += [fill_in("linear", {}), definite()]
+        parts += map(solve_definite, sorted(expansion.strides))
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, work, tolerance, list(watched.values())))
     numbers = {"slot": layout.width + degrees, "rates": len(layout.state) - degrees}

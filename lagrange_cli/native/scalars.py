@@ -70,12 +70,15 @@ def emit_values(
     moving = 0
     for node in known:
         moving |= node.symbols if node.kind is Kind.SYMBOL else 0
+    loaded: dict[Node, Value] = {}
 
     def inner(argument: Node) -> Value:
         if argument.kind is Kind.NUMBER:
             return literal(argument.data)
         if constants is not None and not argument.symbols & moving and argument not in known:
-            return constants.value(emitter, argument)
+            if argument not in loaded:
+                loaded[argument] = constants.value(emitter, argument)
+            return loaded[argument]
         return known[argument]
 
     def enter(node: Node) -> bool:

@@ -8,6 +8,7 @@ import pytest
 from lagrange_cli.integrate.motion import aligned
 from lagrange_cli.native.compiler import compile_text
 from lagrange_cli.native.definite import definite
+from lagrange_cli.native.definite_solve import solve_definite
 from lagrange_cli.native.emitter import Emitter
 from lagrange_cli.native.linear import WRITTEN_OUT, InMemory, factor_block
 from lagrange_cli.native.machine import FULL, QUICK, load
@@ -33,6 +34,7 @@ def solver(size, level):
         GLOBALS,
         fill_in("linear", {}),
         definite(),
+        solve_definite(block.stride) if isinstance(block, InMemory) else "",
         f"{head} {{\n{body}\n  ret i1 {regular}\n}}",
     ]
     loaded = load(compile_text("\n".join([*text, ATTRIBUTES]), level))
