@@ -7,7 +7,7 @@ from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, Series, SeriesProgram
 from lagrange_cli.native.emitter import ONE, Emitter, Value, operand
-from lagrange_cli.native.groups import Pair
+from lagrange_cli.native.groups import Ends
 from lagrange_cli.native.held import hold
 from lagrange_cli.native.layout import Group, Layout
 from lagrange_cli.native.linear import Factored, InMemory, factor_block
@@ -39,10 +39,8 @@ class Expansion:
     unrounded: dict[Node, Value] = field(default_factory=dict)
     """Functions of a coordinate before its low part is added."""
     regular: str = "true"
-    lowest: dict[Group, Pair] = field(default_factory=dict)
-    """Coefficients 1 of the operands of dot products."""
-    newest: dict[Group, Pair] = field(default_factory=dict)
-    """Their highest coefficients, after the last stage that was written."""
+    ends: dict[Group, Ends] = field(default_factory=dict)
+    """What the sums of groups begin and end with after the last stage that was written."""
     highest: dict[int, Value] = field(default_factory=dict)
     """Those of q."""
 

@@ -23,6 +23,20 @@ class Pair:
     second: Operand
 
 
+@dataclass(frozen=True)
+class Ends:
+    """What is multiplied with each other at the ends of a group's sums, when a stage begins.
+
+    Coefficients 1 (``lowest``) and n-1 (``newest``); where something is shifted, vectors 1 (``ones``) and
+    n-1 (``kept``).
+    """
+
+    lowest: Pair
+    newest: Pair
+    ones: Pair
+    kept: Pair
+
+
 def vector(group: Group) -> str:
     """The type of the group's vectors."""
     return f"<{group.width} x double>"
@@ -47,6 +61,23 @@ def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str,
         whole = assemble(emitter, lanes, values[start : start + lanes])
         address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + start}")
         emitter.line(f"  store <{lanes} x double> {whole}, ptr {address}, align {8 * lanes}")
+
+
+def kept(emitter: Emitter, group: Group, newest: Pair, before: Pair) -> Pair:
+    """What is stored of the ``newest`` coefficients, and of those ``before``: see ``layout.SHIFTS``."""
+    kind, sides = vector(group), []
+    for side, (new, old) in enumerate(((newest.first, before.first), (newest.second, before.second))):
+        lanes = list(range(group.width))
+        for lane, (dot, shifts) in enumerate(zip(group.dots, group.shifts)):
+            if shifts[side] < dot.level - group.level:
+                lanes[lane] += group.width
+        if group.lagging[side]:
+            listed = ", ".join(f"i32 {lane}" for lane in lanes)
+            new = emitter.define(
+                f"shufflevector {kind} {new}, {kind} {old}, <{group.width} x i32> <{listed}>"
+            )
+        sides.append(new)
+    return Pair(*sides)
 
 
 def store(emitter: Emitter, group: Group, pair: Pair, base: str, m: int) -> None:
@@ -136,14 +167,16 @@ def moved(emitter: Emitter, index: str, width: int) -> Operand:
     return emitter.define(f"getelementptr inbounds double, ptr %work, i64 {doubles}")
 
 
-def dots(
-    emitter: Emitter, group: Group, total: Operand | None, lowest: Pair, newest: Pair
-) -> dict[tuple[int, bool], Value]:
+def dots(emitter: Emitter, group: Group, total: Operand | None, ends: Ends) -> dict[tuple[int, bool], Value]:
     """The dot products of a group, by series and whether weighted.
 
-    To ``total``, their sum over m = 2 .. n-2, come the pairs of coefficients 1 (``lowest``) and n-1
-    (``newest``).
+    ``total`` is their sum over vectors 2 .. n-2.
     """
+    lowest, newest = ends.lowest, ends.newest
+    if group.shifted[0]:
+        total = multiply_add(emitter, group, ends.ones.first, ends.kept.second, total)
+    if group.shifted[1]:
+        total = multiply_add(emitter, group, ends.kept.first, ends.ones.second, total)
     whole = multiply_add(emitter, group, lowest.first, newest.second, total)
     whole = multiply_add(emitter, group, newest.first, lowest.second, whole)
     return {

@@ -56,20 +56,24 @@ def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> Non
     """A loop over the stages start .. stop."""
     emitter, k = expansion.emitter, f"%k{start}"
     emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
-    place, before, highest = len(emitter.lines), dict(expansion.newest), dict(expansion.highest)
+    place, before, highest = len(emitter.lines), dict(expansion.ends), dict(expansion.highest)
     stage = Looped(expansion, k, start, stop, padded)
     latch = stage.write(f"stages{start}")
     phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
-    for group, pair in stage.before.items():
-        for name, first, then in (
-            (pair.first, before[group].first, expansion.newest[group].first),
-            (pair.second, before[group].second, expansion.newest[group].second),
-        ):
+    for group, ends in stage.before.items():
+        old, new = before[group], expansion.ends[group]
+        ways = {
+            ends.kept.first: (old.kept.first, new.kept.first),
+            ends.kept.second: (old.kept.second, new.kept.second),
+            ends.newest.first: (old.newest.first, new.newest.first),
+            ends.newest.second: (old.newest.second, new.newest.second),
+        }
+        for name, (first, then) in ways.items():
             phis.append(f"  {name} = phi {vector(group)} [ {first}, %before{start} ], [ {then}, %{latch} ]")
     for index, name in stage.coordinates.items():
         expansion.highest[index] = stage.top[index]
-        ways = f"[ {operand(highest[index])}, %before{start} ], [ {operand(stage.top[index])}, %{latch} ]"
-        phis.append(f"  {name} = phi double {ways}")
+        both = f"[ {operand(highest[index])}, %before{start} ], [ {operand(stage.top[index])}, %{latch} ]"
+        phis.append(f"  {name} = phi double {both}")
     emitter.lines[place:place] = phis
     emitter.line(
         f"  %next{start} = add nuw nsw i64 {k}, 1\n  %more{start} = icmp ule i64 %next{start}, {stop}"

@@ -7,16 +7,19 @@ from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.groups import (
     TOGETHER,
+    Ends,
     Pair,
     dots,
+    kept,
     moved,
     store,
     store_rows,
     sum_in_loop,
     sum_written_out,
 )
-from lagrange_cli.native.layout import FIRST
+from lagrange_cli.native.layout import FIRST, Group
 from lagrange_cli.native.stage import Stage
+from lagrange_cli.records import replace
 
 
 class Looped(Stage):
@@ -30,15 +33,21 @@ class Looped(Stage):
         super().__init__(expansion)
         self.k, self.first, self.last = k, first, last
         self.padded = padded
-        self.before = {
-            group: Pair(expansion.emitter.fresh(), expansion.emitter.fresh())
-            for group in expansion.layout.groups
-        }
-        """The newest coefficients of dot products when the stage begins."""
+        self.before = {group: self._before(group) for group in expansion.layout.groups}
+        """The ends of dot products when the stage begins."""
         self.coordinates = {index: expansion.emitter.fresh() for index in expansion.program.coordinates}
         """Coefficients k + 1 of q: the newest ones when the stage begins."""
         self._known: dict[tuple[str, int], Value] = {}
         self._bases: dict[int, str] = {}
+
+    def _before(self, group: Group) -> Ends:
+        emitter = self.expansion.emitter
+        newest = Pair(emitter.fresh(), emitter.fresh())
+        first, second = (
+            emitter.fresh() if lags else same
+            for lags, same in zip(group.lagging, (newest.first, newest.second))
+        )
+        return replace(self.expansion.ends[group], newest=newest, kept=Pair(first, second))
 
     def at(self, index: int, ahead: int) -> Value:
         one = self.expansion.program.series[index]
@@ -106,7 +115,7 @@ class Looped(Stage):
                 sums, label = sum_in_loop(emitter, groups[start : start + TOGETHER], self.k, label)
                 totals += sums
         for group, total in zip(groups, totals):
-            self.sums |= dots(emitter, group, total, expansion.lowest[group], self.before[group])
+            self.sums |= dots(emitter, group, total, self.before[group])
         moving = [
             (index, one)
             for index, one in enumerate(expansion.program.series)
@@ -117,8 +126,10 @@ class Looped(Stage):
             self.top[index] = self.recur(index)
         self.solve()
         for group in groups:
-            store(emitter, group, self.before[group], self._base(group.width), group.level - 1)
-            expansion.newest[group] = self.gather(group)
+            before, newest = self.before[group], self.gather(group)
+            store(emitter, group, before.kept, self._base(group.width), group.level - 1)
+            vectors = kept(emitter, group, newest, before.newest)
+            expansion.ends[group] = replace(before, newest=newest, kept=vectors)
         for index, one in moving:
             if index in layout.rows:
                 emitter.store(self.top[index], self._base(1), layout.slot(index, one.level))

@@ -6,7 +6,7 @@ function z = f(u, ..) is the primitive of z' = sum_i (df/du_i) u_i', whose produ
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 
 from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.series import Op, Series, reciprocal
@@ -166,11 +166,18 @@ class Stage:
 
     def gather(self, group: Group) -> Pair:
         """What enters the vectors of ``group`` when this stage is done: coefficients k + level."""
-        emitter, ahead = self.expansion.emitter, group.level
-        first, second = ([self.at(i, ahead) for i in side] for side in zip(*((d.a, d.b) for d in group.dots)))
-        number = self.number(ahead)
-        scaled = [emitter.mul(number, x) if dot.weighted else x for dot, x in zip(group.dots, first)]
-        return Pair(assemble(emitter, group.width, scaled), assemble(emitter, group.width, second))
+        return self.vectors(group, [(dot.level, dot.level) for dot in group.dots])
+
+    def vectors(self, group: Group, ahead: Iterable[Sequence[int | None]]) -> Pair:
+        """Coefficients k + ``ahead`` of the operands of each dot product; zeros for None."""
+        emitter = self.expansion.emitter
+        first: list[Value] = []
+        second: list[Value] = []
+        for dot, (a, b) in zip(group.dots, ahead):
+            value = None if a is None else self.at(dot.a, a)
+            first.append(emitter.mul(self.number(a), value) if a is not None and dot.weighted else value)
+            second.append(None if b is None else self.at(dot.b, b))
+        return Pair(assemble(emitter, group.width, first), assemble(emitter, group.width, second))
 
     def state(self) -> list[Value]:
         """Coefficients k + 1 of q, v and the integrals."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from lagrange_cli.mechanics.series import Op, Series
 from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.groups import dots, store, store_rows, sum_written_out
-from lagrange_cli.native.layout import FIRST
+from lagrange_cli.native.groups import Ends, Pair, dots, store, store_rows, sum_written_out
+from lagrange_cli.native.layout import FIRST, Group
 from lagrange_cli.native.stage import Stage, linear_data, reciprocal_rest
+from lagrange_cli.records import replace
 
 SIDE_BY_SIDE = 4
 """The lowest index from which on dot products are summed in lanes."""
@@ -51,9 +52,7 @@ class WrittenOut(Stage):
             n = self.k + group.level
             if n >= SIDE_BY_SIDE:
                 total = sum_written_out(expansion.emitter, group, n - FIRST, "%work", n)
-                self.sums |= dots(
-                    expansion.emitter, group, total, expansion.lowest[group], expansion.newest[group]
-                )
+                self.sums |= dots(expansion.emitter, group, total, expansion.ends[group])
         for index, one in enumerate(expansion.program.series):
             if one.level + self.k == 0:
                 expansion.table[index][0] = self.begin(index, one)
@@ -77,12 +76,18 @@ class WrittenOut(Stage):
         expansion = self.expansion
         for group in expansion.layout.groups:
             m = self.k + group.level
-            if m >= 1:
-                expansion.newest[group] = self.gather(group)
+            if m < 1:
+                continue
+            newest = self.gather(group)
+            last = self.last(group) if any(group.shifted) else newest
             if m == 1:
-                expansion.lowest[group] = expansion.newest[group]
-            elif m > 1:
-                store(expansion.emitter, group, expansion.newest[group], "%work", m)
+                first = 1 - self.k
+                ones = [(first, first)] * len(group.dots)
+                lowest = self.vectors(group, ones) if any(group.shifted) else newest
+                expansion.ends[group] = Ends(lowest, newest, last, last)
+            else:
+                expansion.ends[group] = replace(expansion.ends[group], newest=newest, kept=last)
+                store(expansion.emitter, group, last, "%work", m)
         layout = expansion.layout
         if self.k >= 0:
             store_rows(expansion.emitter, layout.width, self.state(), "%work", layout.width * (self.k + 1))
@@ -90,6 +95,14 @@ class WrittenOut(Stage):
             m = self.k + one.level
             if m >= 1 and index in layout.rows:
                 expansion.emitter.store(expansion.table[index][m], "%work", layout.slot(index, m))
+
+    def last(self, group: Group) -> Pair:
+        """Vector k + level of the group, without coefficients 1."""
+        ahead: list[list[int | None]] = []
+        for shifts in group.shifts:
+            places = [group.level + shift for shift in shifts]
+            ahead.append([None if self.k + place < FIRST else place for place in places])
+        return self.vectors(group, ahead)
 
     def begin(self, index: int, one: Series) -> Value:
         """Coefficient 0."""

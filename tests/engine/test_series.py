@@ -9,8 +9,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.integrate.compiled import compiled_values
-from lagrange_cli.native import jet
-from tests.engine.motion import compiled, residual_of, solve
+from lagrange_cli.mechanics.lowering import lower
+from lagrange_cli.native import jet, layout
+from tests.engine.motion import compiled, residual_of, solve, text_of
 
 FUNCTIONS = {
     "sin(u)": mpmath.sin,
@@ -97,7 +98,8 @@ def test_loops_and_written_out_stages_agree(stages, few, monkeypatch):
 
 
 @pytest.mark.parametrize(
-    "system", ["double_pendulum", "spherical_pendulum", "free_particles", "rotating_hoop"]
+    "system",
+    ["double_pendulum", "spherical_pendulum", "free_particles", "rotating_hoop", "parabola_bead", "pendulum"],
 )
 @pytest.mark.parametrize(("stages", "few"), [(3, 0), (3, 99), (60, 0)])
 def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch):
@@ -108,6 +110,32 @@ def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch
     for path, series in motion.series.items():
         if "ledger" in path:
             assert np.max(np.abs(series)) <= 1e-12 * max(1.0, np.max(np.abs(motion["diagnostics/h"]))), path
+
+
+@pytest.mark.parametrize("system", [ELLIPSOID, "spherical_pendulum", "rotating_hoop", "parabola_bead"])
+@pytest.mark.parametrize("few", [0, 99])
+def test_dot_products_of_different_levels_may_stand_side_by_side(system, few, monkeypatch):
+    """In lanes of one vector they give what they give in vectors of their own, but for the last bits."""
+    shape_code(monkeypatch, 3, few)
+    found, groups = [], []
+    for lanes in (0, 4, 8):
+        monkeypatch.setattr(layout, "MIXED", lanes)
+        compiled.cache_clear()
+        found.append(solve(system, 3.0, outputs="q,v"))
+        program = lower_system(residual_of(text_of(system)))
+        groups.append(layout.arrange(program, 20).groups)
+    compiled.cache_clear()
+    assert not any(any(group.shifted) for group in groups[0]) and len(groups[0]) > len(groups[2])
+    assert any(any(group.shifted) for group in groups[2])
+    for path, series in found[0].series.items():
+        for other in found[1:]:
+            assert np.max(np.abs(series - other[path])) <= 1e-13 * max(1.0, np.max(np.abs(series))), path
+
+
+def lower_system(residual):
+    """The series of a system's equations."""
+    model = residual.model
+    return lower(residual.graph, residual.variables, model.q, model.v, model.time, residual.residual, [])
 
 
 def lagrangian_of(matrix):
