@@ -1,7 +1,8 @@
 """Digests of the datasets that portable runs write, for a test that runs this elsewhere, in another process.
 
 ``python -m tests.cli.portable_digests FOLDER CPU FEATURES SYSTEM.yaml ..`` with what LLVM calls the processor
-to compile for (``here`` for the one that there is) prints a JSON object of them in its last line.
+to compile for (``here`` for the one that there is) prints a JSON object of them in its last line. Without
+systems, it takes all that there are.
 """
 
 import hashlib
@@ -13,6 +14,30 @@ import h5py
 
 from lagrange_cli.cli.main import main
 from lagrange_cli.native import compiler
+from tests.cli.command import SYSTEMS
+
+FUNCTIONS = """
+parameters: {a: sin(0.3), b: 2**0.3, c: pi*tanh(1.7)}
+coordinates:
+  x: {initial: "atan2(a, 2)", velocity: exp(0.1)}
+  y: {initial: asin(0.3), velocity: log(1.7)}
+lagrangian: >
+  x_dot**2/2 + y_dot**2/2 + cosh(0.1*y)*x_dot*y_dot/3 - tan(0.1*x)*sinh(0.1*x) - (2+cos(x))**a
+  - exp(-x**2/8)*b - tanh(x*y)*atan(y) - acos(0.1*sin(x)) - log(3+x**2)**c - (x**2 + y**2)**1.3
+  + atan2(y + 5, x**2 + 1)*sqrt(2.0)**0.7 - cosh(x/2) + asin(0.2*cos(y)) - sin(1.1)*x*exp(0.7)
+observables: {far: sin(1e15*x), power: (3+x)**(y+0.1), steep: exp(800*sin(x) + 700)}
+solve: {stop: 1}
+"""
+SHORT = {"solar_system": "--stop 200", "fpu_chain": "--stop 20"}
+"""Motions that would take long with an fma in software."""
+
+
+def all_systems(folder: Path) -> list[str]:
+    """Every shipped one, with its options, and one that has every function."""
+    written = folder / "functions.yaml"
+    written.write_text(FUNCTIONS, encoding="utf-8")
+    shipped = [f"{path} {SHORT.get(path.stem, '')}".strip() for path in sorted(SYSTEMS.glob("*.yaml"))]
+    return [str(written), f"{written} --precision double-double", *shipped]
 
 
 def digests(folder: Path, system: str, *options: str) -> dict[str, str]:
@@ -42,4 +67,5 @@ def all_digests(folder: Path, cpu: str, features: str, systems: list[str]) -> di
 
 if __name__ == "__main__":
     folder, cpu, features, *systems = sys.argv[1:]
-    print(json.dumps(all_digests(Path(folder), cpu, features, systems)))
+    place = Path(folder)
+    print(json.dumps(all_digests(place, cpu, features, systems or all_systems(place))))

@@ -21,27 +21,13 @@ from lagrange_cli.native import identity
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 from tests.cli.command import SYSTEMS
-from tests.cli.portable_digests import all_digests
+from tests.cli.portable_digests import all_digests, all_systems
 
 OTHER_LIBRARY = "glibc.cpu.hwcaps=" + ",".join(
     f"-{ability}" for ability in ("FMA", "FMA_Usable", "FMA4", "FMA4_Usable", "AVX2", "AVX2_Usable")
 )
 """What has glibc take its functions for older processors; elsewhere it means nothing."""
-FUNCTIONS = """
-parameters: {a: sin(0.3), b: 2**0.3, c: pi*tanh(1.7)}
-coordinates:
-  x: {initial: "atan2(a, 2)", velocity: exp(0.1)}
-  y: {initial: asin(0.3), velocity: log(1.7)}
-lagrangian: >
-  x_dot**2/2 + y_dot**2/2 + cosh(0.1*y)*x_dot*y_dot/3 - tan(0.1*x)*sinh(0.1*x) - (2+cos(x))**a
-  - exp(-x**2/8)*b - tanh(x*y)*atan(y) - acos(0.1*sin(x)) - log(3+x**2)**c - (x**2 + y**2)**1.3
-  + atan2(y + 5, x**2 + 1)*sqrt(2.0)**0.7 - cosh(x/2) + asin(0.2*cos(y)) - sin(1.1)*x*exp(0.7)
-observables: {far: sin(1e15*x), power: (3+x)**(y+0.1), steep: exp(800*sin(x) + 700)}
-solve: {stop: 1}
-"""
 COORDINATE = b"coordinates: {x: {initial: 1}}\n"
-SHORT = {"solar_system": "--stop 200", "fpu_chain": "--stop 20"}
-"""Motions that would take long with an fma in software."""
 SIMPLEST = ("", "")
 KINDS = (
     [SIMPLEST, ("haswell", "+fma,+avx2,+avx,")] if platform.machine() in ("x86_64", "AMD64") else [SIMPLEST]
@@ -58,10 +44,7 @@ class AtOnce(Interrupts):
 @pytest.fixture(scope="module")
 def systems(tmp_path_factory) -> list[str]:
     """Every shipped one, and one that has every function."""
-    written = tmp_path_factory.mktemp("system") / "functions.yaml"
-    written.write_text(FUNCTIONS, encoding="utf-8")
-    shipped = [f"{path} {SHORT.get(path.stem, '')}".strip() for path in sorted(SYSTEMS.glob("*.yaml"))]
-    return [str(written), f"{written} --precision double-double", *shipped]
+    return all_systems(tmp_path_factory.mktemp("system"))
 
 
 @pytest.fixture(scope="module")
