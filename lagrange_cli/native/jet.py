@@ -20,7 +20,7 @@ WRITTEN_OUT = 3
 More are, where a convolution starts late.
 """
 FEW_GROUPS = 3
-"""Groups up to which dot products are written out."""
+"""Groups up to which dot products are written out; one of several levels counts as so many."""
 SHORT_LOOP = 9
 """Stages of a loop whose sums are written out, at most: few zeros are summed, and few loops compiled."""
 LOWEST = 3
@@ -37,7 +37,7 @@ def write_jet(expansion: Expansion) -> str:
             written_out = max(written_out, LOWEST - one.level)
     for k in range(-2, min(last + 1, written_out)):
         WrittenOut(expansion, k).write()
-    padded = len(expansion.layout.groups) <= FEW_GROUPS
+    padded = sum(len({dot.level for dot in one.dots}) for one in expansion.layout.groups) <= FEW_GROUPS
     length = SHORT_LOOP if padded else last
     expansion.highest = {
         i: expansion.table[i].get(min(last + 1, written_out) + 1) for i in expansion.program.coordinates
