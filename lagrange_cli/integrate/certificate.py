@@ -23,8 +23,8 @@ MEMORY = 20
 """A difference counts for less with time, as this power of the time since the start: to an eighth when a
 tenth more has passed. So errors that shrink, as friction makes them, are seen to shrink."""
 BEFORE = 1 / 32
-"""The estimate is at least this part of the differences before: where motions cross each other, the error is
-not zero."""
+"""The estimate is at least this part of the differences before, and as much less as all are less now: where
+motions cross each other, the error is not zero."""
 
 
 class Certificate:
@@ -84,7 +84,9 @@ class Certificate:
             ages = ((times - self._times.start) / (self._times.stop - self._times.start)) ** MEMORY
             weighted = np.where(ages > 0, differences * ages, 0)
             self._differences, weighted = running(self._differences, weighted)
-            estimates = np.fmax(np.fmax(BEFORE * weighted / ages, differences), np.spacing(largest))
+            before = weighted / ages
+            now = np.nanmax(np.where(before > 0, differences / before, 0), axis=0)
+            estimates = np.fmax(np.fmax(BEFORE * now * before, differences), np.spacing(largest))
             half = self._rows // 2
             relative = np.max(estimates[:half] / largest[:half], axis=0, where=largest[:half] > 0, initial=0)
         kept = first(~(relative <= self._target), count)

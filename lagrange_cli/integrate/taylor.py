@@ -32,6 +32,8 @@ ENDINGS = {
 }
 BREATH = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
+FIRST_STEPS = 0.5, 0.8
+"""Parts of their first step that companions take."""
 FEWEST = 64
 """Steps that are taken at least between them."""
 
@@ -129,6 +131,7 @@ class Stepper:
         self._info = np.zeros(2, dtype=np.int64)
         self._pause = 4 * FEWEST
         self.samples = np.empty((program.parts * self._rows, size + LANES))
+        self._first = self._short_step(beside) if beside else None
         self._spare: Array | None = None
         self.steps = 0
 
@@ -171,22 +174,38 @@ class Stepper:
         )
         return rates
 
+    def _advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
+        assert self._machine.advance is not None
+        return Stop(
+            self._machine.advance(
+                self._constants.ctypes.data, self._memory.ctypes.data, self._work.ctypes.data,
+                self._trial.ctypes.data, stop, wanted.ctypes.data + 8 * done, count,
+                self.samples.ctypes.data + 8 * done, self.samples.shape[1], last, pause,
+                self._info.ctypes.data,
+            )
+        )  # fmt: skip
+
+    def _short_step(self, beside: int) -> float | None:
+        """Where the first step of the ``beside``-th companion ends: what all have rounded alike at the start,
+        of the same state, counts for less the shorter it is."""
+        start, memory = self.t, self._memory.copy()
+        self._advance(self._stop, np.full(LANES, np.nan), 0, 0, True, 1)
+        reached, self._usual = self.t, self._memory[self._clock + 2 : self._clock + 9].copy()
+        self._memory[:] = memory
+        return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
+
     def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
         """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how
         many are."""
-        assert self._machine.advance is not None
         padded = np.concatenate([wanted, np.full(LANES, np.nan)])
         done = 0
         while True:
             began = time.perf_counter()
-            stop = Stop(
-                self._machine.advance(
-                    self._constants.ctypes.data, self._memory.ctypes.data, self._work.ctypes.data,
-                    self._trial.ctypes.data, self._stop, padded.ctypes.data + 8 * done, len(wanted) - done,
-                    self.samples.ctypes.data + 8 * done, self.samples.shape[1], last, self._pause,
-                    self._info.ctypes.data,
-                )
-            )  # fmt: skip
+            end, pause = (self._stop, self._pause) if self._first is None else (self._first, 1)
+            stop = self._advance(end, padded, done, len(wanted) - done, last, pause)
+            if self._first is not None:
+                self._memory[self._clock + 2 : self._clock + 9] = self._usual
+                self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             if stop is not Stop.PAUSE or watch(self.t):
                 return stop, done

@@ -38,8 +38,8 @@ def order_for(tolerance: float) -> int:
 
     They count operations, which grow with the order's square. Here most of them are done side by side, and
     the time of an order is mostly that of its longest chain: longer steps of a higher order are cheaper, the
-    more so the coarser the tolerance (docs/engine.md). A tolerance far below double precision makes steps shorter instead, and so the rounding
-    of their sum less.
+    more so the coarser the tolerance (docs/engine.md). A tolerance far below double precision makes steps
+    shorter instead, and so the rounding of their sum less.
     """
     return min(HIGHEST_ORDER, math.ceil(10.9 - 0.5 * math.log(tolerance)))
 
