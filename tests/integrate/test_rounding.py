@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.certificate import FOLDER
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.rounding import nudge
+from lagrange_cli.integrate.run import Times
+from lagrange_cli.records import replace
 from tests.integrate.test_certificate import Number, certified
+from tests.motion import residual_of, values_of
 
 SPRING = """
 parameters: {m: 4.1, k: 4.2}
@@ -75,3 +80,26 @@ def test_momenta_that_are_held_are_part_of_the_estimate():
     ratio = data[f"{FOLDER}q/theta"] / np.maximum(wrong, np.spacing(1.0))
     assert 1e-15 < np.max(wrong) < 1e-13
     assert np.mean((ratio >= 0.1) & (ratio <= 100)) >= 0.99
+
+
+@pytest.mark.parametrize("stop", [1e-9, 1.0, 40.0])
+def test_a_companion_takes_part_of_the_first_step_and_then_usual_ones(stop):
+    """Shorter than the first step or much longer, it has all the samples, and hardly more steps."""
+    ready = prepare(residual_of(TOP), method="taylor", tolerance=2.0**-52, outputs=frozenset({"q", "v"}))
+    values, times = values_of(TOP), Times(0.0, stop, 41, stop / 40)
+    state = np.concatenate([values.q, values.v, np.zeros(len(ready.machine.program.integrals))])
+    steps, motions = [], []
+    for number in range(3):
+        found = []
+        keep = found.append
+        method = replace(ready.follower, beside=number)
+        end = method.follow(
+            np.empty(0), state, times, lambda t, x, keep=keep: keep(x[:6].copy()), lambda t: False
+        )
+        assert end.ending is Ending.COMPLETE
+        steps.append(end.steps)
+        motions.append(np.concatenate(found, axis=1))
+    for motion in motions:
+        assert motion.shape == (6, 41)
+        np.testing.assert_allclose(motion, motions[0], rtol=0, atol=1e-12)
+    assert steps[0] <= min(steps) and max(steps) <= steps[0] + 3
