@@ -85,7 +85,7 @@ class Certificate:
             weighted = np.where(ages > 0, differences * ages, 0)
             self._differences, weighted = running(self._differences, weighted)
             before = weighted / ages
-            now = np.nanmax(np.where(before > 0, differences / before, 0), axis=0)
+            now = np.fmax.reduce(np.where(before > 0, differences / before, 0), axis=0)
             estimates = np.fmax(np.fmax(BEFORE * now * before, differences), np.spacing(largest))
             half = self._rows // 2
             relative = np.max(estimates[:half] / largest[:half], axis=0, where=largest[:half] > 0, initial=0)

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from lagrange_cli.cli.certifying import Demand, companion_settings
 from lagrange_cli.cli.settings import resolve_settings
 from lagrange_cli.integrate.certificate import FOLDER, Certificate, typical_difference
+from lagrange_cli.integrate.companion import Companion
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import Outcome, Times, integrate
@@ -181,3 +182,19 @@ def test_digits_hold_as_long_as_the_estimate_says() -> None:
     trusted = int(np.sum(data["t"] <= outcome.trusted_until))
     assert np.all(relative[:trusted] <= 1e-6) and relative[trusted] > 1e-6
     assert outcome.error == relative[-1]
+
+
+def test_where_companions_have_stopped_the_error_is_not_known(monkeypatch):
+    """Without a word: every warning is an error here."""
+    whole = Companion.take
+
+    def take(self, count, interrupted):
+        samples = whole(self, count, interrupted).copy()
+        samples[:, count // 2 :] = np.nan
+        return samples
+
+    monkeypatch.setattr(Companion, "take", take)
+    data, outcome = certified(PENDULUM, 10.0, 11)
+    errors = data[f"{FOLDER}q/x"]
+    assert np.all(np.isfinite(errors[:5])) and np.all(errors[5:] == np.inf)
+    assert outcome.trusted_until == 4.0
