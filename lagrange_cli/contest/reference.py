@@ -24,7 +24,7 @@ from lagrange_cli.records import dataclass
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-TOLERANCES = (1e-37, 1e-39, 1e-41)
+TOLERANCES = (1e-44, 1e-47, 1e-50)
 """What they are computed with: steps from a quarter to a sixth of those for 2^-52."""
 ROUNDING = 2.0**-53
 """The error of the doubles that it is kept in, whatever else there is."""

@@ -75,6 +75,10 @@ class Emitter:
         """Say so of a value that was not made by this class's arithmetic."""
         self._depth[value] = depth
 
+    def forget_depths(self) -> None:
+        """Everything that was made so far has long been known: a loop begins."""
+        self._depth.clear()
+
     def add(self, a: Value, b: Value) -> Value:
         if a is None:
             return b

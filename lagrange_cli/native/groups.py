@@ -4,37 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lagrange_cli.native.emitter import Emitter, Operand, Value
+from lagrange_cli.native.emitter import Emitter, Operand, Value, operand
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.layout import FIRST, Group
-from lagrange_cli.records import dataclass
 
 CHAINS = 4
 """Sums that a dot product is made of, so that its additions need not wait for each other."""
 TOGETHER = 8
 """Groups that are summed in one loop: their sums stay in registers."""
-
-
-@dataclass(frozen=True)
-class Pair:
-    """One coefficient of a group's first and second operands: two vectors."""
-
-    first: Operand
-    second: Operand
-
-
-@dataclass(frozen=True)
-class Ends:
-    """What is multiplied with each other at the ends of a group's sums, when a stage begins.
-
-    Coefficients 1 (``lowest``) and n-1 (``newest``); where something is shifted, vectors 1 (``ones``) and
-    n-1 (``kept``).
-    """
-
-    lowest: Pair
-    newest: Pair
-    ones: Pair
-    kept: Pair
 
 
 def vector(group: Group) -> str:
@@ -51,6 +28,14 @@ def assemble(emitter: Emitter, width: int, values: Sequence[Value]) -> Operand:
     return whole
 
 
+def packed(emitter: Emitter, group: Group, values: Sequence[Value]) -> Operand:
+    """A vector of the group, a value for each of its dot products; what is in the other lanes, none asks."""
+    whole = "poison"
+    for lane, value in enumerate(values):
+        whole = emitter.define(f"insertelement {vector(group)} {whole}, double {operand(value)}, i64 {lane}")
+    return whole
+
+
 def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str, place: int) -> None:
     """Store ``values`` as whole vectors of ``width`` lanes, or of 8 where that is more.
 
@@ -63,28 +48,11 @@ def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str,
         emitter.line(f"  store <{lanes} x double> {whole}, ptr {address}, align {8 * lanes}")
 
 
-def kept(emitter: Emitter, group: Group, newest: Pair, before: Pair) -> Pair:
-    """What is stored of the ``newest`` coefficients, and of those ``before``: see ``layout.SHIFTS``."""
-    kind, sides = vector(group), []
-    for side, (new, old) in enumerate(((newest.first, before.first), (newest.second, before.second))):
-        lanes = list(range(group.width))
-        for lane, (dot, shifts) in enumerate(zip(group.dots, group.shifts)):
-            if shifts[side] < dot.level - group.level:
-                lanes[lane] += group.width
-        if group.lagging[side]:
-            listed = ", ".join(f"i32 {lane}" for lane in lanes)
-            new = emitter.define(
-                f"shufflevector {kind} {new}, {kind} {old}, <{group.width} x i32> <{listed}>"
-            )
-        sides.append(new)
-    return Pair(*sides)
-
-
-def store(emitter: Emitter, group: Group, pair: Pair, base: str, m: int) -> None:
-    """Keep coefficient m, counted from ``base``."""
-    for place, value in ((group.first, pair.first), (group.second, pair.second)):
+def store(emitter: Emitter, group: Group, pair: tuple[Operand, Operand], base: str, m: int) -> None:
+    """Keep vector m of both operands, counted from ``base``."""
+    for place, value in zip((group.first, group.second), pair):
         address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + group.width * m}")
-        emitter.line(f"  store {vector(group)} {value}, ptr {address}, align {8 * group.width}")
+        emitter.line(f"  store volatile {vector(group)} {value}, ptr {address}, align {8 * group.width}")
 
 
 def load(emitter: Emitter, group: Group, base: str, offset: int) -> Operand:
@@ -105,9 +73,9 @@ def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: 
 
 
 def sum_written_out(emitter: Emitter, group: Group, last: int, base: str, n: int) -> Operand | None:
-    """sum_{m=2}^{last} a[m] b[n-m] in each lane, ``n`` counted from ``base``; None for no terms.
+    """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.
 
-    It begins with the coefficients in the middle, which have been known for longest.
+    It begins with those in the middle, which have been known for longest.
     """
     totals: list[Operand | None] = [None] * CHAINS
     for turn, m in enumerate(sorted(range(FIRST, last + 1), key=lambda m: max(m, last + FIRST - m))):
@@ -121,7 +89,7 @@ def sum_written_out(emitter: Emitter, group: Group, last: int, base: str, n: int
 
 
 def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: str, label: str) -> tuple[list[Operand], str]:
-    """sum_{m=2}^{n-2} a[m] b[n-m] in each lane with n = ``k`` + level of each group.
+    """sum_{m=1}^{n-1} a[m] b[n-m] of vectors with n = ``k`` + level of each group, the newest at last.
 
     Written into the block ``label``; returns the label of the block that goes on.
     """
@@ -129,11 +97,11 @@ def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: str, label: str) -
     name = emitter.fresh()
     loop, after = f"{name[1:]}.sum", f"{name[1:]}.summed"
     m, following, more, some = (f"{name}.{part}" for part in ("m", "next", "more", "some"))
-    last = emitter.define(f"add i64 {k}, {lowest - FIRST}")
+    last = emitter.define(f"add i64 {k}, {lowest - FIRST - 1}")
     emitter.line(
-        f"  {some} = icmp sge i64 {last}, {FIRST}\n  br i1 {some}, label %{loop}, label %{after}\n{loop}:"
+        f"  {some} = icmp sgt i64 {last}, {FIRST}\n  br i1 {some}, label %{loop}, label %{after}\n{loop}:"
     )
-    emitter.line(f"  {m} = phi i64 [ {FIRST}, %{label} ], [ {following}, %{loop} ]")
+    emitter.line(f"  {m} = phi i64 [ {FIRST + 1}, %{label} ], [ {following}, %{loop} ]")
     before, place = [emitter.fresh() for _ in groups], len(emitter.lines)
     opposite = emitter.define(f"sub i64 {k}, {m}")
     totals: list[Operand] = []
@@ -154,10 +122,14 @@ def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: str, label: str) -
     emitter.line(f"  br i1 {more}, label %{loop}, label %{after}\n{after}:")
     sums = [emitter.define(f"phi {vector(group)} {way}") for group, way in zip(groups, ways)]
     for i, group in enumerate(groups):
-        for ahead in range(lowest - 1, group.level - 1):  # m = k + ahead
-            a = load(emitter, group, moved(emitter, k, group.width), group.first + group.width * ahead)
+        base = moved(emitter, k, group.width)
+        for ahead in range(lowest - FIRST, group.level):  # m = k + ahead
+            a = load(emitter, group, base, group.first + group.width * ahead)
             b = load(emitter, group, "%work", group.second + group.width * (group.level - ahead))
             sums[i] = multiply_add(emitter, group, a, b, sums[i])
+        a = load(emitter, group, "%work", group.first + group.width * FIRST)
+        b = load(emitter, group, base, group.second + group.width * (group.level - FIRST))
+        sums[i] = multiply_add(emitter, group, a, b, sums[i])
     return sums, after
 
 
@@ -165,21 +137,3 @@ def moved(emitter: Emitter, index: str, width: int) -> Operand:
     """``%work`` moved on by so many vectors."""
     doubles = emitter.define(f"mul i64 {index}, {width}")
     return emitter.define(f"getelementptr inbounds double, ptr %work, i64 {doubles}")
-
-
-def dots(emitter: Emitter, group: Group, total: Operand | None, ends: Ends) -> dict[tuple[int, bool], Value]:
-    """The dot products of a group, by series and whether weighted.
-
-    ``total`` is their sum over vectors 2 .. n-2.
-    """
-    lowest, newest = ends.lowest, ends.newest
-    if group.shifted[0]:
-        total = multiply_add(emitter, group, ends.ones.first, ends.kept.second, total)
-    if group.shifted[1]:
-        total = multiply_add(emitter, group, ends.kept.first, ends.ones.second, total)
-    whole = multiply_add(emitter, group, lowest.first, newest.second, total)
-    whole = multiply_add(emitter, group, newest.first, lowest.second, whole)
-    return {
-        (dot.index, dot.weighted): emitter.define(f"extractelement {vector(group)} {whole}, i64 {lane}")
-        for lane, dot in enumerate(group.dots)
-    }

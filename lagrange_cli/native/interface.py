@@ -12,7 +12,7 @@ LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
-HIGHEST_ORDER = 32
+HIGHEST_ORDER = 40
 """The highest one that a tolerance asks for."""
 BEYOND = 3
 """Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""

@@ -10,7 +10,8 @@ import itertools
 from lagrange_cli.mechanics.series import Op
 from lagrange_cli.native.emitter import operand
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.groups import store_rows, vector
+from lagrange_cli.native.groups import store_rows
+from lagrange_cli.native.layout import CARRIED
 from lagrange_cli.native.looped import Looped
 from lagrange_cli.native.written_out import WrittenOut
 
@@ -19,6 +20,8 @@ WRITTEN_OUT = 3
 
 More are, where a convolution starts late.
 """
+ALONE = 1
+"""Groups up to which all stages are written out: that is short enough."""
 FEW_GROUPS = 3
 """Groups up to which dot products are written out; one of several levels counts as so many."""
 SHORT_LOOP = 9
@@ -35,12 +38,19 @@ def write_jet(expansion: Expansion) -> str:
     for one in expansion.program.series:
         if one.op in (Op.MULTIPLY, Op.POWER):
             written_out = max(written_out, LOWEST - one.level)
+    for group in expansion.layout.groups:
+        written_out = max(written_out, LOWEST - group.level)
+    if len(expansion.layout.groups) <= ALONE:
+        written_out = last + 1
     for k in range(-2, min(last + 1, written_out)):
         WrittenOut(expansion, k).write()
     padded = sum(len({dot.level for dot in one.dots}) for one in expansion.layout.groups) <= FEW_GROUPS
     length = SHORT_LOOP if padded else last
-    expansion.highest = {
-        i: expansion.table[i].get(min(last + 1, written_out) + 1) for i in expansion.program.coordinates
+    done = min(last, written_out - 1)
+    expansion.newest = {
+        (index, age): expansion.table[index].get(done + one.level - age)
+        for index, one in enumerate(expansion.program.series)
+        for age in range(CARRIED)
     }
     for start, stop in split(written_out, last, length):
         write_loop(expansion, start, stop, padded)
@@ -56,24 +66,16 @@ def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> Non
     """A loop over the stages start .. stop."""
     emitter, k = expansion.emitter, f"%k{start}"
     emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
-    place, before, highest = len(emitter.lines), dict(expansion.ends), dict(expansion.highest)
+    place = len(emitter.lines)
+    emitter.forget_depths()
     stage = Looped(expansion, k, start, stop, padded)
     latch = stage.write(f"stages{start}")
     phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
-    for group, ends in stage.before.items():
-        old, new = before[group], expansion.ends[group]
-        ways = {
-            ends.kept.first: (old.kept.first, new.kept.first),
-            ends.kept.second: (old.kept.second, new.kept.second),
-            ends.newest.first: (old.newest.first, new.newest.first),
-            ends.newest.second: (old.newest.second, new.newest.second),
-        }
-        for name, (first, then) in ways.items():
-            phis.append(f"  {name} = phi {vector(group)} [ {first}, %before{start} ], [ {then}, %{latch} ]")
-    for index, name in stage.coordinates.items():
-        expansion.highest[index] = stage.top[index]
-        both = f"[ {operand(highest[index])}, %before{start} ], [ {operand(stage.top[index])}, %{latch} ]"
-        phis.append(f"  {name} = phi double {both}")
+    for (index, age), name in stage.carried.items():
+        old, new = operand(expansion.newest[index, age - 1]), operand(stage.newest(index, age - 1))
+        phis.append(f"  {name} = phi double [ {old}, %before{start} ], [ {new}, %{latch} ]")
+    ages = [*((index, 0) for index in range(len(expansion.table))), *stage.carried]
+    expansion.newest = {one: stage.newest(*one) for one in ages}
     emitter.lines[place:place] = phis
     emitter.line(
         f"  %next{start} = add nuw nsw i64 {k}, 1\n  %more{start} = icmp ule i64 %next{start}, {stop}"
@@ -84,7 +86,8 @@ def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> Non
 def finish(expansion: Expansion) -> None:
     """Store q's last coefficients, which are one order ahead of the velocities'."""
     layout = expansion.layout
-    values = [expansion.highest.get(index) for index in layout.state]
+    coordinates = expansion.program.coordinates
+    values = [expansion.newest[index, 0] if index in coordinates else None for index in layout.state]
     store_rows(expansion.emitter, layout.width, values, "%work", layout.width * layout.order)
 
 

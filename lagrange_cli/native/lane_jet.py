@@ -242,7 +242,7 @@ class LaneStage(Stage):
     def write(self, sums: dict[Dot, Value]) -> None:
         """Compute, solve and store this stage's coefficients from the ``sums`` without their ends."""
         layout, series = self._layout, self.expansion.program.series
-        self.sums = {(dot.index, dot.weighted): self._total(dot, total) for dot, total in sums.items()}
+        self.sums = {(dot.index, dot.weighted): (self._total(dot, one), []) for dot, one in sums.items()}
         moving = [i for i, one in enumerate(series) if one.degree >= self._first + one.level]
         self.top = dict.fromkeys(range(len(series)))
         for index in moving:

@@ -53,7 +53,8 @@ def arrange_lanes(program: SeriesProgram, order: int) -> LaneLayout:
     dots = tuple(sorted(dot_products(program), key=lambda dot: program.series[dot.index].level))
     state = [*program.coordinates, *program.velocities, *program.integrals]
     together = [i for dot in dots for i in (dot.a, dot.b)]
-    listed = dict.fromkeys([*state, *together, *read_alone(program, list(dots))])
+    alone = [index for index, _ in read_alone(program, list(dots))]
+    listed = dict.fromkeys([*state, *together, *alone])
     rows = {index: row for row, index in enumerate(listed)}
     scaled = dict.fromkeys(dot.a for dot in dots if dot.weighted)
     return LaneLayout(

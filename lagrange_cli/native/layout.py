@@ -3,25 +3,30 @@
 The convolutions sum_m a[m] b[n-m] are summed side by side, a lane of a vector for each:
 coefficient m of all their first operands is one vector in memory, and so is that of their second ones. Those
 of different levels stand side by side, too: there n differs from lane to lane by what their operands are
-shifted by.
+shifted by. A vector is complete when the last of its lanes is known; so where that matters, the newest
+coefficients are left out of it, and their terms added to each sum as numbers.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from operator import lt
 
 from lagrange_cli.mechanics.series import SHORT, Op, SeriesProgram, needs, reciprocal
 from lagrange_cli.native.interface import LANES, width_of
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
-FIRST = 2
-"""The first coefficient of a group that is kept in memory."""
-SHIFTS = ((0, 0), (1, 0), (1, 1))
-"""By how much both operands of a dot product are shifted that is so many levels above its group's: they are
-known when the vector is stored, or were one stage before."""
+FIRST = 1
+"""The first vector of a group."""
+FEW = 6
+"""Up to so many dot products the newest terms are numbers of their own; of more, these take longer than it
+does to wait for all of a vector."""
 MIXED = 4
 """Lanes of what is of different levels: to put eight together takes longer than it saves."""
+NEAR = 2
+"""By how many stages what stands side by side then may differ in how soon it is known."""
+CARRIED = 3
+"""So many stages long the coefficients that are read by themselves stay in registers. (A number that is
+loaded from a vector in memory has to wait for all of it.)"""
 PADDING = 8
 """Vectors of 0 before the coefficients of second operands: what a loop of so many stages reads too far."""
 
@@ -40,36 +45,20 @@ class Dot:
 
 @dataclass(frozen=True)
 class Group:
-    """Dot products, a lane each; ``width`` lanes. ``level`` is the lowest of theirs.
+    """Dot products, a lane each; ``width`` lanes.
 
-    Coefficient m of the first operands is in vector m - shift; vector m >= 2 of these is at
-    ``%work[first + width * m]``, of the others at ``%work[second + width * m]``; there are zeros before the
-    latter. Coefficients 1 and vectors 1 stay in registers.
+    Vector m of the first operands, at ``%work[first + width * m]``, and of the second ones, at
+    ``%work[second + width * m]`` with zeros before vector 1, holds in each lane coefficient m + shift of the
+    operand (``shifts``: of both). In stage k the vectors i and j with i + j = k + ``level`` meet: all terms
+    of each sum but those of the coefficients 1 .. shift.
     """
 
     level: int
     dots: tuple[Dot, ...]
+    shifts: tuple[tuple[int, int], ...]
     width: int
     first: int
     second: int
-
-    @property
-    def shifts(self) -> list[tuple[int, int]]:
-        """Of each dot product, by how much its first and its second operand are shifted."""
-        return [SHIFTS[dot.level - self.level] for dot in self.dots]
-
-    @property
-    def lagging(self) -> tuple[bool, bool]:
-        """Whether vectors of first, and of second operands hold what is not newest."""
-        levels = [dot.level - self.level for dot in self.dots]
-        first, second = (any(map(lt, side, levels)) for side in zip(*self.shifts))
-        return first, second
-
-    @property
-    def shifted(self) -> tuple[bool, bool]:
-        """Whether any first, and whether any second operand is shifted: then vector 1 counts, too."""
-        first, second = (max(side) > 0 for side in zip(*self.shifts))
-        return first, second
 
 
 @dataclass(frozen=True)
@@ -113,33 +102,81 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
     dots = list(dot_products(program))
     listed = [*program.coordinates, *program.velocities, *program.integrals]
     state = {index: row for row, index in enumerate(listed)}
-    rows = {
-        index: row for row, index in enumerate(one for one in read_alone(program, dots) if one not in state)
-    }
-    place = Layout(order, state, rows, ()).doubles
-    parts = [(next(w for w in (2, 4, 8) if w >= len(part)), part) for part in side_by_side(dots)]
-    groups: list[Group] = []
-    for width, part in sorted(parts, key=lambda one: -one[0]):  # so that all are aligned
-        second = place + width * (order + PADDING)
-        groups.append(Group(part[0].level, part, width, place - FIRST * width, second - FIRST * width))
-        place = second + width * order
-    return Layout(order, state, rows, tuple(groups))
+    groups = side_by_side(program, dots)
+    read = [*read_alone(program, dots), *read_apart(groups)]
+    old = dict.fromkeys(index for index, ahead in read if program.series[index].level - ahead > CARRIED)
+    rows = {index: row for row, index in enumerate(one for one in old if one not in state)}
+    place, placed = Layout(order, state, rows, ()).doubles, []
+    for group in sorted(groups, key=lambda one: -one.width):  # so that all are aligned
+        second = place + group.width * (order + PADDING)
+        begin = FIRST * group.width
+        placed.append(replace(group, first=place - begin, second=second - begin))
+        place = second + group.width * order
+    return Layout(order, state, rows, tuple(placed))
 
 
-def side_by_side(dots: Sequence[Dot]) -> list[tuple[Dot, ...]]:
+def side_by_side(program: SeriesProgram, dots: Sequence[Dot]) -> list[Group]:
     """Up to eight of one level at a time; where up to four are left, with those of levels near theirs."""
-    found: list[tuple[Dot, ...]] = []
+    found: list[Group] = []
     few: list[Dot] = []
     for level in sorted({dot.level for dot in dots}):
-        same = tuple(dot for dot in dots if dot.level == level)
-        parts = [same[start : start + LANES] for start in range(0, len(same), LANES)]
-        found += [part for part in parts if len(part) > MIXED]
-        few += [dot for part in parts if len(part) <= MIXED for dot in part]
+        same = [dot for dot in dots if dot.level == level]
+        for part in (same[start : start + LANES] for start in range(0, len(same), LANES)):
+            if len(part) > MIXED:
+                found.append(grouped(program, part))
+            else:
+                few += part
+    few.sort(key=lambda dot: settled(program, dot))
     while few:
-        near = tuple(dot for dot in few if dot.level - few[0].level < len(SHIFTS))[:MIXED]
-        found.append(near)
+        latest = settled(program, few[0]) + NEAR
+        near = [dot for dot in few[:MIXED] if settled(program, dot) <= latest]
         few = few[len(near) :]
+        found.append(grouped(program, near))
     return found
+
+
+def grouped(program: SeriesProgram, dots: Sequence[Dot]) -> Group:
+    """These, side by side.
+
+    If they are few or of different levels, their vectors hold nothing newer than what was known two stages
+    before: no lane waits for what only another one needs.
+    """
+    levels = {dot.level for dot in dots}
+    waiting = len(dots) > FEW and len(levels) == 1
+    level = min(levels) if waiting else min(settled(program, dot) for dot in dots)
+    shifts = tuple(shifted(program, dot, dot.level - level) for dot in dots)
+    return Group(level, tuple(dots), shifts, next(w for w in (2, 4, 8) if w >= len(dots)), 0, 0)
+
+
+def settled(program: SeriesProgram, dot: Dot) -> int:
+    """The highest level of a group in whose vectors the newest coefficients of this one are not."""
+    return dot.level - sum(newest(program, dot))
+
+
+def newest(program: SeriesProgram, dot: Dot) -> tuple[bool, bool]:
+    """Whether coefficient n-1 of the second, and of the first operand is of the stage just before.
+
+    Then coefficient 1 of the other is not to be in a vector.
+    """
+    a, b = (program.series[index].level == dot.level for index in (dot.a, dot.b))
+    return b, a
+
+
+def shifted(program: SeriesProgram, dot: Dot, total: int) -> tuple[int, int]:
+    """The shifts of both operands of a dot product, of which the sum is ``total``."""
+    first, second = map(int, newest(program, dot)) if total else (0, 0)
+    while first + second < total:
+        first, second = (first + 1, second) if first <= second else (first, second + 1)
+    return first, second
+
+
+def read_apart(groups: Iterable[Group]) -> Iterable[tuple[int, int]]:
+    """(series, ahead): coefficients k + ahead that the groups read by themselves in stage k."""
+    for group in groups:
+        for dot, (first, second) in zip(group.dots, group.shifts):
+            yield from ((dot.a, group.level + first), (dot.b, group.level + second))
+            yield from ((dot.b, dot.level - m) for m in range(1, first + 1))
+            yield from ((dot.a, dot.level - m) for m in range(1, second + 1))
 
 
 def dot_products(program: SeriesProgram) -> Iterable[Dot]:
@@ -154,19 +191,21 @@ def dot_products(program: SeriesProgram) -> Iterable[Dot]:
                 yield Dot(index, one.level, index, one.arguments[0], weighted=True)
 
 
-def read_alone(program: SeriesProgram, dots: list[Dot]) -> list[int]:
-    """Series of which something is read by itself after its stage."""
+def read_alone(program: SeriesProgram, dots: list[Dot]) -> Iterable[tuple[int, int]]:
+    """(series, ahead): coefficients k + ahead that are read by themselves in stage k, but for the newest."""
     series = program.series
-    listed = [index for index in program.residual if series[index].level > 0]
+    listed = [(index, 0) for index in program.residual]
     for dot in dots:
-        listed += [i for i in (dot.a, dot.b) if series[i].level > dot.level]
+        listed += [(i, dot.level) for i in (dot.a, dot.b)]
     together = {dot.index for dot in dots}
     for index, one in enumerate(series):
         if one.op in (Op.MULTIPLY, Op.POWER) and index not in together:
-            listed += [*one.arguments, *([index] if one.op is Op.POWER else [])]
-        listed += [i for i, ahead in needs(one) if series[i].level > one.level + ahead]
+            listed += [
+                (i, one.level - SHORT) for i in (*one.arguments, *([index] if one.op is Op.POWER else []))
+            ]
+        listed += [(i, one.level + ahead) for i, ahead in needs(one)]
     stored = {index for index, one in enumerate(series) if one.degree > SHORT}
     for one in series:  # short ones whose product is not: a loop may begin where both still count
         if one.op is Op.MULTIPLY and one.degree > SHORT and stored.isdisjoint(one.arguments):
             stored |= {*one.arguments}
-    return [index for index in dict.fromkeys(listed) if index in stored]
+    return [(i, ahead) for i, ahead in listed if i in stored and ahead < series[i].level]

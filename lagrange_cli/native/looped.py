@@ -7,19 +7,14 @@ from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.groups import (
     TOGETHER,
-    Ends,
-    Pair,
-    dots,
-    kept,
     moved,
     store,
     store_rows,
     sum_in_loop,
     sum_written_out,
 )
-from lagrange_cli.native.layout import FIRST, Group
+from lagrange_cli.native.layout import CARRIED, FIRST
 from lagrange_cli.native.stage import Stage
-from lagrange_cli.records import replace
 
 
 class Looped(Stage):
@@ -33,21 +28,10 @@ class Looped(Stage):
         super().__init__(expansion)
         self.k, self.first, self.last = k, first, last
         self.padded = padded
-        self.before = {group: self._before(group) for group in expansion.layout.groups}
-        """The ends of dot products when the stage begins."""
-        self.coordinates = {index: expansion.emitter.fresh() for index in expansion.program.coordinates}
-        """Coefficients k + 1 of q: the newest ones when the stage begins."""
+        self.carried: dict[tuple[int, int], str] = {}
+        """Coefficients k + level - 1 of series, those before, ..: by series and by how many stages old."""
         self._known: dict[tuple[str, int], Value] = {}
         self._bases: dict[int, str] = {}
-
-    def _before(self, group: Group) -> Ends:
-        emitter = self.expansion.emitter
-        newest = Pair(emitter.fresh(), emitter.fresh())
-        first, second = (
-            emitter.fresh() if lags else same
-            for lags, same in zip(group.lagging, (newest.first, newest.second))
-        )
-        return replace(self.expansion.ends[group], newest=newest, kept=Pair(first, second))
 
     def at(self, index: int, ahead: int) -> Value:
         one = self.expansion.program.series[index]
@@ -55,9 +39,20 @@ class Looped(Stage):
             return None
         if ahead == one.level:
             return self.top[index]
-        if index in self.coordinates and ahead == 1:
-            return self.coordinates[index]
+        if one.level - ahead <= CARRIED:
+            return self._carry(index, one.level - ahead)
         return self._load(index, ahead)
+
+    def _carry(self, index: int, age: int) -> Value:
+        for one in range(1, age + 1):
+            if (index, one) not in self.carried:
+                self.carried[index, one] = self.expansion.emitter.fresh()
+                self.expansion.emitter.set_depth(self.carried[index, one], int(one == 1))
+        return self.carried[index, age]
+
+    def newest(self, index: int, age: int) -> Value:
+        """Coefficient k + level - ``age`` when the stage is done; it must have been read."""
+        return self.carried[index, age] if age else self.top[index]
 
     def _load(self, index: int, ahead: int) -> Value:
         key = (str(index), ahead)
@@ -105,17 +100,17 @@ class Looped(Stage):
         """
         expansion, emitter, layout = self.expansion, self.expansion.emitter, self.expansion.layout
         groups = layout.groups
-        totals: list[str | None] = []
         if self.padded:
             for group in groups:
                 last = self.last + group.level - FIRST
-                totals.append(sum_written_out(emitter, group, last, self._base(group.width), group.level))
+                base = self._base(group.width)
+                self.take(group, sum_written_out(emitter, group, last, base, group.level))
         else:
             for start in range(0, len(groups), TOGETHER):
-                sums, label = sum_in_loop(emitter, groups[start : start + TOGETHER], self.k, label)
-                totals += sums
-        for group, total in zip(groups, totals):
-            self.sums |= dots(emitter, group, total, self.before[group])
+                some = groups[start : start + TOGETHER]
+                sums, label = sum_in_loop(emitter, some, self.k, label)
+                for group, total in zip(some, sums):
+                    self.take(group, total)
         moving = [
             (index, one)
             for index, one in enumerate(expansion.program.series)
@@ -126,10 +121,7 @@ class Looped(Stage):
             self.top[index] = self.recur(index)
         self.solve()
         for group in groups:
-            before, newest = self.before[group], self.gather(group)
-            store(emitter, group, before.kept, self._base(group.width), group.level - 1)
-            vectors = kept(emitter, group, newest, before.newest)
-            expansion.ends[group] = replace(before, newest=newest, kept=vectors)
+            store(emitter, group, self.vectors(group), self._base(group.width), group.level)
         for index, one in moving:
             if index in layout.rows:
                 emitter.store(self.top[index], self._base(1), layout.slot(index, one.level))

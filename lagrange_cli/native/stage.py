@@ -6,13 +6,13 @@ function z = f(u, ..) is the primitive of z' = sum_i (df/du_i) u_i', whose produ
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.series import Op, Series, reciprocal
-from lagrange_cli.native.emitter import ONE, Value, literal
+from lagrange_cli.native.emitter import ONE, Operand, Value, literal
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.groups import Pair, assemble
+from lagrange_cli.native.groups import packed, vector
 from lagrange_cli.native.layout import Group
 from lagrange_cli.records import dataclass, field
 
@@ -21,14 +21,15 @@ from lagrange_cli.records import dataclass, field
 class Stage:
     """What written-out and looped stages share: the recurrences. ``ahead`` is an index relative to k.
 
-    ``sums`` holds the dot products of the stage that were made side by side: by series, and whether weighted.
+    ``sums`` holds the dot products of the stage that were made side by side, by series and whether weighted:
+    a sum, and the factors of what is still to be added to it.
     """
 
     expansion: Expansion
     top: dict[int, Value] = field(default_factory=dict)
     careful: bool = False
     """Whether what q and q_dot hold beyond their doubles still matters at this order."""
-    sums: dict[tuple[int, bool], Value] = field(default_factory=dict)
+    sums: dict[tuple[int, bool], tuple[Value, list[tuple[Value, Value]]]] = field(default_factory=dict)
 
     def at(self, index: int, ahead: int) -> Value:
         """Coefficient k + ahead of a series."""
@@ -57,9 +58,18 @@ class Stage:
         if self.careful:
             low = self.expansion.low
             terms += [(low.get(a), self.at(b, ahead)), (self.at(a, ahead), low.get(b))]
-        if (index, False) in self.sums:
-            return emitter.total(terms, self.sums[index, False])
-        return emitter.total([*((x, y) for _, x, y in self.products(a, b, ahead)), *terms])
+        start, rest = self.dot(index, a, b, ahead)
+        return emitter.total([*rest, *terms], start)
+
+    def dot(
+        self, index: int, a: int, b: int, ahead: int, weighted: bool = False
+    ) -> tuple[Value, list[tuple[Value, Value]]]:
+        """sum_{m=1}^{n-1} w(m) a[m] b[n-m], n = k + ahead: a sum, and the factors of what is still to be
+        added to it."""
+        if (index, weighted) in self.sums:
+            return self.sums[index, weighted]
+        products = self.products(a, b, ahead)
+        return None, [(self.expansion.emitter.mul(m, x) if weighted else x, y) for m, x, y in products]
 
     def power(self, index: int, one: Series) -> Value:
         """Coefficient k + level (at least 1) of a power p = x^e.
@@ -69,16 +79,14 @@ class Stage:
         expansion, emitter, ahead, base = self.expansion, self.expansion.emitter, one.level, one.arguments[0]
         assert isinstance(one.data, Node)
         gain, inverse = expansion.gains[index]
-        if (index, False) in self.sums:
-            plain, weighted = self.sums[index, False], self.sums.get((index, True))
-        else:
-            products = self.products(index, base, ahead)
-            plain = emitter.total((x, y) for _, x, y in products)
-            weighted = emitter.total((emitter.mul(m, x), y) for m, x, y in products)
+        start, terms = self.dot(index, index, base, ahead)
+        plain = emitter.total(terms, start)
         if reciprocal(one.data):
             rest = emitter.neg(plain)
         else:
             exponent = expansion.constants.value(emitter, one.data)
+            start, terms = self.dot(index, index, base, ahead, weighted=True)
+            weighted = emitter.total(terms, start)
             weighted = emitter.mul(emitter.add(exponent, ONE), self.divided(weighted, ahead))
             rest = emitter.sub(emitter.mul(exponent, plain), weighted)
         return emitter.fma(gain, self.at(base, ahead), emitter.mul(rest, inverse))
@@ -164,20 +172,33 @@ class Stage:
         """Set coefficient k + level of a series."""
         raise NotImplementedError
 
-    def gather(self, group: Group) -> Pair:
-        """What enters the vectors of ``group`` when this stage is done: coefficients k + level."""
-        return self.vectors(group, [(dot.level, dot.level) for dot in group.dots])
+    def take(self, group: Group, total: Operand | None) -> None:
+        """Take ``sums`` from the vector sums of a group; to be added is what its vectors do not hold."""
+        emitter = self.expansion.emitter
+        for lane, (dot, (first, second)) in enumerate(zip(group.dots, group.shifts)):
+            start = total and emitter.define(f"extractelement {vector(group)} {total}, i64 {lane}")
+            table, n = self.expansion.table, dot.level
+            terms: list[tuple[Value, Value]] = []
+            for m in range(1, first + 1):
+                a = table[dot.a].get(m)
+                terms.append((emitter.mul(literal(m), a) if dot.weighted else a, self.at(dot.b, n - m)))
+            for m in range(1, second + 1):
+                a = self.at(dot.a, n - m)
+                weight = self.number(n - m) if dot.weighted else ONE
+                terms.append((emitter.mul(weight, a), table[dot.b].get(m)))
+            self.sums[dot.index, dot.weighted] = start, terms
 
-    def vectors(self, group: Group, ahead: Iterable[Sequence[int | None]]) -> Pair:
-        """Coefficients k + ``ahead`` of the operands of each dot product; zeros for None."""
+    def vectors(self, group: Group) -> tuple[Operand, Operand]:
+        """Vectors k + level of the group."""
         emitter = self.expansion.emitter
         first: list[Value] = []
         second: list[Value] = []
-        for dot, (a, b) in zip(group.dots, ahead):
-            value = None if a is None else self.at(dot.a, a)
-            first.append(emitter.mul(self.number(a), value) if a is not None and dot.weighted else value)
-            second.append(None if b is None else self.at(dot.b, b))
-        return Pair(assemble(emitter, group.width, first), assemble(emitter, group.width, second))
+        for dot, shifts in zip(group.dots, group.shifts):
+            a, b = (group.level + shift for shift in shifts)
+            value = self.at(dot.a, a)
+            first.append(emitter.mul(self.number(a), value) if dot.weighted else value)
+            second.append(self.at(dot.b, b))
+        return packed(emitter, group, first), packed(emitter, group, second)
 
     def state(self) -> list[Value]:
         """Coefficients k + 1 of q, v and the integrals."""

@@ -30,6 +30,8 @@ from lagrange_cli.native.watch import watch
 
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
+CHAINS = 4
+"""Sums that the others are made of, so that their additions need not wait for each other."""
 LAST_TERM = 0.01
 """Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
 BLOCKS = 8
@@ -287,7 +289,8 @@ def _careful_horner(order: int, width: int, vector: str, step: str, row: str) ->
     rounding.
 
     (Compensated Horner scheme: Graillat, Langlois and Louvet 2005. It is what keeps the error of a step below
-    that of its coefficients.) The other terms are summed in two chains, the even and the odd.
+    that of its coefficients.) The other terms, whose last ones are known last, do not hold it up: they are
+    summed in ``CHAINS`` chains, and go into the rest.
     """
     tag = vector.replace("<", "v").replace(" x double>", "f64")
     lines = [
@@ -303,18 +306,23 @@ def _careful_horner(order: int, width: int, vector: str, step: str, row: str) ->
         lines.append(f"  {name} = call {vector} @llvm.{kind}.{tag}({vector} {a}, {vector} {b}, {vector} {c})")
         return name
 
-    lines.append(f"  %square = fmul {vector} {step}, {step}")
-    chains: list[str] = []
-    for start in (order, order - 1):
-        chain = f"%c{start}.c"
-        for m in range(start - 2, CAREFUL, -2):
-            chain = fused(f"%c{m}.t", chain, "%square", f"%c{m}.c", "fmuladd")
-        chains.append(chain)
-    odd, even = (
-        chains if (order - CAREFUL) % 2 == 0 else chains[::-1]
-    )  # the one that ends with CAREFUL + 2 first
-    total, rest = fused("%tail", odd, step, even, "fmuladd"), "zeroinitializer"
-    for m in range(CAREFUL, -1, -1):
+    powers = {1: step}
+    for n in (2, 4):
+        powers[n] = f"%power{n}"
+        lines.append(f"  %power{n} = fmul {vector} {powers[n // 2]}, {powers[n // 2]}")
+    chains: dict[int, str] = {}
+    for m in range(order, CAREFUL, -1):
+        above = chains.get(m + CHAINS)
+        chains[m] = fused(f"%c{m}.t", above, powers[CHAINS], f"%c{m}.c", "fmuladd") if above else f"%c{m}.c"
+    sums = [chains[m] for m in range(CAREFUL + 1, min(CAREFUL + CHAINS, order) + 1)]
+    for n in (1, 2):
+        pairs = [sums[i : i + 2] for i in range(0, len(sums), 2)]
+        sums = [
+            fused(f"%tail{n}{i}", pair[1], powers[n], pair[0], "fmuladd") if len(pair) > 1 else pair[0]
+            for i, pair in enumerate(pairs)
+        ]
+    total, rest = f"%c{CAREFUL}.c", "zeroinitializer"
+    for m in range(CAREFUL - 1, -1, -1):
         name = f"%c{m}."
         product = f"{name}p"
         lines.append(f"  {product} = fmul {vector} {total}, {step}")
@@ -332,8 +340,9 @@ def _careful_horner(order: int, width: int, vector: str, step: str, row: str) ->
                 f"  {name}q = fadd {vector} {rest}, {name}w",
             ]
             total, rest = f"{name}s", f"{name}q"
+    lines.append(f"  %power5 = fmul {vector} {powers[4]}, {step}")
     lines.append(f"  %row.poly = fadd {vector} {total}, {_constant([MINUS_ZERO] * int(vector[1]), 'double')}")
-    lines.append(f"  %row.rest = fadd {vector} {rest}, {_constant([MINUS_ZERO] * int(vector[1]), 'double')}")
+    fused("%row.rest", sums[0], "%power5", rest, "fmuladd")
     return "\n".join(lines)
 
 
@@ -348,7 +357,7 @@ def _rate(top: int, vector: str) -> str:
     for start in (top, top - 1):
         chain = f"%d{start}"
         for m in range(start - 2, 0, -2):
-            given = f"{vector} {chain}, {vector} %square, {vector} %d{m}"
+            given = f"{vector} {chain}, {vector} %power2, {vector} %d{m}"
             lines.append(f"  %d{m}.t = call {vector} @llvm.fmuladd.{tag}({given})")
             chain = f"%d{m}.t"
         chains.append(chain)

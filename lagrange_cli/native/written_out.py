@@ -5,15 +5,16 @@ from __future__ import annotations
 from lagrange_cli.mechanics.series import Op, Series
 from lagrange_cli.native.emitter import Value, literal
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.groups import Ends, Pair, dots, store, store_rows, sum_written_out
-from lagrange_cli.native.layout import FIRST, Group
+from lagrange_cli.native.groups import store, store_rows, sum_written_out
+from lagrange_cli.native.layout import FIRST
 from lagrange_cli.native.stage import Stage, linear_data, reciprocal_rest
-from lagrange_cli.records import replace
 
 SIDE_BY_SIDE = 4
-"""The lowest index from which on dot products are summed in lanes."""
+"""The lowest sum of their vectors' indices from which on dot products are summed in lanes."""
 CAREFUL = 3
 """Stages whose products include the low parts of q and q_dot."""
+ROUNDED = 4
+"""The first stage that multiplies with the rounded reciprocal of its index."""
 
 
 class WrittenOut(Stage):
@@ -39,6 +40,8 @@ class WrittenOut(Stage):
 
     def divided(self, value: Value, ahead: int) -> Value:
         n, emitter = self.k + ahead, self.expansion.emitter
+        if self.k >= ROUNDED:
+            return emitter.mul(value, literal(1.0 / n))
         rest = literal(reciprocal_rest(n))
         return emitter.fma(value, literal(1.0 / n), emitter.mul(value, rest))
 
@@ -51,8 +54,7 @@ class WrittenOut(Stage):
         for group in expansion.layout.groups:
             n = self.k + group.level
             if n >= SIDE_BY_SIDE:
-                total = sum_written_out(expansion.emitter, group, n - FIRST, "%work", n)
-                self.sums |= dots(expansion.emitter, group, total, expansion.ends[group])
+                self.take(group, sum_written_out(expansion.emitter, group, n - FIRST, "%work", n))
         for index, one in enumerate(expansion.program.series):
             if one.level + self.k == 0:
                 expansion.table[index][0] = self.begin(index, one)
@@ -75,19 +77,8 @@ class WrittenOut(Stage):
         """Store this stage's coefficients."""
         expansion = self.expansion
         for group in expansion.layout.groups:
-            m = self.k + group.level
-            if m < 1:
-                continue
-            newest = self.gather(group)
-            last = self.last(group) if any(group.shifted) else newest
-            if m == 1:
-                first = 1 - self.k
-                ones = [(first, first)] * len(group.dots)
-                lowest = self.vectors(group, ones) if any(group.shifted) else newest
-                expansion.ends[group] = Ends(lowest, newest, last, last)
-            else:
-                expansion.ends[group] = replace(expansion.ends[group], newest=newest, kept=last)
-                store(expansion.emitter, group, last, "%work", m)
+            if self.k + group.level >= FIRST:
+                store(expansion.emitter, group, self.vectors(group), "%work", self.k + group.level)
         layout = expansion.layout
         if self.k >= 0:
             store_rows(expansion.emitter, layout.width, self.state(), "%work", layout.width * (self.k + 1))
@@ -95,14 +86,6 @@ class WrittenOut(Stage):
             m = self.k + one.level
             if m >= 1 and index in layout.rows:
                 expansion.emitter.store(expansion.table[index][m], "%work", layout.slot(index, m))
-
-    def last(self, group: Group) -> Pair:
-        """Vector k + level of the group, without coefficients 1."""
-        ahead: list[list[int | None]] = []
-        for shifts in group.shifts:
-            places = [group.level + shift for shift in shifts]
-            ahead.append([None if self.k + place < FIRST else place for place in places])
-        return self.vectors(group, ahead)
 
     def begin(self, index: int, one: Series) -> Value:
         """Coefficient 0."""

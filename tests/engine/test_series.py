@@ -79,6 +79,7 @@ dissipation: 0.01*(u_dot**2 + w_dot**2)
 
 def shape_code(monkeypatch, stages, few):
     """So many stages written out; dot products in loops where there are more than ``few`` groups."""
+    monkeypatch.setattr(jet, "ALONE", 0)
     monkeypatch.setattr(jet, "WRITTEN_OUT", stages)
     monkeypatch.setattr(jet, "FEW_GROUPS", few)
 
@@ -112,24 +113,33 @@ def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch
             assert np.max(np.abs(series)) <= 1e-12 * max(1.0, np.max(np.abs(motion["diagnostics/h"]))), path
 
 
-@pytest.mark.parametrize("system", [ELLIPSOID, "spherical_pendulum", "rotating_hoop", "parabola_bead"])
-@pytest.mark.parametrize("few", [0, 99])
-def test_dot_products_of_different_levels_may_stand_side_by_side(system, few, monkeypatch):
-    """In lanes of one vector they give what they give in vectors of their own, but for the last bits."""
-    shape_code(monkeypatch, 3, few)
-    found, groups = [], []
-    for lanes in (0, 4, 8):
-        monkeypatch.setattr(layout, "MIXED", lanes)
+ARRANGED = [("MIXED", 0), ("MIXED", 8), ("FEW", 0), ("FEW", 8), ("NEAR", 0)]
+
+
+@pytest.mark.parametrize(
+    "system", [ELLIPSOID, "spherical_pendulum", "rotating_hoop", "parabola_bead", "central_force_cartesian"]
+)
+@pytest.mark.parametrize(("stages", "few"), [(3, 0), (3, 99), (60, 0)])
+def test_dot_products_give_the_same_however_they_are_arranged(system, stages, few, monkeypatch):
+    """Alone or beside those of other levels, their newest terms in vectors or not: but for the last bits."""
+    shape_code(monkeypatch, stages, few)
+
+    def arranged():
         compiled.cache_clear()
-        found.append(solve(system, 3.0, outputs="q,v"))
         program = lower_system(residual_of(text_of(system)))
-        groups.append(layout.arrange(program, 20).groups)
-    compiled.cache_clear()
-    assert not any(any(group.shifted) for group in groups[0]) and len(groups[0]) > len(groups[2])
-    assert any(any(group.shifted) for group in groups[2])
-    for path, series in found[0].series.items():
-        for other in found[1:]:
+        return solve(system, 3.0, outputs="q,v"), layout.arrange(program, 20).groups
+
+    usual, groups = arranged()
+    different = 0
+    for name, value in ARRANGED:
+        with monkeypatch.context() as patch:
+            patch.setattr(layout, name, value)
+            other, others = arranged()
+        different += others != groups
+        for path, series in usual.series.items():
             assert np.max(np.abs(series - other[path])) <= 1e-13 * max(1.0, np.max(np.abs(series))), path
+    compiled.cache_clear()
+    assert different >= 2
 
 
 def lower_system(residual):
