@@ -42,7 +42,9 @@ class Emitter:
         self._prefix = prefix
         self.lines: list[str] = []
         self.operations = 0
-        """Floating-point operations written so far."""
+        """Floating-point operations, each as often as it is executed."""
+        self.repeated = 1
+        """How often what is being written is executed."""
         self._count = 0
         self._depth: dict[str, int] = {}
 
@@ -62,7 +64,7 @@ class Emitter:
         return name
 
     def _arithmetic(self, text: str, *operands: Value) -> Operand:
-        self.operations += 1
+        self.operations += self.repeated
         name = self.define(text)
         self._depth[name] = 1 + max(map(self.depth, operands), default=0)
         return name

@@ -49,7 +49,11 @@ def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str,
 
 
 def store(emitter: Emitter, group: Group, pair: tuple[Operand, Operand], base: str, m: int) -> None:
-    """Keep vector m of both operands, counted from ``base``."""
+    """Keep vector m of both operands, counted from ``base``.
+
+    (Volatile, so that it is stored as one: a vector of which halves are stored cannot be loaded until both
+    have reached memory.)
+    """
     for place, value in zip((group.first, group.second), pair):
         address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + group.width * m}")
         emitter.line(f"  store volatile {vector(group)} {value}, ptr {address}, align {8 * group.width}")
@@ -63,7 +67,7 @@ def load(emitter: Emitter, group: Group, base: str, offset: int) -> Operand:
 
 def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: Operand | None) -> Operand:
     """``a * b + total``, lane by lane."""
-    emitter.operations += len(group.dots)
+    emitter.operations += len(group.dots) * emitter.repeated
     kind = vector(group)
     if total is None:
         return emitter.define(f"fmul {kind} {a}, {b}")
@@ -88,10 +92,13 @@ def sum_written_out(emitter: Emitter, group: Group, last: int, base: str, n: int
     return some[0] if some else None
 
 
-def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: str, label: str) -> tuple[list[Operand], str]:
+def sum_in_loop(
+    emitter: Emitter, groups: Sequence[Group], k: str, stages: range, label: str
+) -> tuple[list[Operand], str]:
     """sum_{m=1}^{n-1} a[m] b[n-m] of vectors with n = ``k`` + level of each group, the newest at last.
 
-    Written into the block ``label``; returns the label of the block that goes on.
+    Written into the block ``label`` of what is done for each k of ``stages``; returns the label of the block
+    that goes on.
     """
     lowest = min(group.level for group in groups)
     name = emitter.fresh()
@@ -109,11 +116,13 @@ def sum_in_loop(emitter: Emitter, groups: Sequence[Group], k: str, label: str) -
         group.width: (moved(emitter, m, group.width), moved(emitter, opposite, group.width))
         for group in groups
     }
+    emitter.repeated = sum(max(0, stage + lowest - FIRST - 2) for stage in stages)
     for group, total in zip(groups, before):
         first, second = bases[group.width]
         a = load(emitter, group, first, group.first)
         b = load(emitter, group, second, group.second + group.width * group.level)
         totals.append(multiply_add(emitter, group, a, b, total))
+    emitter.repeated = len(stages)
     ways = [f"[ zeroinitializer, %{label} ], [ {total}, %{loop} ]" for total in totals]
     emitter.lines[place:place] = [
         f"  {name} = phi {vector(group)} {way}" for group, name, way in zip(groups, before, ways)

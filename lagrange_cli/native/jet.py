@@ -21,9 +21,9 @@ WRITTEN_OUT = 3
 More are, where a convolution starts late.
 """
 ALONE = 1
-"""Groups up to which all stages are written out: that is short enough."""
+"""Groups up to which all stages are written out: that is little code."""
 FEW_GROUPS = 3
-"""Groups up to which dot products are written out; one of several levels counts as so many."""
+"""Groups up to which their sums are written out; one of several levels counts as so many."""
 SHORT_LOOP = 9
 """Stages of a loop whose sums are written out, at most: few zeros are summed, and few loops compiled."""
 LOWEST = 3
@@ -32,27 +32,18 @@ LOWEST = 3
 
 def write_jet(expansion: Expansion) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
-    emitter = expansion.emitter
+    emitter, groups = expansion.emitter, expansion.layout.groups
     last = expansion.layout.order - 2
-    written_out = WRITTEN_OUT
-    for one in expansion.program.series:
-        if one.op in (Op.MULTIPLY, Op.POWER):
-            written_out = max(written_out, LOWEST - one.level)
-    for group in expansion.layout.groups:
-        written_out = max(written_out, LOWEST - group.level)
-    if len(expansion.layout.groups) <= ALONE:
-        written_out = last + 1
-    for k in range(-2, min(last + 1, written_out)):
+    looped = min(last + 1, first_looped(expansion))
+    for k in range(-2, looped):
         WrittenOut(expansion, k).write()
-    padded = sum(len({dot.level for dot in one.dots}) for one in expansion.layout.groups) <= FEW_GROUPS
-    length = SHORT_LOOP if padded else last
-    done = min(last, written_out - 1)
     expansion.newest = {
-        (index, age): expansion.table[index].get(done + one.level - age)
+        (index, age): expansion.table[index].get(looped - 1 + one.level - age)
         for index, one in enumerate(expansion.program.series)
         for age in range(CARRIED)
     }
-    for start, stop in split(written_out, last, length):
+    padded = sum(len({dot.level for dot in group.dots}) for group in groups) <= FEW_GROUPS
+    for start, stop in split(looped, last, SHORT_LOOP if padded else last):
         write_loop(expansion, start, stop, padded)
     finish(expansion)
     body = "\n".join(emitter.lines)
@@ -62,14 +53,25 @@ def write_jet(expansion: Expansion) -> str:
     )
 
 
+def first_looped(expansion: Expansion) -> int:
+    """The first stage that a loop may have, or one after the last."""
+    groups = expansion.layout.groups
+    if len(groups) <= ALONE:
+        return expansion.layout.order - 1
+    levels = [one.level for one in expansion.program.series if one.op in (Op.MULTIPLY, Op.POWER)]
+    return max([WRITTEN_OUT, *(LOWEST - level for level in (*levels, *(group.level for group in groups)))])
+
+
 def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> None:
     """A loop over the stages start .. stop."""
     emitter, k = expansion.emitter, f"%k{start}"
     emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
     place = len(emitter.lines)
     emitter.forget_depths()
+    emitter.repeated = stop - start + 1
     stage = Looped(expansion, k, start, stop, padded)
     latch = stage.write(f"stages{start}")
+    emitter.repeated = 1
     phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
     for (index, age), name in stage.carried.items():
         old, new = operand(expansion.newest[index, age - 1]), operand(stage.newest(index, age - 1))

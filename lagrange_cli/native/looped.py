@@ -108,7 +108,7 @@ class Looped(Stage):
         else:
             for start in range(0, len(groups), TOGETHER):
                 some = groups[start : start + TOGETHER]
-                sums, label = sum_in_loop(emitter, some, self.k, label)
+                sums, label = sum_in_loop(emitter, some, self.k, range(self.first, self.last + 1), label)
                 for group, total in zip(some, sums):
                     self.take(group, total)
         moving = [

@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 QUICK, FULL = 0, 1
 """LLVM's levels of code generation: the one compiles up to ten times faster, the other's code runs up to
 twice as fast. Both give the same bits."""
-LARGE = 3000
-"""Operations of a step's code above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
+LARGE = 400_000
+"""Characters of a program above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
 
 
 class Loaded(Protocol):
@@ -44,7 +44,7 @@ class Machine:
 
 def first_level(program: Program) -> int:
     """The level to compile ``program`` with when nothing is known of the run."""
-    return QUICK if program.order >= STEPPING and program.operations["jet"] > LARGE else FULL
+    return QUICK if program.order >= STEPPING and len(program.text) > LARGE else FULL
 
 
 def compile_program(program: Program, optimize: int = FULL) -> Machine:

@@ -26,7 +26,7 @@ from lagrange_cli.records import dataclass, replace
 
 @dataclass(frozen=True)
 class Program(Interface):
-    """LLVM IR of a system. Operations are counted by function."""
+    """LLVM IR of a system. Operations are counted by function, each as often as a call executes it."""
 
     text: str
     series: SeriesProgram

@@ -34,6 +34,45 @@ define internal double @ratio(double %size, double %c) #0 {
   ret double %result
 }
 
+; By how much shorter a step must be whose velocities' higher coefficients are smaller than doubles can be, since only the
+; others are there; 1 if these are most of them, or if the higher ones are 0 for another reason.
+define internal double @faded(ptr noalias %work) #0 {
+entry:
+  br label %order
+order:
+  %m = phi i64 [ @@top@@, %entry ], [ %lower, %none ]
+  %base = mul i64 %m, @@width@@
+  br label %row
+row:
+  %i = phi i64 [ @@degrees@@, %order ], [ %next, %row ]
+  %sum = phi double [ 0.0, %order ], [ %added, %row ]
+  %place = add i64 %base, %i
+  %ca = getelementptr inbounds double, ptr %work, i64 %place
+  %c = load double, ptr %ca, align 8
+  %c0 = call double @llvm.fabs.f64(double %c)
+  %added = fadd double %sum, %c0
+  %next = add nuw nsw i64 %i, 1
+  %more = icmp ult i64 %next, @@two_degrees@@
+  br i1 %more, label %row, label %judge
+judge:
+  %isthere = fcmp one double %added, 0.0
+  br i1 %isthere, label %found, label %none
+none:
+  %lower = sub i64 %m, 1
+  %goes_on = icmp ugt i64 %lower, 1
+  br i1 %goes_on, label %order, label %found
+found:
+  %number = sitofp i64 %m to double
+  %inverse = fdiv double 1.0, %number
+  %exponent = fsub double %inverse, @@inverse_top@@
+  %less = call double @llvm.pow.f64(double @@last_term@@, double %exponent)
+  %isfaint = fcmp olt double %added, @@faint@@
+  %isfew = icmp ult i64 %m, @@most@@
+  %counts = and i1 %isfaint, %isfew
+  %result = select i1 %counts, double %less, double 1.0
+  ret double %result
+}
+
 ; The step from the coefficients of the velocities, whose sizes are measured over a step %h. %total becomes infinite or no
 ; number where a coefficient is.
 ;
@@ -94,7 +133,18 @@ done:
   %any = call nnan double @llvm.vector.reduce.fmax.v8f64(<8 x double> %greatest)
   %endless = fcmp oeq double %any, 0.0
   %result = select i1 %endless, double 0x7FF0000000000000, double %step
+  %lowest = extractelement <8 x double> %greatest, i64 0
+  %highest = extractelement <8 x double> %greatest, i64 7
+  %begins = fcmp ogt double %lowest, 0.0
+  %vanishes = fcmp oeq double %highest, 0.0
+  %fades = and i1 %begins, %vanishes
+  br i1 %fades, label %faint, label %plain
+plain:
   ret double %result
+faint:
+  %less = call double @faded(ptr %work)
+  %shorter = fmul double %result, %less
+  ret double %shorter
 }
 
 ; The smallest ratio of all velocities at one coefficient.

@@ -64,6 +64,8 @@ AT_REST = 2.0**-900
 """Where functions that hide a force are watched, velocities that small say nothing about the step."""
 LOWEST_TERM = 4
 """The first coefficient that tells how far the series goes, rather than how fast the motion is now."""
+FAINT = 2.0**-900
+"""The last coefficient that is not 0 may be followed by some that doubles cannot hold if it is below this."""
 SLACK = 4
 """Binary orders by which the lower coefficients may exceed what the radius of convergence allows.
 
@@ -151,6 +153,8 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
         "work_size": work,
         "order": order,
         "fewest": STEPPING,
+        "faint": operand(literal(FAINT)),
+        "most": 2 * top // 3,
         "inverse_top": operand(literal(1.0 / top)),
         "last_term": operand(literal(LAST_TERM * tolerance)),
         "horner_vector": _horner(order, width, "%dt", "%srow"),
