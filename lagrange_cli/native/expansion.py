@@ -144,13 +144,13 @@ class Expansion:
         """Rows, as they lie in memory, of the definite blocks that are too large to be written out."""
         return {one.stride for one in self.factors if isinstance(one, InMemory) and one.kind == "definite"}
 
-    def accelerations(self, residual: list[Value]) -> list[Value]:
-        """a with M a = -``residual``."""
+    def solved(self, residual: list[Value], scale: Value) -> list[Value]:
+        """a with M a = ``scale * residual``."""
         result: list[Value] = [None] * len(residual)
         for block, factor in zip(self.residual.blocks, self.factors):
-            right = [self.emitter.neg(residual[j]) for j in block]
+            right = [residual[j] for j in block]
             if any(value is not None for value in right):
-                for j, value in zip(block, factor.solve(self.emitter, right)):
+                for j, value in zip(block, factor.solve(self.emitter, right, scale)):
                     result[j] = value
         return result
 

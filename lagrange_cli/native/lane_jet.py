@@ -232,12 +232,8 @@ class LaneStage(Stage):
     def number(self, ahead: int) -> Value:
         return self._tabulated("numbers", ahead)
 
-    def divided(self, value: Value, ahead: int) -> Value:
-        return (
-            None
-            if value is None
-            else self.expansion.emitter.mul(value, self._tabulated("reciprocals", ahead))
-        )
+    def reciprocal(self, ahead: int) -> Value:
+        return self._tabulated("reciprocals", ahead)
 
     def write(self, sums: dict[Dot, Value]) -> None:
         """Compute, solve and store this stage's coefficients from the ``sums`` without their ends."""

@@ -31,14 +31,15 @@ class Definite:
     lower: tuple[tuple[Value, ...], ...]
     reciprocal: tuple[Value, ...]
 
-    def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
-        """x with M x = ``right``."""
+    def solve(self, emitter: Emitter, right: list[Value], scale: Value) -> list[Value]:
+        """x with M x = ``scale * right``."""
         x = list(right)
         size = len(x)
         for j in range(size):
             for i in range(j):
                 x[j] = emitter.fms(self.lower[j][i], x[i], x[j])
-        x = [emitter.mul(value, reciprocal) for value, reciprocal in zip(x, self.reciprocal)]
+        scales = [emitter.mul(reciprocal, scale) for reciprocal in self.reciprocal]
+        x = [emitter.mul(value, factor) for value, factor in zip(x, scales)]
         for j in reversed(range(size)):
             for i in range(j + 1, size):
                 x[j] = emitter.fms(self.lower[i][j], x[i], x[j])
@@ -54,9 +55,9 @@ class General:
     upper: tuple[tuple[Value, ...], ...]
     reciprocal: tuple[Value, ...]
 
-    def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
-        """x with M x = ``right``."""
-        x = list(right)
+    def solve(self, emitter: Emitter, right: list[Value], scale: Value) -> list[Value]:
+        """x with M x = ``scale * right``."""
+        x = [emitter.mul(value, scale) for value in right]
         size = len(x)
         for j in range(size):
             for i, swap in zip(range(j + 1, size), self.swaps[j]):
@@ -122,9 +123,10 @@ class InMemory:
         floor = f"double {operand(literal(DEFINITE_FLOOR))}"
         return emitter.define(self._call(emitter, "i1", name, places, *self._sizes, floor))
 
-    def solve(self, emitter: Emitter, right: list[Value]) -> list[Value]:
-        """x with M x = ``right``."""
-        store_rows(emitter, self.stride, right, "%work", self.right)
+    def solve(self, emitter: Emitter, right: list[Value], scale: Value) -> list[Value]:
+        """x with M x = ``scale * right``."""
+        scaled = [emitter.mul(value, scale) for value in right]
+        store_rows(emitter, self.stride, scaled, "%work", self.right)
         places = self.place, self.pivots, self.right
         if self.kind == "definite":
             emitter.line("  " + self._call(emitter, "void", solver_of(self.stride), places))

@@ -90,8 +90,8 @@ class Looped(Stage):
     def number(self, ahead: int) -> Value:
         return self._tabulated("numbers", ahead)
 
-    def divided(self, value: Value, ahead: int) -> Value:
-        return self.expansion.emitter.mul(value, self._tabulated("reciprocals", ahead))
+    def reciprocal(self, ahead: int) -> Value:
+        return self._tabulated("reciprocals", ahead)
 
     def write(self, label: str) -> str:
         """Compute, solve and store one stage's coefficients.

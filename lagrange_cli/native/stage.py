@@ -43,12 +43,16 @@ class Stage:
         """k + ahead."""
         raise NotImplementedError
 
-    def divided(self, value: Value, ahead: int) -> Value:
-        """``value / (k + ahead)``, correctly rounded or nearly so.
+    def reciprocal(self, ahead: int) -> Value:
+        """1 / (k + ahead); None where its rounding counts.
 
         (A product with the rounded reciprocal errs by the same factor in every step: the energy would drift.)
         """
         raise NotImplementedError
+
+    def divided(self, value: Value, ahead: int) -> Value:
+        """``value / (k + ahead)``, correctly rounded or nearly so where that counts."""
+        return self.expansion.emitter.mul(value, self.reciprocal(ahead))
 
     def product(self, index: int, one: Series) -> Value:
         """Coefficient k + level (at least 1) of a product."""
@@ -145,10 +149,12 @@ class Stage:
     def solve(self) -> None:
         """The accelerations' coefficient k, and what it adds to everything that depends on it."""
         expansion, program = self.expansion, self.expansion.program
-        accelerations = expansion.accelerations([self.at(index, 0) for index in program.residual])
+        inverse = self.reciprocal(1)
+        scale = literal(-1.0) if inverse is None else expansion.emitter.neg(inverse)
+        solved = expansion.solved([self.at(index, 0) for index in program.residual], scale)
         change: dict[int, Value] = {}
-        for coordinate, velocity, value in zip(program.coordinates, program.velocities, accelerations):
-            change[velocity] = self.divided(value, 1)
+        for coordinate, velocity, value in zip(program.coordinates, program.velocities, solved):
+            change[velocity] = self.divided(value, 1) if inverse is None else value
             change[coordinate] = self.divided(change[velocity], 2)
         given = set(change)
         corrected = list(self.corrected())

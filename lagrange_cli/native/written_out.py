@@ -38,10 +38,13 @@ class WrittenOut(Stage):
     def number(self, ahead: int) -> Value:
         return literal(self.k + ahead)
 
+    def reciprocal(self, ahead: int) -> Value:
+        return literal(1.0 / (self.k + ahead)) if self.k >= ROUNDED else None
+
     def divided(self, value: Value, ahead: int) -> Value:
+        if self.reciprocal(ahead) is not None:
+            return super().divided(value, ahead)
         n, emitter = self.k + ahead, self.expansion.emitter
-        if self.k >= ROUNDED:
-            return emitter.mul(value, literal(1.0 / n))
         rest = literal(reciprocal_rest(n))
         return emitter.fma(value, literal(1.0 / n), emitter.mul(value, rest))
 
