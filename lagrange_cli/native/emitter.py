@@ -96,6 +96,8 @@ class Emitter:
         return self._arithmetic(f"fsub double {a}, {b}", a, b)
 
     def neg(self, a: Value) -> Value:
+        if a is not None and a.startswith("0x"):
+            return f"0x{int(a, 16) ^ 1 << 63:016X}"
         return None if a is None else self._arithmetic(f"fneg double {a}", a)
 
     def mul(self, a: Value, b: Value) -> Value:
