@@ -62,6 +62,7 @@ def test_sums_that_differ_by_sign_or_powers_of_two_are_one_factor() -> None:
 @example("(-4*x)**0.5", {"x": -1.5, "y": -0.5, "z": 1.0})
 @example("((x - 1)**2*y)**0.5", {"x": 0.5, "y": 0.5, "z": 1.0})
 @example("(2*x**3)**-1/(x**-3)", {"x": -0.5, "y": 0.5, "z": 1.0})
+@example("asin(sin(9)**2 + cos(9)**2)", {"x": 0.0, "y": 0.0, "z": 0.0})
 def test_a_graph_has_the_value_of_its_expression(text: str, values: dict[str, float]) -> None:
     value = known(text, values)
     assume(value is not None)

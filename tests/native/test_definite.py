@@ -16,7 +16,6 @@ from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
 from lagrange_cli.native.scalars import DECLARATIONS
 from lagrange_cli.native.template import fill_in
 
-
 SCALE = -0.5
 
 
