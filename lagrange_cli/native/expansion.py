@@ -7,8 +7,9 @@ from lagrange_cli.expression.graph import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.series import Op, Series, SeriesProgram
 from lagrange_cli.native.emitter import ONE, Emitter, Value, operand
+from lagrange_cli.native.groups import Pair
 from lagrange_cli.native.held import hold
-from lagrange_cli.native.layout import Layout
+from lagrange_cli.native.layout import Group, Layout
 from lagrange_cli.native.linear import Factored, InMemory, factor_block
 from lagrange_cli.native.scalars import Constants, emit_function, emit_power, emit_values
 from lagrange_cli.records import dataclass, field
@@ -38,6 +39,8 @@ class Expansion:
     unrounded: dict[Node, Value] = field(default_factory=dict)
     """Functions of a coordinate before its low part is added."""
     regular: str = "true"
+    recent: dict[Group, dict[int, Pair]] = field(default_factory=dict)
+    """The last vectors of each group in stages that are written out, by their indices."""
     newest: dict[tuple[int, int], Value] = field(default_factory=dict)
     """The last coefficients that were written: by series and by how many stages old."""
 

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
 
 from lagrange_cli.native.emitter import Emitter, Operand, Value, operand
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.layout import FIRST, Group
+
+Pair: TypeAlias = "tuple[Operand, Operand]"
+"""A vector of the first operands, and one of the second ones."""
 
 CHAINS = 4
 """Sums that a dot product is made of, so that its additions need not wait for each other."""
@@ -48,7 +52,7 @@ def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str,
         emitter.line(f"  store <{lanes} x double> {whole}, ptr {address}, align {8 * lanes}")
 
 
-def store(emitter: Emitter, group: Group, pair: tuple[Operand, Operand], base: str, m: int) -> None:
+def store(emitter: Emitter, group: Group, pair: Pair, base: str, m: int) -> None:
     """Keep vector m of both operands, counted from ``base``.
 
     (Volatile, so that it is stored as one: a vector of which halves are stored cannot be loaded until both
@@ -76,15 +80,19 @@ def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: 
     )
 
 
-def sum_written_out(emitter: Emitter, group: Group, last: int, base: str, n: int) -> Operand | None:
+def sum_written_out(
+    emitter: Emitter, group: Group, last: int, base: str, n: int, recent: Mapping[int, Pair]
+) -> Operand | None:
     """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.
 
-    It begins with those in the middle, which have been known for longest.
+    It begins with those in the middle, which have been known for longest. The ``recent`` ones, by their
+    indices, need not be loaded.
     """
     totals: list[Operand | None] = [None] * CHAINS
     for turn, m in enumerate(sorted(range(FIRST, last + 1), key=lambda m: max(m, last + FIRST - m))):
-        a = load(emitter, group, "%work", group.first + group.width * m)
-        b = load(emitter, group, base, group.second + group.width * (n - m))
+        a, b = recent.get(m, (None, None))[0], recent.get(n - m, (None, None))[1]
+        a = a or load(emitter, group, "%work", group.first + group.width * m)
+        b = b or load(emitter, group, base, group.second + group.width * (n - m))
         totals[turn % CHAINS] = multiply_add(emitter, group, a, b, totals[turn % CHAINS])
     some = [total for total in totals if total is not None]
     while len(some) > 1:

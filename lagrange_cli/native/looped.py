@@ -104,7 +104,7 @@ class Looped(Stage):
             for group in groups:
                 last = self.last + group.level - FIRST
                 base = self._base(group.width)
-                self.take(group, sum_written_out(emitter, group, last, base, group.level))
+                self.take(group, sum_written_out(emitter, group, last, base, group.level, {}))
         else:
             for start in range(0, len(groups), TOGETHER):
                 some = groups[start : start + TOGETHER]

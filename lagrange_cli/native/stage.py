@@ -12,7 +12,7 @@ from lagrange_cli.expression.graph import Node
 from lagrange_cli.mechanics.series import Op, Series, reciprocal
 from lagrange_cli.native.emitter import ONE, Operand, Value, literal
 from lagrange_cli.native.expansion import Expansion
-from lagrange_cli.native.groups import packed, vector
+from lagrange_cli.native.groups import Pair, packed, vector
 from lagrange_cli.native.layout import Group
 from lagrange_cli.records import dataclass, field
 
@@ -194,7 +194,7 @@ class Stage:
                 terms.append((emitter.mul(weight, a), table[dot.b].get(m)))
             self.sums[dot.index, dot.weighted] = start, terms
 
-    def vectors(self, group: Group) -> tuple[Operand, Operand]:
+    def vectors(self, group: Group) -> Pair:
         """Vectors k + level of the group."""
         emitter = self.expansion.emitter
         first: list[Value] = []

@@ -11,6 +11,8 @@ from lagrange_cli.native.stage import Stage, linear_data, reciprocal_rest
 
 SIDE_BY_SIDE = 4
 """The lowest sum of their vectors' indices from which on dot products are summed in lanes."""
+RECENT = 4
+"""Vectors that the next stages take from registers: from memory they would come later."""
 CAREFUL = 3
 """Stages whose products include the low parts of q and q_dot."""
 ROUNDED = 4
@@ -57,7 +59,8 @@ class WrittenOut(Stage):
         for group in expansion.layout.groups:
             n = self.k + group.level
             if n >= SIDE_BY_SIDE:
-                self.take(group, sum_written_out(expansion.emitter, group, n - FIRST, "%work", n))
+                recent = expansion.recent[group]
+                self.take(group, sum_written_out(expansion.emitter, group, n - FIRST, "%work", n, recent))
         for index, one in enumerate(expansion.program.series):
             if one.level + self.k == 0:
                 expansion.table[index][0] = self.begin(index, one)
@@ -80,8 +83,11 @@ class WrittenOut(Stage):
         """Store this stage's coefficients."""
         expansion = self.expansion
         for group in expansion.layout.groups:
-            if self.k + group.level >= FIRST:
-                store(expansion.emitter, group, self.vectors(group), "%work", self.k + group.level)
+            m, recent = self.k + group.level, expansion.recent.setdefault(group, {})
+            if m >= FIRST:
+                recent[m] = self.vectors(group)
+                store(expansion.emitter, group, recent[m], "%work", m)
+                recent.pop(m - RECENT, None)
         layout = expansion.layout
         if self.k >= 0:
             store_rows(expansion.emitter, layout.width, self.state(), "%work", layout.width * (self.k + 1))
