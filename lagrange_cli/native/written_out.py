@@ -15,7 +15,7 @@ RECENT = 4
 """Vectors that the next stages take from registers: from memory they would come later."""
 CAREFUL = 3
 """Stages whose products include the low parts of q and q_dot."""
-ROUNDED = 4
+ROUNDED = 7
 """The first stage that multiplies with the rounded reciprocal of its index."""
 
 
