@@ -13,7 +13,7 @@ SIDE_BY_SIDE = 4
 """The lowest sum of their vectors' indices from which on dot products are summed in lanes."""
 RECENT = 4
 """Vectors that the next stages take from registers: from memory they would come later."""
-CAREFUL = 3
+CAREFUL = 4
 """Stages whose products include the low parts of q and q_dot."""
 ROUNDED = 7
 """The first stage that multiplies with the rounded reciprocal of its index."""

@@ -24,7 +24,9 @@ COLLISION = LINE.format(x=1, v=0, place="x", potential="-1/x")
 FOLD = LINE.format(x=0, v=1, place="x**2", potential="0")  # no mass where the fold is
 ROOT = LINE.format(x=1, v=-1, place="x", potential="2*x**2.5")
 STEEP = LINE.format(x=1, v=0, place="x", potential="1e300*sqrt(x**2)")
-UNSTABLE = LINE.format(x=1, v=-4, place="x", potential="-8*x**2")
+UNSTABLE = LINE.format(
+    x=1, v="-3*sqrt(2)", place="x", potential="-9*x**2"
+)  # not doubles that keep to exp(-w*t)
 
 CASES = [
     *((method, COMPLETE, Ending.COMPLETE) for method in METHODS),
