@@ -41,7 +41,7 @@ def order_for(tolerance: float) -> int:
     more so the coarser the tolerance (docs/engine.md). A tolerance far below double precision makes steps
     shorter instead, and so the rounding of their sum less.
     """
-    return min(HIGHEST_ORDER, math.ceil(13.9 - 0.5 * math.log(tolerance)))
+    return min(HIGHEST_ORDER, math.ceil(10.9 - 0.5 * math.log(tolerance)))
 
 
 def write_program(

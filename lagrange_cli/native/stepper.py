@@ -32,7 +32,7 @@ CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
 CHAINS = 4
 """Sums that the others are made of, so that their additions need not wait for each other."""
-LAST_TERM = 0.001
+LAST_TERM = 0.01
 """Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
 BLOCKS = 8
 """The coefficients that the step is taken from are compared in so many blocks, lanes of a vector."""
