@@ -1,7 +1,7 @@
-"""Hard motions, each judged right, refused or wrong: ``python -m benchmarks.stress``.
+"""Difficult motions, each judged right, refused or wrong: ``python -m benchmarks.stress``.
 
-Every scene is a process of its own with limits of time and memory, and so are its reference and the other
-programs beside it. All of it takes about fifteen minutes, --quick less than one.
+Every scene runs in a process of its own with limits of time and memory. So do its reference and the other
+programs. All scenes take about fifteen minutes, those of --quick less than one.
 """
 
 from __future__ import annotations
@@ -19,16 +19,16 @@ from benchmarks.stress.scenes import SCENES
 
 
 def main() -> int:
-    """Run them; the exit status is 1 if a scene is wrong."""
+    """Run the scenes; the exit status is 1 if one is wrong."""
     made = argparse.ArgumentParser(
         prog="python -m benchmarks.stress", description=__doc__,
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )  # fmt: skip
-    made.add_argument("--quick", action="store_true", help="the fast scenes only, and no other programs")
-    made.add_argument("--scenes", nargs="+", metavar="NAME", help="only these")
-    made.add_argument("--no-peers", action="store_true", help="no other programs")
-    made.add_argument("--jobs", type=int, default=2, help="so many scenes at a time [2]")
-    made.add_argument("--write", action="store_true", help="renew docs/stability.md and its figures")
+    made.add_argument("--quick", action="store_true", help="run the fast scenes only, without other programs")
+    made.add_argument("--scenes", nargs="+", metavar="NAME", help="run only these scenes")
+    made.add_argument("--no-peers", action="store_true", help="do not run other programs")
+    made.add_argument("--jobs", type=int, default=2, help="number of scenes that run at the same time [2]")
+    made.add_argument("--write", action="store_true", help="write docs/stability.md and its figures")
     options = made.parse_args()
     if unknown := {*(options.scenes or ())} - {scene.name for scene in SCENES}:
         made.error(f"no such scene: {', '.join(sorted(unknown))}")

@@ -24,10 +24,10 @@ SECONDS = 300.0
 PEER_SECONDS = 10.0
 REFERENCE_SECONDS = 120.0
 ROUNDINGS = 1000.0
-"""By how much an error may exceed what one rounding of the start explains."""
+"""How many times the effect of one rounding of the initial values an error may be."""
 DRIFT = ROUNDINGS * 2.0**-52
-"""What h, p and ledgers may drift in one step, relative to their size; the errors of steps add like a
-random walk."""
+"""Largest drift of h, p and the ledgers in one step, relative to their size; the errors of the steps add up
+like a random walk."""
 OUTPUTS = "q,v,p,h,T,U,ledger"
 BINS = 30
 
@@ -35,7 +35,7 @@ BINS = 30
 @dataclass(frozen=True)
 class Beside:
     """Another program on the same scene: its largest error of q, its steps (scipy: evaluations) and
-    seconds, or what went wrong."""
+    seconds, or a message about its failure."""
 
     error: float = nan
     steps: int = 0
@@ -45,11 +45,11 @@ class Beside:
 
 @dataclass(frozen=True)
 class Judged:
-    """What came of a scene.
+    """The result of a scene.
 
-    Drifts are relative to the size of what drifts, nan where nothing is conserved; ``rounding`` is the error
-    that one rounding of the start explains; ``times`` and ``drifts`` (bins,) say how h, or else its ledger,
-    moved.
+    Drifts are relative to the size of the quantity, nan where it is not conserved. ``rounding`` is the effect
+    of one rounding of the initial values on q. ``times`` and ``drifts`` (bins,) are the drift of h, or else
+    of its ledger, over time.
     """
 
     scene: Scene
@@ -108,7 +108,7 @@ class Kept:
 
 
 def judge(scene: Scene, folder: Path, *, peers: bool) -> Judged:
-    """Follow it, and hold it against its reference, its conserved quantities and its peers."""
+    """Run the scene and compare it with its reference, its conserved quantities and other programs."""
     file, output = folder / f"{scene.name}.yaml", folder / f"{scene.name}.h5"
     file.write_text(scene.text + begun(scene), encoding="utf-8")
     outputs = OUTPUTS.replace("T,U,", "") if "lagrangian:" in scene.text else OUTPUTS
@@ -119,7 +119,7 @@ def judge(scene: Scene, folder: Path, *, peers: bool) -> Judged:
         folder, SECONDS,
     )  # fmt: skip
     if ended.status is None:
-        return Judged(scene, "wrong", f"no end within {SECONDS:g} s")
+        return Judged(scene, "wrong", f"not finished within {SECONDS:g} s")
     if ended.status not in (0, 3, 4) or not ended.printed:
         return Judged(scene, "wrong", f"exit status {ended.status}: {ended.errors[-300:]}")
     told = json.loads(ended.printed)
@@ -131,7 +131,7 @@ def judge(scene: Scene, folder: Path, *, peers: bool) -> Judged:
 
 
 def begun(scene: Scene) -> str:
-    """The line for a start other than 0."""
+    """The lines of the system file for a start time other than 0."""
     return f"solve:\n  start: {scene.start!r}\n" if scene.start else ""
 
 
@@ -159,7 +159,7 @@ def read_kept(output: Path, scene: Scene) -> Kept:
 
 
 def judged(scene: Scene, told: Mapping[str, Any], kept: Kept, known: Known | None) -> Judged:
-    """The verdict on what was kept."""
+    """The verdict on an output."""
     error, rounding = known.error(kept.q) if known else (nan, nan)
     kept = replace(kept, size=max(kept.size, scene.size) or 1.0)
     conserved = told["h_drift"] is not None
@@ -182,9 +182,9 @@ def judged(scene: Scene, told: Mapping[str, Any], kept: Kept, known: Known | Non
         faults.append("q is not finite")
     ended = told["status"] == "complete"
     if ended and known is not None and callable(scene.reference) and not np.isfinite(known.q).all():
-        faults.append("it goes on beyond where the motion exists")
+        faults.append("the run goes on beyond the time at which the motion ends")
     if not ended and not (" at t = " in told["message"] and "--" in told["message"]):
-        faults.append("the message names no place or no way out")
+        faults.append("the message does not say where, or what to do")
     times, drifts, exponent = growth(kept.t - kept.t[:1], moved)
     return Judged(
         scene, "wrong" if faults else "right" if ended else "refused", "; ".join(faults), told["message"],

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from math import isnan
 from pathlib import Path
+from textwrap import fill
 
 from benchmarks.report import ROOT, machine, markdown_table
 from benchmarks.stress.judge import DRIFT, ROUNDINGS, Judged
@@ -13,60 +14,95 @@ from benchmarks.stress.scene import Scene
 DOCUMENT = ROOT / "docs" / "stability.md"
 FIGURES = ROOT / "docs" / "figures"
 LEAST = 1e-17
-"""Errors below it are drawn there."""
+"""Smaller errors are drawn at this value."""
 CURVES = 10
+WIDTH = 118
 PAGE = """\
-# Stability: motions chosen to break it
+# Stability: difficult motions
 
-(This page is made by `python -m benchmarks.stress --write`, in about fifteen minutes; `--quick` runs the
-fast scenes only, `--scenes NAME...` those named. The scenes are the table in
-`benchmarks/stress/scenes.py`.)
+This page shows how `lagrange solve` copes with motions that are chosen to be difficult: near collisions,
+chaos, stiff and discontinuous forces, extreme numbers and singularities. It also shows how other programs
+cope with them.
+
+`python -m benchmarks.stress --write` makes this page in about fifteen minutes. `--quick` runs the fast
+scenes only, and `--scenes NAME...` only those named. The scenes are defined in
+`benchmarks/stress/scenes.py`.
 
 **{count} scenes: {counts}.**
 
-Every scene runs `lagrange solve` at its defaults, in a process of its own with limits of time and memory.
-*right*: it reached its end, and what it wrote agrees with the reference and with what is conserved.
-*refused*: it ended early with a sentence that says where and what to do, and what it wrote up to there is
-right. *wrong*: anything else, above all a number that is silently off.
+## How a scene is judged
 
-- *error of q*: the largest over the samples, relative to each coordinate's largest value. The reference is
-  a closed form in 60 digits, or the printed equations (sympy's, which take another route than what is
-  integrated) followed by heyoka in quadruple precision.
-- *one rounding*: by how much the reference moves when every initial value is changed by one part in 2^52.
-  An error is right up to {roundings} times that, or up to 1e-11 (more where the scene says so, and why).
-- *h*, *p*, *ledger*: drifts relative to the size of what is conserved; right up to {drift} times the square
-  root of the steps. No scene has a constraint residual, as constraints are not supported yet.
-- *growth*: the power of time by which h (its ledger, where h is not conserved) moves away; 0.5 is a random
-  walk of roundings.
+Every scene runs `lagrange solve` with its default settings, in a process of its own with limits of time
+and memory. There are three verdicts:
 
-Wider bounds, most of them set after a first run: {wider}. Those of *pythagorean* and *kapitza* are kept
-because the others do no better; nobody else has confirmed that of *polar_near*.
+- *right*: the run reached its end, and its output agrees with the reference and with the conservation
+  laws.
+- *refused*: the run ended early with a message that says where and what to do, and its output up to there
+  is right.
+- *wrong*: anything else, above all a number that is wrong without a message.
 
-Where one rounding moves q by more than 1e-3 (*chaos*, *upside_down*), q at the end cannot be known by
-anyone in double precision: there *right* rests on h and the ledgers alone.
+The first table has these columns:
+
+- *error of q*: the largest error of a coordinate over the samples, relative to the largest value of that
+  coordinate. The reference is a closed form evaluated with 60 digits. Where there is none, it is the
+  motion that heyoka computes in quadruple precision from the equations that `lagrange equations` prints.
+  These are derived by sympy, independently of the equations that `solve` integrates.
+- *one rounding*: the change of the reference when every initial value is changed by one part in 2^52. An
+  error of q is right if it is at most {roundings} times this, or at most 1e-11.
+- *h* and *p*: the drift of the energy function h and of the conserved momenta p.
+- *ledger*: the largest error of the ledgers. A ledger is the balance of work and energy, or of force and
+  momentum: the change of h minus the work done on the system, and the change of p minus the impulse of
+  the generalized forces. Both are zero for an exact solution of any system, driven or damped.
+- *growth*: the exponent of the power of time with which h drifts (its ledger, where h is not conserved).
+  A random walk of rounding errors gives 0.5.
+
+The values of h, p and the ledgers are relative to the size of these quantities. They are right up to
+{drift} times the square root of the number of steps. No scene has constraints, because lagrange does not
+support them yet.
+
+Some scenes have wider bounds, most of them set after a first run. The first column is the bound for the
+error of q. The second is the size to which drifts of h and p are relative, where it exceeds the values of
+T, U and p themselves:
+
+{wider}
+
+The bounds of *pythagorean* and *kapitza* stay because other programs do no better. The bound of
+*polar_near* has not been confirmed independently.
+
+Where one rounding changes q by more than 1e-3 (*chaos*, *upside_down*), no program can know q at the end
+in double precision. There, *right* refers to h and the ledgers only.
+
+## Results
+
+Verdicts, errors and drifts of all scenes:
 
 {scenes}
 
-## Refused, and what is said
+## Messages of refused scenes
 
 {refused}
 
-## Wrong, and why
+## Wrong results
 
 {wrong}
 
-## Beside others
+## Other programs
 
-Errors of q from the same start, with the same equations and the same measure; in brackets the steps (scipy:
-evaluations). heyoka at its default tolerance, DOP853 at 1e-12, Radau at 1e-9, rebound's IAS15 at its
-default where the scene is point masses in their gravity. Each had ten seconds of a busy processor, in which
-it also had to start, import and compile.
+The table gives the error of q of each program, from the same start, with the same equations and the same
+measure. The number of steps is in brackets (for scipy, the number of evaluations). heyoka runs at its
+default tolerance, DOP853 at 1e-12 and Radau at 1e-9. rebound's IAS15 runs at its default, in scenes with
+point masses in a plane under their own gravity. Each had ten seconds on a busy processor, including its
+start, imports and compilation. The name of an exception stands for a run that failed. An empty cell means
+that the program did not run on this scene. Scenes without a reference have no errors of q.
 
 {beside}
 
-![errors of q beside others](figures/stress_errors.svg)
+The first figure shows the errors of q from this table. The second shows how the drift of h grows with
+time, for the scenes with most steps:
 
-![how h moves](figures/stress_growth.svg)
+![errors of q of all programs](figures/stress_errors.svg)
+
+![growth of the drift of h](figures/stress_growth.svg)
 
 {machine}
 """
@@ -74,7 +110,7 @@ ENGINES = ("lagrange", "heyoka", "DOP853", "Radau", "IAS15")
 
 
 def line(judged: Judged) -> str:
-    """What is printed as a scene ends."""
+    """The line that is printed when a scene ends."""
     beside = "; ".join(f"{name} {shown(each.error)} {each.message}".rstrip() for name, each in judged.peers)
     figures = (
         f"h {shown(judged.h)}, p {shown(judged.p)}, ledger {shown(judged.ledger)}, q {shown(judged.error)}"
@@ -84,12 +120,12 @@ def line(judged: Judged) -> str:
 
 
 def shown(number: float) -> str:
-    """A figure of a table; nothing where there is none."""
+    """A number in a table; an empty cell for nan."""
     return "" if isnan(number) else "0" if number == 0 else f"{number:.1e}"
 
 
 def write_page(results: Sequence[Judged]) -> None:
-    """Renew the document and its figures."""
+    """Write the document and its figures."""
     draw(results, FIGURES)
     DOCUMENT.write_text(page(results), encoding="utf-8")
 
@@ -100,7 +136,18 @@ def page(results: Sequence[Judged]) -> str:
     counts = ", ".join(
         f"{sum(each.verdict == verdict for each in results)} {verdict}" for verdict in verdicts
     )
-    header = ("scene", "", "verdict", "error of q", "one rounding", "h", "p", "ledger", "growth", "steps")
+    header = (
+        "scene",
+        "motion",
+        "verdict",
+        "error of q",
+        "one rounding",
+        "h",
+        "p",
+        "ledger",
+        "growth",
+        "steps",
+    )
     return PAGE.format(
         count=len(results),
         counts=counts,
@@ -108,30 +155,41 @@ def page(results: Sequence[Judged]) -> str:
         drift=f"{DRIFT:.0e}",
         wider=wider(each.scene for each in results),
         scenes=markdown_table(header, map(row, results)),
-        refused="\n".join(f"- *{e.scene.name}*: {e.message}" for e in results if e.verdict == "refused"),
-        wrong="\n".join(
-            f"- *{e.scene.name}*: {e.because}. {e.scene.known}".rstrip()
-            for e in results
-            if e.verdict == "wrong"
+        refused=listed((e.scene.name, e.message) for e in results if e.verdict == "refused"),
+        wrong=listed(
+            (e.scene.name, f"{e.because}. {e.scene.known}".rstrip()) for e in results if e.verdict == "wrong"
         ),
         beside=markdown_table(("scene", *ENGINES), map(beside, results)),
         machine=machine("heyoka", "scipy", "rebound", "sympy", "mpmath"),
     )
 
 
+def listed(items: Iterable[tuple[str, str]]) -> str:
+    """A Markdown list of names and texts, its lines at most ``WIDTH`` characters long."""
+    lines = [
+        fill(f"- *{name}*: {text}", WIDTH, subsequent_indent="  ", break_long_words=False)
+        for name, text in items
+    ]
+    return "\n".join(lines) or "None."
+
+
 def wider(scenes: Iterable[Scene]) -> str:
-    """The scenes whose bounds are their own."""
+    """The scenes whose bounds are their own, as a table."""
     usual = Scene("", "", "", 0.0)
-    said = []
-    for scene in scenes:
-        own = [f"q to {scene.error:g}"] if scene.error != usual.error else []
-        own += [f"h and p by a size of {scene.size:g}"] if scene.size else []
-        said += [f"*{scene.name}* {', '.join(own)}"] if own else []
-    return "; ".join(said) or "none"
+    rows = [
+        (
+            scene.name,
+            f"{scene.error:g}" if scene.error != usual.error else "",
+            f"{scene.size:g}" if scene.size else "",
+        )
+        for scene in scenes
+    ]
+    header = ("scene", "error of q", "size of h and p")
+    return markdown_table(header, (row for row in rows if any(row[1:])))
 
 
 def row(judged: Judged) -> tuple[str, ...]:
-    """A line of the first table."""
+    """A row of the table of results."""
     return (
         *(judged.scene.name, judged.scene.what, judged.verdict, shown(judged.error), shown(judged.rounding)),
         *(shown(judged.h), shown(judged.p), shown(judged.ledger)),
@@ -140,7 +198,7 @@ def row(judged: Judged) -> tuple[str, ...]:
 
 
 def beside(judged: Judged) -> tuple[str, ...]:
-    """A line of the second one."""
+    """A row of the table of other programs."""
     peers = dict(judged.peers)
     ours = f"{shown(judged.error)} ({judged.steps})"
     ours += " ended early" if judged.verdict == "refused" else ""
@@ -153,7 +211,7 @@ def beside(judged: Judged) -> tuple[str, ...]:
 
 
 def draw(results: Iterable[Judged], folder: Path) -> None:
-    """Both figures, the same bytes for the same figures."""
+    """Draw both figures; the same results give the same bytes."""
     import matplotlib
 
     matplotlib.use("svg")

@@ -116,14 +116,15 @@ SCENES = (
         bodies("1, 1e-6, 1e-12", "0, 1, 2", "0, 0, 0", "0, 0, 0", "0, 1, 0.7"), 200.0, peers=NBODY,
     ),
     Scene(
-        "head_on", "two bodies collide head-on", bodies("1, 1", "-0.5, 0.5", "0, 0", "0, 0", "0, 0"), 2.0,
+        "head_on", "a head-on collision of two bodies",
+        bodies("1, 1", "-0.5, 0.5", "0, 0", "0, 0", "0, 0"), 2.0,
         reference=None, peers=NBODY, quick=True,
     ),
     Scene(
-        "fall_to_centre", "a fall into the centre of 1/x", particle("-1/x", x="1"), 2.0, reference=None,
-        quick=True,
+        "fall_to_centre", "a fall into the centre of a potential -1/x", particle("-1/x", x="1"), 2.0,
+        reference=None, quick=True,
     ),
-    Scene("scales", "the Earth in SI units beside a grain that swings by a micrometre", SCALES, 3.2e7),
+    Scene("scales", "the Earth in SI units and a grain oscillating by a micrometre", SCALES, 3.2e7),
     Scene("lagrange_point", "at rest at L4, mass ratio 0.01", L4, 200.0, quick=True),
     Scene(
         "figure_eight", "the figure eight, 50 periods", shipped("figure_eight"), 316.3, peers=NBODY,
@@ -134,10 +135,11 @@ SCENES = (
         reference=None, samples=2001, peers=("heyoka",),
     ),
     Scene(
-        "chaos", "the same, 30 s: as far as its place can be known", shipped("double_pendulum"), 30.0,
+        "chaos", "the same, 30 s: longer than rounding errors allow to predict",
+        shipped("double_pendulum"), 30.0,
     ),
     Scene(
-        "upside_down", "a pendulum released at theta = pi, rounded", shipped("pendulum"), 30.0,
+        "upside_down", "a pendulum released at theta = pi, rounded to a double", shipped("pendulum"), 30.0,
         settings=("theta=pi", "theta_dot=0"), quick=True,
     ),
     Scene(
@@ -147,7 +149,7 @@ SCENES = (
         1000.0, reference=closed.constant, quick=True,
     ),
     Scene(
-        "pole", "a spherical pendulum through 1e-8 of its pole", shipped("spherical_pendulum"), 20.0,
+        "pole", "a spherical pendulum that passes its pole at 1e-8", shipped("spherical_pendulum"), 20.0,
         settings=("theta=1", "theta_dot=0", "phi_dot=3e-8"),
     ),
     Scene(
@@ -155,7 +157,7 @@ SCENES = (
         settings=("theta=1", "theta_dot=0", "phi_dot=0"), peers=EXPLICIT,
     ),
     Scene(
-        "bifurcation", "a bead on a hoop turned at its critical rate", shipped("rotating_hoop"), 200.0,
+        "bifurcation", "a bead on a hoop that rotates at the critical rate", shipped("rotating_hoop"), 200.0,
         settings=("omega=sqrt(g/a)", "theta=0.1"), size=1.0,  # of the forces that cancel
         quick=True,
     ),
@@ -165,13 +167,13 @@ SCENES = (
         "sleeping_top", "a fast top, 1e-3 from the vertical", TOP, 50.0, quick=True,
     ),
     Scene(
-        "chain", "fifty pendulums, one hung from the other", shipped("n_pendulum"), 10.0, reference=None,
+        "chain", "a chain of fifty pendulums", shipped("n_pendulum"), 10.0, reference=None,
         peers=(),
     ),
     # -- stiff, steep, kinked -----------------------------------------------------------------------
     Scene("stiff_spring", "a pendulum on a spring of stiffness 1e10", SPRING_PENDULUM, 0.1, peers=EXPLICIT),
     Scene(
-        "strong_damping", "an oscillator damped 1e6 times too much",
+        "strong_damping", "an overdamped oscillator, damping 1e6",
         particle("x**2/2", more="dissipation: 1e6*x_dot**2/2\n"), 10.0, reference=closed.overdamped,
         error=1e-10,
     ),
@@ -189,17 +191,17 @@ SCENES = (
         peers=EXPLICIT,
     ),
     Scene(
-        "step", "a potential step tanh(1e6 x), run across",
+        "step", "crossing a potential step tanh(1e6 x)/4",
         particle("tanh(1e6*x)/4", x="-1", v="2"), 2.0, reference=closed.potential_step,
         peers=EXPLICIT, quick=True,
     ),
     Scene(
-        "bump", "a potential exp(-(1e6 x)**2)/4, run across",
+        "bump", "crossing a potential exp(-(1e6 x)**2)/4",
         particle("exp(-(1e6*x)**2)/4", x="-1", v="2"), 2.0, reference=closed.narrow_bump,
         peers=EXPLICIT, quick=True,
     ),
     Scene(
-        "narrow_well", "a potential -1/(1 + (1e6 x)**4)/4, run across",
+        "narrow_well", "crossing a potential -1/(1 + (1e6 x)**4)/4",
         particle("-1/(1 + (1e6*x)**4)/4", x="-1", v="2"), 2.0, reference=closed.narrow_well,
         peers=EXPLICIT, quick=True,
     ),
@@ -210,11 +212,11 @@ SCENES = (
     ),
     # -- ranges of numbers --------------------------------------------------------------------------
     Scene(
-        "rod", "a bead on a turning rod, to exp(700)", particle("-x**2/2"), 700.0, reference=closed.rod,
+        "rod", "a bead on a rotating rod, to x = exp(700)", particle("-x**2/2"), 700.0, reference=closed.rod,
         error=1e-10, quick=True,
     ),
     Scene(
-        "overflow", "the same to exp(720), which no double holds", particle("-x**2/2"), 720.0,
+        "overflow", "the same to exp(720), beyond the range of doubles", particle("-x**2/2"), 720.0,
         reference=closed.rod, error=1e-10, quick=True,
     ),
     Scene(
@@ -243,7 +245,7 @@ SCENES = (
         reference=closed.far_oscillator, size=1e12, quick=True,
     ),
     Scene(
-        "detuning", "two oscillators, detuned by 1e-15, 1e4 periods", TWO_OSCILLATORS, 62832.0,
+        "detuning", "two oscillators detuned by 1e-15, 1e4 periods", TWO_OSCILLATORS, 62832.0,
         reference=closed.detuned, peers=EXPLICIT, error=1e-9,
     ),
     Scene(
@@ -251,10 +253,10 @@ SCENES = (
         reference=closed.oscillator, samples=1_000_001, peers=("heyoka",), error=1e-8,
     ),
     Scene(
-        "cancellation", "from rest, pushed by exp(t)*exp(-t) - 1 = 0",
+        "cancellation", "at rest, under the force exp(t)*exp(-t) - 1 = 0",
         particle("-x*(exp(t)*exp(-t) - 1)", x="1"), 30.0, reference=closed.constant, size=1.0, quick=True,
     ),
-    Scene("unstable", "negative stiffness, from 1e-300", particle("-x**2/2", x="1e-300"), 600.0,
+    Scene("unstable", "negative stiffness, starting at 1e-300", particle("-x**2/2", x="1e-300"), 600.0,
           reference=closed.rod, error=1e-10),
     # -- sampling -----------------------------------------------------------------------------------
     Scene(
@@ -266,20 +268,20 @@ SCENES = (
         reference=closed.oscillator, quick=True,
     ),
     # -- singular -----------------------------------------------------------------------------------
-    Scene("mass_approached", "a mass matrix that comes close to singular",
+    Scene("mass_approached", "a mass matrix that becomes nearly singular",
           slider("x**2/2", "1e-8/x", "-1"), 2.0, peers=EXPLICIT),
-    Scene("mass_crossed", "a mass matrix x**4 that is singular on the way",
+    Scene("mass_crossed", "a mass matrix x**4 that becomes singular",
           slider("x**3/3", "0", "-1"), 2.0, reference=closed.cubic, quick=True),
-    Scene("polar_near", "a free particle in polar coordinates past the origin at 1e-8", POLAR, 2.0,
+    Scene("polar_near", "a free particle in polar coordinates, passing the origin at 1e-8", POLAR, 2.0,
           reference=closed.polar, peers=EXPLICIT, error=1e-7),
     Scene("polar_through", "the same through the origin", POLAR, 2.0, settings=("b=0",),
           reference=closed.polar, quick=True),
     Scene("blow_up", "x'' = 6 x**2, which reaches infinity at t = 1",
           particle("-2*x**3", x="1", v="2"), 2.0, reference=closed.blow_up, quick=True),
-    Scene("edge_of_domain", "sqrt(x) followed beyond x = 0", particle("x**1.5", x="1", v="-2"), 3.0,
-          reference=None, quick=True),
-    Scene("dissociation", "a Morse bond that just breaks",
+    Scene("edge_of_domain", "a force with sqrt(x), followed beyond x = 0",
+          particle("x**1.5", x="1", v="-2"), 3.0, reference=None, quick=True),
+    Scene("dissociation", "a Morse bond that barely breaks",
           particle("(1 - exp(-x))**2", x="0", v="sqrt(2)*(1 + 1e-12)"), 1000.0),
-    Scene("escape", "Hénon and Heiles's potential near the energy of escape", HENON_HEILES, 200.0,
+    Scene("escape", "the Hénon-Heiles potential near the escape energy", HENON_HEILES, 200.0,
           settings=("x_dot=0.55",)),
 )  # fmt: skip

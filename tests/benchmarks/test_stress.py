@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from benchmarks.stress.judge import Kept, Known, judge, judged
-from benchmarks.stress.page import page
+from benchmarks.stress.page import DOCUMENT, PAGE, page
 from benchmarks.stress.scene import QUADRUPLE, Scene, particle
 from benchmarks.stress.scenes import SCENES
 
@@ -71,3 +72,12 @@ def test_the_page_counts_and_lists_verdicts() -> None:
     text = page(found)
     assert "**2 scenes: 1 right, 0 refused, 1 wrong.**" in text
     assert "- *oscillator*: error of q 1.0e-03 > 1.0e-11" in text
+
+
+def test_the_document_is_made_of_the_page() -> None:
+    """Its text, between the results, is that of the script, and its table has every scene's present name."""
+    document = DOCUMENT.read_text(encoding="utf-8")
+    pattern = "(.*)".join(re.escape(part) for part in re.split(r"{\w+}", PAGE))
+    assert re.fullmatch(pattern, document, re.DOTALL)
+    listed = re.findall(r"^\| (\w+) +\| (.*?) +\| (?:right|refused|wrong) ", document, re.MULTILINE)
+    assert listed == [(scene.name, scene.what) for scene in SCENES]
