@@ -38,7 +38,7 @@ OPTIONS = (
     click.option(
         "--samples", type=int, help=f"Write so many samples, evenly from start to stop [{DEFAULT_SAMPLES}]."
     ),
-    click.option("--step", type=float, help="Write a sample every STEP instead."),
+    click.option("--step", type=float, help="Write a sample every STEP instead, and one at the end."),
     click.option(
         "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
     ),
@@ -129,7 +129,8 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
 
 def list_of_outputs() -> str:
     """For the help of ``--outputs``."""
-    return f"a comma list of {', '.join(OUTPUTS)}, or all [{','.join(DEFAULT_OUTPUTS)}]"
+    default = f"{','.join(DEFAULT_OUTPUTS)}, and observables if the file declares any"
+    return f"a comma list of {', '.join(OUTPUTS)}, or all [{default}]"
 
 
 def output_name(system: str, output: str | None, suffix: str = "") -> str:

@@ -46,7 +46,7 @@ DEFAULT_OF_SCIPY = 1e-10
 
 @dataclass(frozen=True)
 class Settings:
-    """A run's settings, all of them checked: ``count`` samples at ``start + i*step``, up to ``stop``."""
+    """A run's settings, checked: ``count`` samples, at ``start + i*step`` and the last at ``stop``."""
 
     start: float
     stop: float
@@ -105,7 +105,10 @@ def resolve_settings(
         step=step,
         method=method,
         tolerance=resolve_tolerance(asked.tolerance, method, precision),
-        outputs=resolve_outputs(asked.outputs, has_particles=spec.lagrangian is None),
+        outputs=resolve_outputs(
+            default_outputs(spec) if asked.outputs is None else asked.outputs,
+            has_particles=spec.lagrangian is None,
+        ),
         precision=precision,
         portable=portable,
     )
@@ -122,7 +125,7 @@ def check_defaults(spec: Spec) -> None:
     checks: dict[str, Callable[[], object]] = {
         "method": lambda: resolve_method(given.method),
         "tolerance": lambda: resolve_tolerance(given.tolerance, resolve_method(given.method)),
-        "outputs": lambda: resolve_outputs(given.outputs, has_particles=spec.lagrangian is None),
+        "outputs": lambda: resolve_outputs(given.outputs or (), has_particles=spec.lagrangian is None),
     }
     if given.stop is not None:
         stop, sampling = given.stop, "samples" if given.step is None else "step"
@@ -138,8 +141,8 @@ def check_defaults(spec: Spec) -> None:
 def sample_times(start: float, stop: float, samples: int | None, step: float | None) -> tuple[int, float]:
     """How many samples there are, and how far apart.
 
-    With ``step`` they are at start + i*step; ``stop`` is one of them when it is a whole number of steps
-    away, up to rounding. Else they divide the time from ``start`` to ``stop`` evenly, both included.
+    With ``step`` they are at start + i*step, and at ``stop``: the last interval is shorter where that is not
+    a whole number of steps away, up to rounding. Else they divide the time from ``start`` to ``stop`` evenly.
     """
     if not math.isfinite(start) or not math.isfinite(stop):
         raise UsageError(f"the motion must start and stop at finite times, not at {start} and {stop}")
@@ -156,10 +159,10 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
     ratio = (stop - start) / step
     check_count(ratio)
     nearest = round(ratio)
-    whole = nearest if abs(ratio - nearest) <= 1e-9 + 4 * FULL_PRECISION * ratio else math.floor(ratio)
-    if whole < 1:
+    divides = abs(ratio - nearest) <= 1e-9 + 4 * FULL_PRECISION * ratio
+    if nearest < 1 or (ratio < 1 and not divides):
         raise UsageError(f"the step between samples ({step:g}) is longer than the motion ({stop - start:g})")
-    return whole + 1, step
+    return (nearest if divides else math.ceil(ratio)) + 1, step
 
 
 def check_count(count: float) -> None:
@@ -195,10 +198,15 @@ def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOU
     return tolerance
 
 
-def resolve_outputs(names: Iterable[str] | None, *, has_particles: bool) -> frozenset[str]:
+def default_outputs(spec: Spec) -> tuple[str, ...]:
+    """What is written where nobody says otherwise: what a file declares as observables is among it."""
+    return (*DEFAULT_OUTPUTS, *(("observables",) if spec.observables else ()))
+
+
+def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[str]:
     """The outputs asked for; ``all`` stands for every one that the system has."""
     known = frozenset(OUTPUTS) if has_particles else frozenset(OUTPUTS) - PARTICLE_OUTPUTS
-    asked = set(DEFAULT_OUTPUTS if names is None else names)
+    asked = set(names)
     for name in sorted(asked - known - {ALL, "t"}):
         if name in PARTICLE_OUTPUTS:
             raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Times:
-    """``count`` samples at ``start + i*step``, none beyond ``stop``, where the motion ends."""
+    """``count`` samples at ``start + i*step``, the last of them at ``stop``, where the motion ends."""
 
     start: float
     stop: float
@@ -26,6 +26,6 @@ class Times:
         times = np.arange(first, min(first + size, self.count), dtype=np.float64)
         times *= self.step
         times += self.start
-        if len(times) and self.stop - times[-1] <= 1e-9 * self.step:
+        if first < self.count <= first + size:
             times[-1] = self.stop
         return times

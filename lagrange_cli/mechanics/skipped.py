@@ -32,9 +32,7 @@ def skipped(residual: Residual) -> tuple[str, ...]:
         said.append(f"{count} {noun} in parameters alone: computed once per run, not once per step")
     if all(map(is_zero, set(Energetics(model).forces))):
         said.append("no forces outside L: no generalized forces are computed")
-    said.append(
-        "T, U, positions, ledgers, action and observables: computed only when --outputs asks for them"
-    )
+    said.append("T, U, positions, ledgers and action: computed only when --outputs asks for them")
     said.append("sympy and scipy: not imported, the Taylor method and the derivation do not need them")
     return tuple(said)
 

@@ -25,6 +25,7 @@ class SpecWith:
 
     solve: SolveDefaults
     lagrangian: object = None
+    observables: tuple = ()
     filename: str = "system.yaml"
     text: str = ""
 
@@ -57,13 +58,19 @@ def test_samples_overrule_the_files_step():
     [
         (20.0, 0.01, 2001),  # 20/0.01 rounds to 2000
         (0.3, 0.1, 4),  # 0.3/0.1 rounds to just below 3
-        (1.0, 0.3, 4),  # 0, 0.3, 0.6, 0.9
+        (1.0, 0.3, 5),  # 0, 0.3, 0.6, 0.9, 1
+        (1.0, 0.6, 3),
         (1.0, 1.0, 2),
         (1e6, 0.1, 10_000_001),
     ],
 )
-def test_a_step_reaches_the_end_where_it_divides_the_time(stop, step, count):
+def test_a_step_reaches_the_end_whether_or_not_it_divides_the_time(stop, step, count):
     assert sample_times(0.0, stop, None, step) == (count, step)
+
+
+def test_declared_observables_are_written_unless_something_else_is_asked_for():
+    assert resolve(observables=("x",)).outputs == {*DEFAULT_OUTPUTS, "observables"}
+    assert resolve(options=SolveDefaults(outputs=("q",)), observables=("x",)).outputs == {"q"}
 
 
 def test_samples_include_both_ends():
@@ -92,7 +99,8 @@ WRONG = {
     "negative step": (SolveDefaults(stop=1.0, step=-0.1), "positive"),
     "step is not a number": (SolveDefaults(stop=1.0, step=float("nan")), "positive"),
     "step too small": (SolveDefaults(stop=1.0, step=1e-300), "more than"),
-    "step too long": (SolveDefaults(stop=1.0, step=2.0), "longer than the motion"),
+    "step too long": (SolveDefaults(stop=1.0, step=1.1), "longer than the motion"),
+    "step much too long": (SolveDefaults(stop=1.0, step=1e20), "longer than the motion"),
     "unknown method": (SolveDefaults(stop=1.0, method="rk4"), "known: taylor, DOP853"),
     "misspelt method": (SolveDefaults(stop=1.0, method="tayler"), "did you mean 'taylor'"),
     "tolerance of zero": (SolveDefaults(stop=1.0, tolerance=0.0), "tolerance"),

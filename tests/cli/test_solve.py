@@ -116,7 +116,9 @@ def test_only_what_is_asked_for_is_written(tmp_path):
     ("options", "times"),
     [
         (["--samples", "5", "--stop", "2"], [0, 0.5, 1, 1.5, 2]),
-        (["--step", "0.3", "--stop", "1"], [0, 0.3, 0.6, 0.9]),
+        (["--step", "0.3", "--stop", "1"], [0, 0.3, 0.6, 0.9, 1]),
+        (["--step", "0.3", "--stop", "1", "--method", "DOP853"], [0, 0.3, 0.6, 0.9, 1]),
+        (["--step", "0.3", "--stop", "1", "--precision", "double-double"], [0, 0.3, 0.6, 0.9, 1]),
         (["--step", "0.1", "--stop", "0.3"], [0, 0.1, 0.2, 0.3]),
     ],
 )

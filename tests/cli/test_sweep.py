@@ -357,3 +357,11 @@ def test_quiet_and_timings(tmp_path):
     assert lagrange("sweep", HOOP, "--over", "m=1,2", "--quiet", cwd=tmp_path).stdout == ""
     said = lagrange("sweep", HOOP, "--over", "m=1,2", "--force", "--timings", cwd=tmp_path).stdout
     assert "following the motion" in said and "the HDF5 file" in said
+
+
+def test_a_step_that_does_not_divide_the_time_is_followed_by_a_sample_at_the_end(tmp_path):
+    options = ["--stop", "1", "--step", "0.3", "--over", "theta=1,2", "--outputs", "q", "--quiet"]
+    assert lagrange("sweep", SYSTEMS / "pendulum.yaml", *options, cwd=tmp_path).returncode == 0
+    with h5py.File(tmp_path / "pendulum_sweep.h5") as file:
+        np.testing.assert_allclose(file["t"], [0, 0.3, 0.6, 0.9, 1], rtol=1e-15)
+        assert np.isfinite(file["q/theta"]).all()
