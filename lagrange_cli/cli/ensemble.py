@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
-    from lagrange_cli.store.layout import Series
+    from lagrange_cli.store.layout import Dimension, Series
 
 
 @dataclass(frozen=True)
@@ -43,10 +43,11 @@ def series(ensemble: Ensemble, prepared: Prepared) -> tuple[Series, ...]:
     from lagrange_cli.store.layout import Series
 
     spec, units = ensemble.spec, units_of(ensemble.spec)
+    swept = {name for name, values in ensemble.members.axes if not isinstance(values, int)}
     found = [
         Series(f"parameters/{one.name}", unit=one.unit, long_name=one.description or f"parameter {one.name}")
         for one in spec.parameters
-        if one.name in ensemble.values.differing
+        if one.name in ensemble.values.differing and one.name not in swept
     ]
     for kind, text in (("q", "coordinate {}"), ("v", "velocity d{}/dt")):
         for family in ensemble.families:
@@ -61,6 +62,30 @@ def series(ensemble: Ensemble, prepared: Prepared) -> tuple[Series, ...]:
     ]
     made = [replace(one, sampled=ensemble.sampled) for one in series_of(spec, prepared)]
     return (*(replace(one, sampled=False) for one in found), *made)
+
+
+def dimensions(ensemble: Ensemble) -> tuple[Dimension, ...]:
+    """The dimensions that the members span: a parameter's has its name, that of an initial value ``_0``
+    behind it; ``row`` counts those of a table, ``draw`` the random ones."""
+    from lagrange_cli.expression.vocabulary import family_name, velocity_name
+    from lagrange_cli.store.layout import Dimension
+
+    spec, units, found = ensemble.spec, units_of(ensemble.spec), []
+    parameters = {one.name: one for one in spec.parameters}
+    paths = {each.name: f"q/{family_name(each.name)}" for each in spec.coordinates}
+    paths |= {velocity_name(each.name): f"v/{family_name(each.name)}" for each in spec.coordinates}
+    for name, values in ensemble.members.axes:
+        if isinstance(values, int):
+            text = "row of the table" if name == "row" else "draw of the random numbers"
+            found.append(Dimension(name, values, long_name=text))
+        elif name in parameters:
+            one = parameters[name]
+            text = one.description or f"parameter {name}"
+            found.append(Dimension(name, len(values), values, one.unit, text, f"parameters/{name}"))
+        else:
+            unit = units.get(paths[name], "")
+            found.append(Dimension(f"{name}_0", len(values), values, unit, f"initial {name}"))
+    return tuple(found)
 
 
 def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:

@@ -44,11 +44,16 @@ class Draws:
 
 @dataclass(frozen=True)
 class Members:
-    """The members of an ensemble: what each is given, (members,) by name, and the lengths of what was
-    combined, the first slowest."""
+    """The members of an ensemble.
+
+    ``columns`` (members,) are what each is given, by name. ``shape`` has the lengths of what is combined, the
+    first slowest, by the words that describe it. ``axes`` are the dimensions that this gives: a name that is
+    swept with its values, ``row`` and ``draw`` with their numbers; none where the members are in no grid.
+    """
 
     columns: Mapping[str, Array]
     shape: Mapping[str, int]
+    axes: tuple[tuple[str, Array | int], ...] = ()
 
 
 def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Members:
@@ -58,19 +63,24 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     """
     if not (draws.over or draws.random or draws.table):
         raise UsageError(
-            "there is nothing to sweep over: add --over omega=0:10:101, --random theta=normal(0,0.1) or "
-            "--table runs.csv"
+            "no members given: add --over NAME=START:STOP:COUNT, --random 'NAME=normal(0,0.1)' or "
+            "--table FILE.csv, where NAME is a parameter or an initial value"
         )
     if draws.members is not None and not draws.random:
-        raise UsageError("--members says how often --random is drawn, and there is none")
-    axes: list[tuple[str, dict[str, Array]]] = []
+        raise UsageError("--members is the number of draws of --random: add --random, or leave it out")
+    given: list[dict[str, Array]] = []
+    shape: dict[str, int] = {}
+    axes: list[tuple[str, Array | int]] = []
     if draws.table is not None:
-        table = read_table(draws.table)
-        named = {name_of(spec, name, f"{draws.table}: column '{name}'"): rows for name, rows in table.items()}
-        axes.append((f"rows of {draws.table}", named))
+        given.append(named_table(spec, draws.table))
+        shape[f"rows of {draws.table}"] = rows = len(next(iter(given[0].values())))
+        axes.append(("row", rows))
     for name, text in draws.over:
         label = f"--over {name}={text}"
-        axes.append((name, {name_of(spec, name, label): grid(text, label)}))
+        known, values = name_of(spec, name, label), grid(text, label)
+        given.append({known: values})
+        shape[name] = len(values)
+        axes.append((known, values))
     random = [
         (name_of(spec, name, f"--random {name}={text}"), distribution(text, f"--random {name}={text}"))
         for name, text in draws.random
@@ -78,24 +88,38 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     refuse_repeated(
         [
             *(settable(spec, name, f"--set {name}={text}") for name, text in overrides.items()),
-            *(name for _, axis in axes for name in axis),
+            *(name for columns in given for name in columns),
             *(name for name, _ in random),
         ]
     )
-    shape = {what: len(next(iter(axis.values()))) for what, axis in axes}
+    lengths = [*shape.values()]
     if draws.random:
-        if draws.members is None and not axes:
-            raise UsageError("it is not said how many members to draw: add --members 1000")
+        if draws.members is None and not given:
+            raise UsageError("--random needs the number of draws: add --members 1000")
         shape["draws of --random"] = 1 if draws.members is None else draws.members
+    if draws.members is not None:
+        axes.append(("draw", draws.members))
     count = math.prod(shape.values())
     if count > MOST:
         raise UsageError(
-            f"{count:.3g} members are more than the {MOST:.0e} that an ensemble can have: "
-            f"ask for fewer, {way_out('runs')}"
+            f"{count:.3g} members are more than the limit of {MOST:.0e}: ask for fewer, {way_out('runs')}"
         )
-    columns = product([axis for _, axis in axes], [*shape.values()], count)
+    columns = product(given, lengths, count)
     columns |= {name: draw(stream(draws.seed, name), count) for name, draw in random}
-    return Members(columns, shape)
+    gridded = bool(draws.over) or len(axes) > 1
+    return Members(columns, shape, tuple(axes) if gridded else ())
+
+
+def named_table(spec: Spec, file: str) -> dict[str, Array]:
+    """The columns (rows,) of a table, by the names the spec has."""
+    found: dict[str, Array] = {}
+    for name, rows in read_table(file).items():
+        label = f"{file}: column '{name}'"
+        known = name_of(spec, name, label)
+        if known in found:
+            raise UsageError(f"{label}: an earlier column gives '{known}' already")
+        found[known] = rows
+    return found
 
 
 def name_of(spec: Spec, name: str, asked: str) -> str:

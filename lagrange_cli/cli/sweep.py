@@ -8,7 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.ensemble import Ensemble, as_object, as_text, attributes, made_by, sentence, series
+from lagrange_cli.cli.ensemble import (
+    Ensemble,
+    as_object,
+    as_text,
+    attributes,
+    dimensions,
+    made_by,
+    sentence,
+    series,
+)
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import parse_pairs, refuse, system_argument
 from lagrange_cli.cli.progress import MembersProgress
@@ -227,6 +236,7 @@ def follow_and_write(
                 Layout(series(ensemble, prepared)),
                 members=members,
                 times=times.chunk(0, times.count) if sampled else None,
+                dimensions=dimensions(ensemble),
             )
 
         def write(index: np.ndarray, values: dict[str, Any]) -> None:

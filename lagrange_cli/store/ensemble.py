@@ -1,9 +1,8 @@
-"""``EnsembleWriter``: an HDF5 file with one row a member, filled in whatever order the members end."""
+"""``EnsembleWriter``: an HDF5 file with a place for each member, filled in whatever order they end."""
 
 from __future__ import annotations
 
 import binascii
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -12,9 +11,9 @@ import numpy as np
 
 from lagrange_cli.records import replace
 from lagrange_cli.store.checkpoint import damaged
-from lagrange_cli.store.layout import BYTES, Layout, Series, free_name
-from lagrange_cli.store.output import Output, open_file
-from lagrange_cli.store.scales import Scales, describe
+from lagrange_cli.store.layout import AXES, Dimension, Layout, Series, free_name
+from lagrange_cli.store.output import CHECKPOINT, Output, open_file
+from lagrange_cli.store.scales import Scales, attach, describe, link
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target
 
@@ -23,64 +22,116 @@ if TYPE_CHECKING:
 
     from lagrange_cli.store.resume import Earlier
 
-MEMBER = "member"
+NUMBERS = Dimension("member", 0, long_name="member of the ensemble")
+MESSAGE = "message"
 TIME = Series("t", long_name="time")
 PIECE = 2**24
 """Bytes that are read back at a time."""
 BLOCK = 65536
-"""Members that are numbered, or get their text, at a time."""
+"""Members that are numbered, or get their text, at a time: about so many."""
 
 
 class EnsembleWriter(Output):
     """A context in which ``write`` gives members their values and ``close`` makes the file whole (see
     ``Output``).
 
+    The members, in their order, fill the grid that ``dimensions`` span, the last one fastest. Without any
+    they are one dimension, ``/member``. Every dataset begins with these dimensions; that of the sample times
+    ``/t`` follows, if it is sampled. Each dimension is a scale in the root, attached to every dataset; for
+    the other axes see ``Scales``. On a grid ``/member`` numbers the members: a coordinate, which every
+    dataset names in its attribute ``coordinates``.
+
     Every dataset has its full size from the start and lies in one piece, so that the bytes do not depend on
-    the order in which members are written, and no memory is taken for those that are not.
-    Each has ``/member`` attached as the dimension scale of its first axis, and, if it is sampled, the sample
-    times ``/t`` as that of its second; for the other axes see ``Scales``. Every member must be written.
+    the order in which members are written, and no memory is taken for those that are not. Every member must
+    be written.
     """
 
     def __init__(
-        self, target: Target, layout: Layout, *, members: int, times: NDArray[np.float64] | None
+        self,
+        target: Target,
+        layout: Layout,
+        *,
+        members: int,
+        times: NDArray[np.float64] | None,
+        dimensions: Sequence[Dimension] = (),
     ) -> None:
         self._members = members
-        name = free_name(MEMBER, layout.taken())
-        layout = replace(layout, scales=(name,) if times is None else (name, TIME.path))
+        names = name_dimensions(layout, dimensions)
+        layout = replace(layout, scales=names if times is None else (*names, TIME.path))
 
         def create(sink: Sink) -> Any:
             file = open_file(sink, BLOCK)
-            self._scale = create_member_scale(file, name, members)
-            leading = [self._scale]
+            self._leading: list[Any] = []
+            self._numbers: Any = None
+            spanned = dimensions or (replace(NUMBERS, length=members),)
+            for name, dimension in zip(names, spanned):
+                self._leading.append(create_dimension(file, sink, name, dimension))
+            if dimensions:
+                shape = tuple(one.length for one in dimensions)
+                self._numbers = create_numbers(file, sink, names[-1], shape)
+                describe(self._numbers, Series(names[-1], long_name=NUMBERS.long_name))
+                for axis, scale in enumerate(self._leading):
+                    attach(self._numbers, axis, scale)
+            self._time = None
             if times is not None:
-                leading.append(file.create_dataset(TIME.path, data=times))
-                describe(leading[1], TIME)
-                leading[1].make_scale(TIME.path)
+                self._time = file.create_dataset(TIME.path, data=times)
+                describe(self._time, TIME)
+                self._time.make_scale(TIME.path)
             self._scales = Scales(file, layout)
-            self._datasets = {one.path: self._create(file, one, leading) for one in layout.series}
+            self._datasets = {one.path: self._create(file, one) for one in layout.series}
+            for scale, dimension in zip(self._leading, dimensions):
+                if dimension.path:
+                    self._show(file, scale, dimension)
             return file
 
         super().__init__(target, create)
 
-    def _create(self, file: Any, series: Series, leading: Sequence[Any]) -> Any:
-        leading = leading if series.sampled else leading[:1]
+    def _create(self, file: Any, series: Series, **properties: Any) -> Any:
+        leading = self._leading if self._time is None or not series.sampled else [*self._leading, self._time]
         shape = (*(len(scale) for scale in leading), *series.shape)
-        dataset = file.create_dataset(series.path, shape=shape, dtype=series.kind, dcpl=in_one_piece())
+        properties = properties or {"dcpl": in_one_piece()}
+        dataset = file.create_dataset(series.path, shape=shape, dtype=series.kind, **properties)
         describe(dataset, series)
         self._scales.attach(dataset, series, *leading)
+        if self._numbers is not None:
+            link(dataset.parent, self._numbers)
+            dataset.attrs["coordinates"] = self._numbers.name.lstrip("/")
         return dataset
 
+    def _show(self, file: Any, scale: Any, dimension: Dimension) -> None:
+        """Let the values of a dimension be found under its path, too."""
+        group, _, name = dimension.path.rpartition("/")
+        if scale.name == f"/{name}":
+            link(file.require_group(group), scale)
+        else:
+            dataset = file.create_dataset(dimension.path, data=dimension.values)
+            describe(dataset, Series(dimension.path, (), dimension.unit, dimension.long_name))
+            attach(dataset, 0, scale)
+
     def write(self, index: NDArray[np.int64], values: Mapping[str, np.ndarray]) -> None:
-        """Give the members ``index`` (b,) their values: ``values[path]`` has shape (b, ...)."""
+        """Give the members ``index`` (b,) their values: ``values[path]`` has shape (b, ...); what is no
+        series of the layout is left out."""
         order = np.argsort(index, kind="stable")
         index = index[order]
         breaks = np.flatnonzero(np.diff(index) != 1) + 1
         runs = [slice(a, b) for a, b in zip((0, *breaks), (*breaks, len(index)))]
         for path, rows in values.items():
-            dataset, rows = self._datasets[path], rows if len(runs) == len(index) == 1 else rows[order]
-            for run in runs:
-                dataset[index[run.start] : index[run.stop - 1] + 1] = rows[run]
+            dataset = self._datasets.get(path)
+            if dataset is not None:
+                rows = rows if len(runs) == len(index) == 1 else rows[order]
+                for run in runs:
+                    self._put(dataset, int(index[run.start]), rows[run])
         self.check()
+
+    def _put(self, dataset: Any, first: int, rows: np.ndarray) -> None:
+        """Write the rows (b, ...) of the members from ``first``: they lie one behind the other, whatever the
+        grid."""
+        put(self.sink, dataset, first * self._size(dataset), rows)
+
+    def _size(self, dataset: Any) -> int:
+        """Bytes of a member."""
+        size: int = dataset.dtype.itemsize * dataset.size // self._members
+        return size
 
     def regions(self, ended: NDArray[np.bool_]) -> dict[str, list[int]]:
         """Of each dataset its place in the file, and a checksum of the rows of the members that have
@@ -89,7 +140,7 @@ class EnsembleWriter(Output):
         self.check()
         found = {}
         for path, dataset in self._datasets.items():
-            place, size, checksum = dataset.id.get_offset(), row_size(dataset), 0
+            place, size, checksum = dataset.id.get_offset(), self._size(dataset), 0
             for rows in pieces(ended, size):
                 self.sink.seek(place + rows.start * size)
                 piece = bytearray(len(rows) * size)
@@ -104,13 +155,11 @@ class EnsembleWriter(Output):
         if not isinstance(places, dict) or list(places) != list(self._datasets):
             raise damaged(earlier.shown)
         for path, dataset in self._datasets.items():
-            (place, expected), size, checksum = places[path], row_size(dataset), 0
+            (place, expected), size, checksum = places[path], self._size(dataset), 0
             for rows in pieces(ended, size):
                 piece = earlier.read(place + rows.start * size, len(rows) * size)
                 checksum = binascii.crc32(piece, checksum)
-                dataset[rows.start : rows.stop] = np.frombuffer(piece, dataset.dtype).reshape(
-                    -1, *dataset.shape[1:]
-                )
+                self._put(dataset, rows.start, np.frombuffer(piece, dataset.dtype))
             if checksum != expected:
                 raise damaged(earlier.shown)
         self.check()
@@ -120,21 +169,58 @@ class EnsembleWriter(Output):
         used = np.unique(chosen)
         rows = np.array([text.encode() if i in used else b"" for i, text in enumerate(texts)])
         series = Series(path, long_name=long_name, sampled=False, kind=rows.dtype.str)
-        chunk = min(BLOCK, self._members)
-        dataset = self.file.create_dataset(
-            path, shape=(self._members,), dtype=series.kind, chunks=(chunk,), compression="gzip"
-        )
-        describe(dataset, series)
-        self._scales.attach(dataset, series, self._scale)
-        for start in range(0, self._members, BLOCK):
-            dataset[start : start + BLOCK] = rows[chosen[start : start + BLOCK]]
+        shape = tuple(len(scale) for scale in self._leading)
+        dataset = self._create(self.file, series, chunks=block_of(shape), compression="gzip")
+        chosen = chosen.reshape(shape)
+        for block in dataset.iter_chunks():
+            dataset[block] = rows[chosen[block]]
         self.check()
 
 
-def row_size(dataset: Any) -> int:
-    """Bytes of a member."""
-    size: int = dataset.dtype.itemsize * math.prod(dataset.shape[1:])
-    return size
+def name_dimensions(layout: Layout, dimensions: Sequence[Dimension]) -> tuple[str, ...]:
+    """What the dimensions are called in the file, and behind them what numbers the members: their names, with
+    underscores behind those that something else has."""
+    groups = {part for one in dimensions for part in one.path.split("/")[:-1]}
+    taken = layout.taken() | groups | {TIME.path, MESSAGE, CHECKPOINT}
+    taken |= {AXES[:size] for size in layout.vector_sizes()}
+    names: list[str] = []
+    for name in (*(one.name for one in dimensions), NUMBERS.name):
+        names.append(free_name(name, taken | {*names}))
+    return tuple(names)
+
+
+def create_dimension(file: Any, sink: Sink, name: str, dimension: Dimension) -> Any:
+    """The dimension scale of one dimension."""
+    if dimension.values is None:
+        scale = create_numbers(file, sink, name, (dimension.length,))
+    else:
+        scale = file.create_dataset(name, data=dimension.values)
+    describe(scale, Series(name, (), dimension.unit, dimension.long_name))
+    scale.make_scale(name)
+    return scale
+
+
+def create_numbers(file: Any, sink: Sink, name: str, shape: tuple[int, ...]) -> Any:
+    """A dataset of that shape with 0, 1, 2, ..., the last axis fastest."""
+    numbers = file.create_dataset(name, shape=shape, dtype="i8", dcpl=in_one_piece())
+    for start in range(0, numbers.size, BLOCK):
+        put(sink, numbers, 8 * start, np.arange(start, min(start + BLOCK, numbers.size)))
+    return numbers
+
+
+def put(sink: Sink, dataset: Any, place: int, values: np.ndarray) -> None:
+    """Write values into a dataset that lies in one piece, so many bytes from where it begins."""
+    sink.seek(dataset.id.get_offset() + place)
+    sink.write(np.ascontiguousarray(values, dataset.dtype).view("u1"))
+
+
+def block_of(shape: tuple[int, ...]) -> tuple[int, ...]:
+    """The shape of a chunk of about ``BLOCK`` members."""
+    block, room = [], BLOCK
+    for length in reversed(shape):
+        block.append(min(length, room))
+        room = max(1, room // length)
+    return tuple(reversed(block))
 
 
 def pieces(ended: NDArray[np.bool_], size: int) -> Iterator[range]:
@@ -146,16 +232,6 @@ def pieces(ended: NDArray[np.bool_], size: int) -> Iterator[range]:
             yield range(first, min(first + most, stop))
 
 
-def create_member_scale(file: Any, name: str, members: int) -> Any:
-    """The dimension scale that counts the members."""
-    scale = file.create_dataset(name, shape=(members,), dtype="i8", dcpl=in_one_piece())
-    for start in range(0, members, BLOCK):
-        scale[start : start + BLOCK] = np.arange(start, min(start + BLOCK, members))
-    scale.attrs["long_name"] = "member of the ensemble"
-    scale.make_scale(name)
-    return scale
-
-
 def in_one_piece() -> Any:
     """The properties of a dataset that has its place in the file from the start, and is not filled there."""
     properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
@@ -163,10 +239,3 @@ def in_one_piece() -> Any:
     properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
     properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
     return properties
-
-
-def bytes_of(layout: Layout, members: int, samples: int) -> int:
-    """The size of a file, without what describes it."""
-    return sum(
-        BYTES * members * (samples if one.sampled else 1) * math.prod(one.shape) for one in layout.series
-    )

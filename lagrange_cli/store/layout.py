@@ -4,8 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Container
+from typing import TYPE_CHECKING
 
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
 
 BYTES = 8
 """Bytes of a number: every series is of IEEE doubles."""
@@ -23,8 +28,8 @@ AXES = "xyz"
 @dataclass(frozen=True)
 class Series:
     """One dataset of shape ``(n, *shape)``: a number, a vector, or a family of either per sample time.
-    In the file of an ensemble the shape is ``(members, n, *shape)``, or ``(members, *shape)`` where it is not
-    ``sampled``.
+    In the file of an ensemble the dimensions of the members come first, ``(*members, n, *shape)``, and a
+    series that is not ``sampled`` has no time axis, ``(*members, *shape)``.
 
     ``path`` is its place in the file without a leading slash (``diagnostics/p/theta``); ``unit`` is empty
     where it is not known. ``shape`` begins with the lengths of the family's ``axes``, which have names, and
@@ -40,6 +45,22 @@ class Series:
     components: int = 0
     sampled: bool = True
     kind: str = "f8"
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """One of the dimensions that the members of an ensemble span: its ``name``, unless something else in the
+    file is called so, and its ``values`` (length,), where None stands for 0, 1, 2, ...
+
+    ``path`` is where the values are found besides (``parameters/omega``); empty: nowhere.
+    """
+
+    name: str
+    length: int
+    values: NDArray[np.float64] | None = None
+    unit: str = ""
+    long_name: str = ""
+    path: str = ""
 
 
 @dataclass(frozen=True)

@@ -32,9 +32,14 @@ def attach(dataset: Any, axis: int, scale: Any) -> None:
     """Make ``scale`` the coordinate of one axis, and link it into the dataset's group, so that a reader that
     opens that group finds it."""
     dataset.dims[axis].attach_scale(scale)
+    link(dataset.parent, scale)
+
+
+def link(group: Any, scale: Any) -> None:
+    """Link ``scale`` into a group, unless it is there."""
     name = scale.name.lstrip("/")
-    if name not in dataset.parent:
-        dataset.parent[name] = h5py.SoftLink(scale.name)
+    if name not in group:
+        group[name] = h5py.SoftLink(scale.name)
 
 
 def describe(dataset: Any, series: Series) -> None:

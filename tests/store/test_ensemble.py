@@ -8,8 +8,9 @@ import numpy as np
 import pytest
 import xarray
 
+from lagrange_cli.store import ensemble
 from lagrange_cli.store.ensemble import EnsembleWriter
-from lagrange_cli.store.layout import Layout, Series
+from lagrange_cli.store.layout import Dimension, Layout, Series
 from lagrange_cli.store.target import find_target
 
 MEMBERS = 10
@@ -39,8 +40,9 @@ def rows_of(index: np.ndarray) -> dict[str, np.ndarray]:
     }
 
 
-def write(path: Path, *pieces: list[int], layout: Layout = LAYOUT) -> None:
-    with EnsembleWriter(find_target(str(path), force=False), layout, members=MEMBERS, times=TIMES) as writer:
+def write(path: Path, *pieces: list[int], layout: Layout = LAYOUT, dimensions=()) -> None:
+    target = find_target(str(path), force=False)
+    with EnsembleWriter(target, layout, members=MEMBERS, times=TIMES, dimensions=dimensions) as writer:
         for piece in pieces:
             index = np.array(piece)
             given = {one.path for one in layout.series}
@@ -64,6 +66,24 @@ def test_the_bytes_do_not_depend_on_the_order(tmp_path):
     write(tmp_path / "first.h5", list(range(MEMBERS)))
     write(tmp_path / "second.h5", [4], [9, 3, 5], [8, 7, 6], [2, 0, 1])
     assert (tmp_path / "first.h5").read_bytes() == (tmp_path / "second.h5").read_bytes()
+
+
+GRID = (Dimension("a", 2, np.array([3.0, 4.0]), "m", "length", "parameters/a"), Dimension("draw", 5))
+
+
+def test_a_grid_holds_the_same_numbers_in_the_same_order(tmp_path, monkeypatch):
+    monkeypatch.setattr(ensemble, "BLOCK", 3)
+    write(tmp_path / "flat.h5", [*range(MEMBERS)])
+    write(tmp_path / "grid.h5", [9, 3, 5, 4], [0, 1, 2], [6], [8, 7], dimensions=GRID)
+    write(tmp_path / "again.h5", [*range(MEMBERS)], dimensions=GRID)
+    assert (tmp_path / "grid.h5").read_bytes() == (tmp_path / "again.h5").read_bytes()
+    with h5py.File(tmp_path / "flat.h5") as flat, h5py.File(tmp_path / "grid.h5") as grid:
+        for path in (*rows_of(np.arange(MEMBERS)), "message", "member"):
+            assert grid[path].shape == (2, 5, *flat[path].shape[1:])
+            np.testing.assert_array_equal(grid[path][()].reshape(flat[path].shape), flat[path][()])
+        assert grid["draw"][()].tolist() == [0, 1, 2, 3, 4]
+        assert grid["parameters/a"] == grid["a"] and grid["a"].attrs["unit"] == "m"
+        assert dict(grid["a"].attrs)["long_name"] == "length"
 
 
 @pytest.mark.parametrize("group", ["/", "parameters", "initial/q", "q", "positions"])
