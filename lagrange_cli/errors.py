@@ -5,6 +5,7 @@ LagrangeError
 ├── SpecError        3    the system file is wrong: one Problem or many, each with its place
 ├── SingularCoordinate 3  found while deriving; the command line gives it its place
 ├── TooLarge         3    likewise, the file as a whole
+├── NotReal          3    likewise, the file as a whole
 ├── MotionError      4    the motion could not be started or continued
 └── FileError        5    a file could not be read or written
 
@@ -94,6 +95,16 @@ class SingularCoordinate(LagrangeError):
 
 class TooLarge(LagrangeError):
     """The equations of a system take more memory and time than a limit allows; ``hint`` is the way out."""
+
+    exit_code = 3
+
+    def __init__(self, message: str, hint: str) -> None:
+        self.message, self.hint = message, hint
+        super().__init__(f"{message}; {hint}")
+
+
+class NotReal(LagrangeError):
+    """The equations of a system contain numbers that are not real; ``hint`` is the way out."""
 
     exit_code = 3
 

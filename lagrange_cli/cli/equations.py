@@ -94,9 +94,12 @@ def show_system(
     if format_ == "json":
         from lagrange_cli.symbolic.data import as_data
 
-        emit_json(as_data(derived, form, parameters) | verdict(verification))
+        with located(spec):
+            data = as_data(derived, form, parameters)
+        emit_json(data | verdict(verification))
     else:
-        text = written(derived, format_, form, parameters)
+        with located(spec):
+            text = written(derived, format_, form, parameters)
         if verification is not None and not (quiet and verification.agrees):
             text += f"\n\n{comment(format_)}{verification}"
         emit(text)
@@ -109,7 +112,8 @@ def written(derived: Equations, format_: str, form: str, parameters: dict[str, f
         from lagrange_cli.symbolic.source import as_python
 
         return as_python(derived, form, parameters)
-    from lagrange_cli.symbolic.layouts import as_latex, as_text, as_unicode
+    from lagrange_cli.symbolic.latex import as_latex
+    from lagrange_cli.symbolic.layouts import as_text, as_unicode
 
     return {"text": as_text, "unicode": as_unicode, "latex": as_latex}[format_](derived, form)
 

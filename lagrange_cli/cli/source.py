@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.report import STANDARD_INPUT, display_name
-from lagrange_cli.errors import FileError, Problem, SingularCoordinate, SpecError, TooLarge, UsageError
+from lagrange_cli.errors import (
+    FileError,
+    NotReal,
+    Problem,
+    SingularCoordinate,
+    SpecError,
+    TooLarge,
+    UsageError,
+)
 from lagrange_cli.limits import whole
 
 if TYPE_CHECKING:
@@ -68,7 +76,7 @@ def located(spec: Spec) -> Iterator[None]:
             velocity = velocity_name(error.coordinate)
             hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
-    except TooLarge as error:
+    except (TooLarge, NotReal) as error:
         raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
 
 

@@ -30,10 +30,10 @@ def balance(
         if slope != 0:
             continue
         if force == 0:
-            because = f"{name} is cyclic: L does not contain it, and no generalized force acts on it"
+            because = f"`{name}` is cyclic: `L` does not contain it, and no generalized force acts on it"
             conserved.append(Conserved(f"p_{name}", momentum, because))
         else:
-            because = f"{name} is cyclic, but a generalized force acts on it"
+            because = f"`{name}` is cyclic, but a generalized force acts on it"
             changing.append(Changing(f"p_{name}", force, because))
     balance_energy(model, order, energies, forces, accelerations, conserved, changing)
     return tuple(conserved), tuple(changing)
@@ -54,14 +54,14 @@ def balance_energy(
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
     identity = describe_energy(model, energies, order)
     if slip == 0 and power == 0:
-        because = "L does not contain t explicitly"
+        because = "`L` does not contain `t` explicitly"
         if any(force != 0 for force in forces):
             because += ", and the generalized forces do no work"
         conserved.append(Conserved("h", h, f"{because}{identity}"))
     else:
         reasons = []
         if slip != 0:
-            reasons.append("L contains t explicitly")
+            reasons.append("`L` contains `t` explicitly")
         if power != 0:
             reasons.append("generalized forces or friction do work")
         changing.append(Changing("h", tidy(slip + power, order), " and ".join(reasons) + identity))
@@ -76,7 +76,7 @@ def balance_energy(
         for symbol, rate in zip(symbols, values, strict=True)
     ]
     rate = tidy(sympy.Add(*rates, difference.diff(model.time), slip, power), order)
-    because = "the embedding contains t, so that whatever moves it does work"
+    because = "the embedding contains `t`, so that the constraint forces do work"
     if rate == 0:
         conserved.append(Conserved("T + U", tidy(kinetic + potential, order), "its rate of change is zero"))
     else:
@@ -90,11 +90,11 @@ def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) 
         return ""
     if tidy(kinetic + potential - h, order) == 0:
         if any(depends_on(component, [model.time]) for p in model.particles for component in p.position):
-            return "; h = T + U although the embedding contains t"
-        return "; h = T + U (no t in the embedding, no velocities in U)"
+            return "; `h = T + U` although the embedding contains `t`"
+        return "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
     if depends_on(potential, model.v):
-        return "; h is not T + U, as U contains velocities"
-    return "; h is not T + U, as the embedding contains t"
+        return "; `h` is not `T + U`, as `U` contains velocities"
+    return "; `h` is not `T + U`, as the embedding contains `t`"
 
 
 def depends_on(expression: sympy.Expr, symbols: Sequence[sympy.Expr]) -> bool:

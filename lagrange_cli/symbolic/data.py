@@ -11,6 +11,7 @@ from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form
 from lagrange_cli.symbolic.notations import Identifiers, identifiers
 from lagrange_cli.symbolic.render import render
+from lagrange_cli.symbolic.report import plain
 
 
 def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:
@@ -48,11 +49,11 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
         "force": [text(entry) for entry in equations.force],
         "h": text(equations.h),
         "conserved": [
-            {"quantity": each.quantity, "expression": text(each.expression), "because": each.because}
+            {"quantity": each.quantity, "expression": text(each.expression), "because": plain(each.because)}
             for each in equations.conserved
         ],
         "not_conserved": [
-            {"quantity": each.quantity, "rate": text(each.rate), "because": each.because}
+            {"quantity": each.quantity, "rate": text(each.rate), "because": plain(each.because)}
             for each in equations.changing
         ],
     }

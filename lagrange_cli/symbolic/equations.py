@@ -25,7 +25,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Conserved:
-    """A quantity that the motion keeps, and the reason in plain words."""
+    """A quantity that the motion keeps, and the reason in words, formulas between backticks."""
 
     quantity: str
     expression: sympy.Expr
@@ -34,7 +34,7 @@ class Conserved:
 
 @dataclass(frozen=True)
 class Changing:
-    """A quantity that one might expect to be kept and is not: its rate of change and the reason."""
+    """A quantity that one might expect to be kept and is not: its rate of change and the reason, likewise."""
 
     quantity: str
     rate: sympy.Expr

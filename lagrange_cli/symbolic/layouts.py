@@ -1,11 +1,11 @@
-"""Pages for people: plain text, unicode and LaTeX."""
+"""Pages for people: plain text and unicode."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.notations import Latex, Text, Unicode
+from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.report import Section, Statement, sections
 
 WIDTH = 100
@@ -77,29 +77,3 @@ def break_place(text: str, width: int) -> int:
     outermost = min(places, default=(0, 0))[0]
     candidates = [index for depth, index in places if depth == outermost]
     return max((index for index in candidates if index <= width), default=min(candidates, default=0))
-
-
-def as_latex(equations: Equations, form: str) -> str:
-    """A fragment for a document that uses amsmath: an align* for each section."""
-    blocks = [f"% {equations.name}"]
-    for section in sections(equations, form, Latex()):
-        blocks.append(f"\\paragraph{{{section.title}}}")
-        if section.verbal:
-            blocks += ["\\begin{itemize}", *map(item, section.statements), "\\end{itemize}"]
-        else:
-            body = " \\\\\n".join(f"  {each.left} &= {each.right}" for each in section.statements)
-            blocks.append(f"\\begin{{align*}}\n{body}\n\\end{{align*}}")
-    return "\n".join(blocks)
-
-
-def item(statement: Statement) -> str:
-    """One entry of a list of sentences."""
-    if not statement.remark:
-        return f"  \\item {escaped(statement.left)}"
-    formula = f"{statement.left} = {statement.right}" if statement.right else statement.left
-    return f"  \\item ${formula}$: {escaped(statement.remark)}"
-
-
-def escaped(text: str) -> str:
-    """Plain words inside LaTeX."""
-    return text.replace("_", r"\_")

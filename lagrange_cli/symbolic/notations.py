@@ -1,5 +1,5 @@
 """The notations: plain text (which the file's grammar reads back), identifiers only (which sympy and Python
-do too), unicode and LaTeX."""
+do too) and unicode. LaTeX has a module of its own."""
 
 from __future__ import annotations
 
@@ -16,10 +16,6 @@ GREEK = {
     "rho": "ρ", "sigma": "σ", "tau": "τ", "upsilon": "υ", "phi": "φ", "chi": "χ", "psi": "ψ", "omega": "ω",
     "Gamma": "Γ", "Delta": "Δ", "Theta": "Θ", "Lambda": "Λ", "Xi": "Ξ", "Pi": "Π", "Sigma": "Σ",
     "Upsilon": "Υ", "Phi": "Φ", "Psi": "Ψ", "Omega": "Ω",
-}  # fmt: skip
-LATEX_FUNCTIONS = {
-    "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
-    "atan2": r"\operatorname{atan2}",
 }  # fmt: skip
 SUPERSCRIPTS = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 SUBSCRIPTS = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
@@ -63,6 +59,8 @@ def identifiers(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
 
 class Text(Notation):
     """Plain ASCII in the grammar of the system file."""
+
+    pi = "pi"
 
     def symbol(self, name: str) -> str:
         return name
@@ -116,6 +114,7 @@ class Unicode(Text):
     """Greek letters, superscripts and dots."""
 
     plus, minus, negative = " + ", " − ", "−"
+    pi = "π"
     powers_of_functions = True
 
     def symbol(self, name: str) -> str:
@@ -145,52 +144,3 @@ class Unicode(Text):
 
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
         return f"{self.power(function, exponent) if exponent else function}({', '.join(arguments)})"
-
-
-class Latex(Notation):
-    """LaTeX for a displayed formula."""
-
-    powers_of_functions = True
-
-    def symbol(self, name: str) -> str:
-        bare, dots = dotted(name)
-        stem, indices = split_index(bare)
-        text = f"\\{stem}" if stem in GREEK else stem if len(stem) == 1 else rf"\mathrm{{{stem}}}"
-        if dots:
-            text = rf"\{'d' * dots}ot{{{text}}}"
-        if indices:
-            text += "_{" + ",".join(self.symbol(index) for index in indices) + "}"
-        return text
-
-    def decimal(self, digits: str) -> str:
-        mantissa, _, exponent = digits.partition("e")
-        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else digits
-
-    def product(self, factors: Sequence[str]) -> str:
-        return r" \, ".join(factors) if all(map(str.isdigit, factors)) else " ".join(factors)
-
-    def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
-        return rf"\frac{{{self.product(numerator) or '1'}}}{{{self.product(denominator)}}}", Level.PRODUCT
-
-    def power(self, base: str, exponent: str) -> str:
-        return f"{base}^{{{exponent}}}"
-
-    def root(self, text: str) -> str:
-        return rf"\sqrt{{{text}}}"
-
-    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
-        if function == "exp" and not exponent:
-            return rf"e^{{{arguments[0]}}}"
-        name = LATEX_FUNCTIONS.get(function, f"\\{function}")
-        raised = f"{name}^{{{exponent}}}" if exponent else name
-        return raised + self.parentheses(", ".join(arguments))
-
-    def parentheses(self, text: str) -> str:
-        return rf"\left({text}\right)"
-
-    def rate(self, text: str) -> str:
-        return rf"\frac{{d}}{{dt}} {text}"
-
-    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
-        body = r" \\ ".join(" & ".join(row) for row in rows)
-        return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"

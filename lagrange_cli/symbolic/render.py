@@ -9,6 +9,7 @@ from fractions import Fraction
 
 import sympy
 
+from lagrange_cli.errors import NotReal
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 
 
@@ -67,8 +68,25 @@ class Notation(ABC):
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """A matrix; a column is a matrix of one column."""
 
+    def inline(self, formula: str) -> str:
+        """A formula, already in this notation, as a part of a sentence."""
+        return formula
+
+    def words(self, text: str) -> str:
+        """Plain words."""
+        return text
+
+    pi: str
+    """The circle constant."""
+
     powers_of_functions = False
     """Whether the exponent goes to the function's name: sin^2(x)."""
+
+    functions_last = False
+    """Whether functions follow all other factors, as they must where their arguments have no parentheses."""
+
+    bars_enclose = False
+    """Whether the bar of a fraction holds together what stands above it and below it."""
 
 
 def render(expression: sympy.Expr, notation: Notation, order: Order) -> str:
@@ -106,7 +124,12 @@ class Renderer:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:
             return self.notation.call("exp", ["1"]), Level.ATOM
-        return self.notation.symbol(str(expression)), Level.ATOM  # pi
+        if expression is sympy.pi:
+            return self.notation.pi, Level.ATOM
+        raise NotReal(
+            "the equations of motion contain the logarithm or a fractional power of a negative number",
+            "look for a negative number raised to a power that varies, as in (-2)**x",
+        )
 
     def sum(self, expression: sympy.Expr) -> str:
         """Terms with their signs between them."""
@@ -135,16 +158,23 @@ class Renderer:
         below.sort(key=self.factor_key)
         if len(above) == 1 and not front and not bottom and not below:
             return self.piece(above[0])
-        numerator = front + [self.at(factor, Level.POWER) for factor in above]
-        denominator = bottom + [self.at(factor, Level.POWER) for factor in below]
+        numerator = front + self.factors(above, alone=not front and bool(below or bottom))
+        denominator = bottom + self.factors(below, alone=not bottom)
         if denominator:
             return self.notation.fraction(numerator, denominator)
         if len(numerator) > 1:
             return self.notation.product(numerator), Level.PRODUCT
         return (numerator or ["1"])[0], Level.ATOM
 
+    def factors(self, factors: Sequence[sympy.Expr], *, alone: bool) -> list[str]:
+        """Each factor as text; ``alone`` says that no other stands on the same side of the fraction."""
+        enclosed = alone and len(factors) == 1 and self.notation.bars_enclose
+        return [self.at(factor, Level.SUM if enclosed else Level.POWER) for factor in factors]
+
     def factor_key(self, factor: sympy.Expr) -> tuple[object, ...]:
-        return self.order.factor_key(base_and_exponent(factor)[0])
+        base = base_and_exponent(factor)[0]
+        last = self.notation.functions_last and base.is_Function and base.func is not sympy.exp
+        return (last, *self.order.factor_key(base))
 
     def number(self, value: Fraction) -> tuple[list[str], list[str]]:
         """What a positive rational puts above and below the line: 1/2 below, 9.81 above."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -16,10 +17,17 @@ from lagrange_cli.symbolic.render import Level, Notation, Renderer
 
 FORMS = ("lagrange", "explicit", "hamilton", "matrix")
 
+_NAME = re.compile(r"[^\W\d]\w*(?:\[[\d,]+\])?")
+
+
+def plain(sentence: str) -> str:
+    """The sentence with its formulas as they are, without the backticks around them."""
+    return sentence.replace("`", "")
+
 
 @dataclass(frozen=True)
 class Statement:
-    """``left = right`` and a remark, as text in some notation; ``right`` may be empty."""
+    """``left = right`` and a remark, as text in some notation; ``left`` and ``right`` may be empty."""
 
     left: str
     right: str = ""
@@ -69,6 +77,16 @@ class Writer:
         text = self.names(quantity)
         return self.notation.rate(self.notation.parentheses(text) if " + " in quantity else text)
 
+    def prose(self, sentence: str) -> str:
+        """A sentence whose formulas, such as `h = T + U`, stand between backticks: these are names joined by
+        signs."""
+
+        symbol, inline, words = self.notation.symbol, self.notation.inline, self.notation.words
+        parts = sentence.split("`")
+        parts[::2] = [words(part) for part in parts[::2]]
+        parts[1::2] = [inline(_NAME.sub(lambda name: symbol(name[0]), part)) for part in parts[1::2]]
+        return "".join(parts)
+
     def statement(self, name: str, expression: sympy.Expr) -> Statement:
         """``name = expression``."""
         return Statement(self.names(name), self.text(expression))
@@ -93,15 +111,15 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
         Section("Equations of motion", tuple(equation_statements(equations, writer))),
     ]
     if equations.accelerations is None:
-        hint = "too long to be read once solved for; --form matrix shows M a = f"
-        found.append(Section("Accelerations", (Statement(hint),), True))
+        hint = "too long to be read once solved for; see `M a = f` (--form matrix)"
+        found.append(Section("Accelerations", (Statement("", "", writer.prose(hint)),), True))
     else:
         found.append(explicit_section(equations, writer))
     found.append(Section("Energy function", (writer.statement("h", equations.h),)))
     found.append(
         Section("Conserved", tuple(conserved_statement(each, writer) for each in equations.conserved), True)
         if equations.conserved
-        else Section("Conserved", (Statement("nothing that the Lagrangian shows"),), True)
+        else Section("Conserved", (Statement("", "", "nothing that the Lagrangian shows"),), True)
     )
     if equations.changing:
         statements = tuple(changing_statement(each, writer) for each in equations.changing)
@@ -112,7 +130,9 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
 def equation_statements(equations: Equations, writer: Writer) -> Iterable[Statement]:
     """The Euler-Lagrange equations, each with the factor it stands for once that is not 1."""
     for name, equation in zip(equations.coordinates, equations.equations, strict=True):
-        remark = f"{name}, divided by {writer.text(equation.factor)}" if equation.factor != 1 else name
+        remark = writer.prose(f"`{name}`")
+        if equation.factor != 1:
+            remark += f", divided by {writer.notation.inline(writer.text(equation.factor))}"
         yield Statement(writer.text(equation.left), writer.text(equation.right), remark)
 
 
@@ -169,9 +189,9 @@ def matrix_sections(equations: Equations, writer: Writer) -> list[Section]:
 
 def conserved_statement(each: Conserved, writer: Writer) -> Statement:
     """``p_theta``, whose expression stands among the momenta, and why."""
-    return Statement(writer.names(each.quantity), "", each.because)
+    return Statement(writer.names(each.quantity), "", writer.prose(each.because))
 
 
 def changing_statement(each: Changing, writer: Writer) -> Statement:
     """``dh/dt = ...``, and why."""
-    return Statement(writer.rate(each.quantity), writer.text(each.rate), each.because)
+    return Statement(writer.rate(each.quantity), writer.text(each.rate), writer.prose(each.because))

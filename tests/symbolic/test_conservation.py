@@ -2,6 +2,7 @@
 
 import pytest
 
+from lagrange_cli.symbolic.report import plain
 from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, same
 
 CONSERVED = {
@@ -57,7 +58,7 @@ def test_reasons():
     def because(name, quantity):
         equations = equations_of(name)
         (found,) = [e.because for e in (*equations.conserved, *equations.changing) if e.quantity == quantity]
-        return found
+        return plain(found)
 
     assert "h = T + U" in because("pendulum", "h")
     assert "U contains velocities" in because("charged_particle", "h")

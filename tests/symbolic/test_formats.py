@@ -12,7 +12,7 @@ from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic import report
 from lagrange_cli.symbolic.data import as_data
-from lagrange_cli.symbolic.layouts import WIDTH, as_latex, as_text, as_unicode
+from lagrange_cli.symbolic.layouts import WIDTH, as_text, as_unicode
 from lagrange_cli.symbolic.source import as_python
 from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, expression, renamed, spec_of
 
@@ -87,6 +87,29 @@ def test_the_python_module_runs_and_agrees(name, form):
             assert module["hamiltonian"](t, q, p) == pytest.approx(float(equations.h.subs(known)), rel=1e-12)
 
 
+CONSTANTS = [
+    "pi*x",
+    "(2 + x)**pi",
+    "pi**x",
+    "acos(-1)*x",
+    "exp(1)*x",
+    "(pi + x)**(pi - 1)",
+    "log(2)*x",
+    "x**sqrt(2)",
+]
+
+
+@pytest.mark.parametrize("potential", CONSTANTS)
+def test_constants_are_read_back(potential):
+    system = "coordinates: {x: {initial: 1}}\nmasses: {a: 1}\nembedding: {a: [x]}\n"
+    equations = derived(f"{system}potential: {potential}\n")
+    assert agree_at_random(expression(as_data(equations, "hamilton", {})["U"]), equations.U, digits=14)
+    module: dict = {}
+    exec(as_python(equations, "lagrange", {}), module)
+    expected = equations.accelerations[0].subs({equations.q[0]: 0.7})
+    assert module["accelerations"](0, [0.7], [0]) == pytest.approx([float(expected)], rel=1e-13)
+
+
 FOUR = """
     parameters: {g: 9.81}
     coordinates: {q: {initial: 1}, v: {initial: 1}, b: {initial: 1}, c: {initial: 1}}
@@ -148,15 +171,6 @@ def test_unicode_of_the_pendulum():
     assert "  θ̇ = p_θ/(m l²)" in text
 
 
-def test_latex_of_the_hoop():
-    text = as_latex(equations_of("rotating_hoop"), "lagrange")
-    assert r"p_{\theta} &= m a^{2} \dot{\theta}" in text
-    assert r"a \ddot{\theta} + g \sin\left(\theta\right)" in text
-    assert r"\item $\frac{d}{dt} \left(T + U\right) = 2 m a^{2} \omega^{2}" in text
-    for environment in ("align*", "itemize"):
-        assert text.count(rf"\begin{{{environment}}}") == text.count(rf"\end{{{environment}}}") > 0
-
-
 def test_matrix_form():
     text = as_text(equations_of("double_pendulum"), "matrix")
     assert (
@@ -173,9 +187,6 @@ def test_every_form_is_shown(name, form):
     assert plain.isascii()
     assert plain.startswith(equations.name)
     assert all(ord("\\") not in map(ord, line) for line in plain.splitlines())
-    latex = as_latex(equations, form)
-    assert latex.count("{") == latex.count("}")
-    assert latex.count(r"\left") == latex.count(r"\right")
     assert as_unicode(equations, form).count("(") == as_unicode(equations, form).count(")")
 
 

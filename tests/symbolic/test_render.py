@@ -3,7 +3,8 @@
 import pytest
 import sympy
 
-from lagrange_cli.symbolic.notations import Identifiers, Latex, Notation, Text, Unicode, identifiers
+from lagrange_cli.symbolic.latex import Latex
+from lagrange_cli.symbolic.notations import Identifiers, Notation, Text, Unicode, identifiers
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import render
 from tests.symbolic.systems import agree_at_random, expression
@@ -77,13 +78,18 @@ def test_unicode(value, text):
 @pytest.mark.parametrize(
     ("value", "text"),
     [
-        ("m*l**2*theta_dot**2/2", r"\frac{m l^{2} \dot{\theta}^{2}}{2}"),
+        ("m*l**2*theta_dot**2/2", r"\frac{1}{2} m l^{2} \dot{\theta}^{2}"),
         ("theta1_ddot", r"\ddot{\theta}_{1}"),
         ("lambda_1*mass", r"\lambda_{1} \mathrm{mass}"),
-        ("sin(theta)**2", r"\sin^{2}\left(\theta\right)"),
+        ("sin(theta)**2", r"\sin^{2} \theta"),
+        ("sin(theta1)*cos(2*theta)*x", r"x \cos(2 \theta) \sin \theta_{1}"),
+        ("sin(x/l)", r"\sin\left(\frac{x}{l}\right)"),
+        ("(x + l)/(m + m1)", r"\frac{l + x}{m + m_{1}}"),
+        ("(x + l)/2", r"\frac{1}{2} l + \frac{1}{2} x"),
+        (sympy.Mul(sympy.Rational(1, 2), sympy.Symbol("x") + 1, evaluate=False), r"\frac{1}{2} (1 + x)"),
         ("-sqrt(x/l)", r"-\sqrt{\frac{x}{l}}"),
-        ("asin(x)*exp(-x)", r"\arcsin\left(x\right) e^{-x}"),
-        ("2*x*(m1 + m2)", r"2 \left(m_{1} + m_{2}\right) x"),
+        ("asin(x)*exp(-x)", r"e^{-x} \arcsin x"),
+        ("2*x*(m1 + m2)", r"2 (m_{1} + m_{2}) x"),
         (sympy.Rational("6.674e-11"), r"6.674 \cdot 10^{-11}"),
         ("pi*x", r"\pi x"),
         ("x**(5/2)", r"x^{\frac{5}{2}}"),

@@ -1,0 +1,148 @@
+"""LaTeX with the package amsmath: the notation, and pages whose long formulas are broken over lines."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+from lagrange_cli.records import replace
+from lagrange_cli.symbolic.equations import Equations
+from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
+from lagrange_cli.symbolic.notations import GREEK, dotted, split_index
+from lagrange_cli.symbolic.render import Level, Notation
+from lagrange_cli.symbolic.report import Section, Statement, sections
+
+FUNCTIONS = {
+    "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
+    "atan2": r"\operatorname{atan2}",
+}  # fmt: skip
+LETTERS = {letter: rf"\{name}" for name, letter in GREEK.items()}
+
+
+class Latex(Notation):
+    """LaTeX for a displayed formula."""
+
+    pi = r"\pi"
+    powers_of_functions = functions_last = bars_enclose = True
+
+    def symbol(self, name: str) -> str:
+        bare, dots = dotted(name)
+        stem, indices = split_index(bare)
+        text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
+        if len(stem) > 1 and stem not in GREEK:
+            text = rf"\mathrm{{{escaped(stem)}}}"
+        if dots:
+            text = rf"\{'d' * dots}ot{{{text}}}"
+        if indices:
+            text += "_{" + ",".join(self.symbol(index) for index in indices) + "}"
+        return text
+
+    def decimal(self, digits: str) -> str:
+        mantissa, _, exponent = digits.partition("e")
+        return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else digits
+
+    def product(self, factors: Sequence[str]) -> str:
+        return r" \, ".join(factors) if all(map(str.isdigit, factors)) else " ".join(factors)
+
+    def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
+        """A fraction; what is too wide to stand above the bar, or is divided by a number, follows it."""
+        beside: list[str] = []
+        above = list(numerator)
+        if all(map(str.isdigit, denominator)):
+            above = [factor for factor in numerator if factor.isdigit()]
+            beside = [factor for factor in numerator if not factor.isdigit()]
+        elif width(self.product(numerator)) > WIDTH / 2:
+            beside = [max(numerator, key=width)]
+            above.remove(beside[0])
+        if len(beside) == 1 and len(numerator) == 1:
+            beside = [self.parentheses(beside[0]) if is_sum(beside[0]) else beside[0]]
+        bar = rf"\frac{{{self.product(above) or '1'}}}{{{self.product(denominator)}}}"
+        return self.product([bar, *beside]), Level.PRODUCT
+
+    def power(self, base: str, exponent: str) -> str:
+        return f"{base}^{{{exponent}}}"
+
+    def root(self, text: str) -> str:
+        return rf"\sqrt{{{text}}}"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        if function == "exp" and not exponent:
+            return rf"e^{{{arguments[0]}}}"
+        name = FUNCTIONS.get(function, f"\\{function}")
+        raised = f"{name}^{{{exponent}}}" if exponent else name
+        if len(arguments) == 1 and re.fullmatch(r"(?:[^\W\d_]|\\[a-zA-Z]+)(?:_\{[^{}]*\})?", arguments[0]):
+            return f"{raised} {arguments[0]}"
+        return raised + self.parentheses(", ".join(arguments))
+
+    def parentheses(self, text: str) -> str:
+        tall = r"\frac" in text or r"\left(" in text
+        return rf"\left({text}\right)" if tall else f"({text})"
+
+    def rate(self, text: str) -> str:
+        return rf"\frac{{d}}{{dt}} {text}"
+
+    def matrix(self, rows: Sequence[Sequence[str]]) -> str:
+        body = r" \\ ".join(" & ".join(row) for row in rows)
+        return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"
+
+    def inline(self, formula: str) -> str:
+        return f"${formula}$"
+
+    def words(self, text: str) -> str:
+        return escaped(text)
+
+
+def as_latex(equations: Equations, form: str) -> str:
+    """A fragment for a document that uses amsmath: a section each for L, p_k and so on."""
+    title = " ".join(equations.name.split())
+    blocks = [f"% {title}", r"% This needs \usepackage{amsmath}."]
+    for section in sections(equations, form, Latex()):
+        blocks.append(rf"\paragraph{{{section.title}}}")
+        blocks += listed(section) if section.verbal else aligned(section)
+    return "\n".join(blocks)
+
+
+def listed(section: Section) -> list[str]:
+    """A list of sentences."""
+    return [r"\begin{itemize}", *map(item, section.statements), r"\end{itemize}"]
+
+
+def item(statement: Statement) -> str:
+    """One entry of it: a formula and what is said of it."""
+    formula = " = ".join(filter(None, (statement.left, statement.right)))
+    if width(formula) > WIDTH:
+        rows = " \\\\\n".join(rows_of(replace(statement, remark=""), at_margin=True))
+        return f"  \\item\n  \\begin{{align*}}\n{rows}\n  \\end{{align*}}\n  {statement.remark}"
+    return f"  \\item {': '.join(filter(None, (formula and f'${formula}$', statement.remark)))}"
+
+
+def aligned(section: Section) -> list[str]:
+    """Formulas below each other: aligned at their signs of equality, or at the left margin where some are too
+    long on the left of it."""
+    at_margin = any(width(each.left + each.remark) > WIDTH for each in section.statements)
+    rows = [" \\\\\n".join(rows_of(each, at_margin=at_margin)) for each in section.statements]
+    return [r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"]
+
+
+def rows_of(statement: Statement, *, at_margin: bool) -> list[str]:
+    """The rows of an align* that a formula takes, followed by the remark in parentheses."""
+    if at_margin:
+        first, *others = broken(f"{statement.left} = {statement.right}", WIDTH)
+        rows = [f"  & {first}"]
+    else:
+        first, *others = broken(statement.right, WIDTH - width(statement.left) - SIGN)
+        rows = [f"  {statement.left} &= {first}"]
+    rows = [*rows, *(f"  &\\quad {{}}{line}" for line in others)]
+    if statement.remark:
+        remark = rf"\text{{({statement.remark})}}"
+        if at_margin:
+            rows.append(f"  &\\quad {remark}")
+        else:
+            rows[-1] += f" && {remark}"
+    return rows
+
+
+def escaped(text: str) -> str:
+    """Plain words inside LaTeX."""
+    text = re.sub(r"[&%$#_{}]", lambda letter: f"\\{letter[0]}", text.replace("\\", "/"))
+    return text.replace("~", r"\textasciitilde{}").replace("^", r"\textasciicircum{}").replace("--", "-{}-")

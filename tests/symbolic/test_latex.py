@@ -1,0 +1,112 @@
+"""Pages in LaTeX: every formula can be set, and none is wider than a line."""
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from matplotlib.mathtext import MathTextParser
+
+from lagrange_cli.symbolic.latex import as_latex
+from lagrange_cli.symbolic.latex_lines import WIDTH, breaks, broken, width
+from lagrange_cli.symbolic.report import FORMS
+from tests.symbolic.systems import NAMES, derived, equations_of
+
+PARSER = MathTextParser("agg")
+ROW = re.compile(r"\\\\$", re.MULTILINE)
+ALIGN = re.compile(r"\\begin\{align\*\}\n(.*?)\n *\\end\{align\*\}", re.DOTALL)
+
+
+def settable(formula):
+    """Parse the formula; matplotlib raises ValueError where it cannot. It has no matrices."""
+    text = re.sub(r"\\Big[lr]|\\left|\\right", "", formula)
+    text = re.sub(r"\\text\{.*\}$", "", text.replace("&", "").replace(r"\quad", "").replace("{}", "").strip())
+    if text.strip() and "pmatrix" not in text:
+        PARSER.parse(f"${text.strip()}$")
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("name", NAMES)
+def test_every_formula_can_be_set_and_fits_a_line(name, form):
+    text = as_latex(equations_of(name), form)
+    assert r"\usepackage{amsmath}" in text.splitlines()[1]
+    assert text.count("{") == text.count("}")
+    assert text.count(r"\left") == text.count(r"\right")
+    assert text.count(r"\Bigl") == text.count(r"\Bigr")
+    assert "()" not in text
+    for block in ALIGN.findall(text):
+        for row in ROW.split(block):
+            assert row.count(r"\left") == row.count(r"\right")
+            settable(row)
+            if "pmatrix" not in row:
+                assert width(row.partition(r"\text")[0].replace("&", "")) <= WIDTH + 3, row
+    for formula in re.findall(r"\$(.*?)\$", text):
+        settable(formula)
+    for environment in ("align*", "itemize"):
+        assert text.count(rf"\begin{{{environment}}}") == text.count(rf"\end{{{environment}}}")
+
+
+def test_latex_of_the_hoop():
+    text = as_latex(equations_of("rotating_hoop"), "lagrange")
+    assert r"p_{\theta} &= m a^{2} \dot{\theta}" in text
+    assert r"a \ddot{\theta} + g \sin \theta - a \omega^{2} \sin \theta \cos \theta &= 0" in text
+    assert r"&& \text{($\theta$, divided by $m a$)}" in text
+    assert r"\item $\frac{d}{dt} (T + U) = 2 m a^{2} \omega^{2}" in text
+    assert r"\item $h$: $L$ does not contain $t$ explicitly" in text
+
+
+def test_long_accelerations_are_broken_and_no_bracket_is_superfluous():
+    text = as_latex(equations_of("double_pendulum"), "explicit")
+    assert len(ROW.split(text)) >= 5
+    assert r"\left" not in text
+    assert r"\frac{1}{l_{1} (m_{1} + m_{2} \sin^{2}(\theta_{1} - \theta_{2}))} (-m_{2}" in text
+
+
+def test_parentheses_around_fractions_get_a_fixed_size_where_they_are_broken():
+    term = r"\left(\frac{a}{b} + " + " + ".join(["x y z"] * 30) + r"\right)"
+    first, *others, last = broken(f"u {term}", 60)
+    assert first.startswith(r"u \Bigl(\frac{a}{b} + ") and last.endswith(r"\Bigr)")
+    assert others and r"\left" not in first and r"\right" not in last
+
+
+TERMS = st.sampled_from(["a b", r"\frac{a + b}{c}", "(x - y) z", r"\left(\frac{x}{2} + y\right) w"])
+
+
+@given(st.lists(TERMS), st.floats(5, 80))
+def test_breaking_loses_nothing(terms, most):
+    formula = " + ".join(["q", *terms])
+    lines = broken(formula, most)
+    joined = " ".join(lines).replace(r"\Bigl(", r"\left(").replace(r"\Bigr)", r"\right)")
+    assert joined.split() == formula.split()
+    for line in lines:
+        inner = [place for place in breaks(line) if place.index] if line.count("(") == line.count(")") else []
+        assert width(line) <= most or not [place for place in inner if place.depth == 0]
+
+
+def test_names_that_latex_reads_otherwise():
+    equations = derived(
+        """
+        name: 50% of {a} \\\\line_break & more
+        parameters: {m_tot: 1, "κ": 2}
+        coordinates: {x_long_name: {initial: 1}}
+        masses: {a: m_tot}
+        embedding: {a: [x_long_name]}
+        potential: κ*x_long_name**2
+        """
+    )
+    text = as_latex(equations, "lagrange")
+    assert r"\kappa" in text and text.isascii()
+    assert r"x_{\mathrm{long},\mathrm{name}}" in text
+
+
+def test_numbers_that_are_not_real_are_refused(tmp_path):
+    from tests.cli.command import lagrange
+
+    file = tmp_path / "complex.yaml"
+    file.write_text(
+        "coordinates: {x: {initial: 1}}\nmasses: {a: 1}\nembedding: {a: [x]}\npotential: (-2)**x\n"
+    )
+    for form in ("json", "python", "latex"):
+        run = lagrange("equations", file, "--format", form, cwd=tmp_path)
+        assert run.returncode == 3
+        assert "negative number" in run.stderr
