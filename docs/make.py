@@ -141,7 +141,7 @@ def run_sessions(text: str) -> str:
 
 
 def steady(new: str, old: str) -> str:
-    """The new text, with the lines of the old one where they differ in nothing but what depends on the machine."""
+    """The new text, but with the old lines wherever only what depends on the machine has changed."""
     known = {masked(line): line for line in old.splitlines()}
     return "".join(f"{known.get(masked(line), line)}\n" for line in new.splitlines())
 
