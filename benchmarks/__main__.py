@@ -1,5 +1,5 @@
-"""All benchmarks, one after the other: ``python -m benchmarks``; at the end, the figures that are not
-reached."""
+"""All benchmarks, one after the other: ``python -m benchmarks``. At the end it lists the requirements that
+are not met."""
 
 from __future__ import annotations
 
@@ -31,10 +31,12 @@ BENCHMARKS = tuple(module.BENCHMARK for module in MODULES)
 
 
 def main() -> int:
-    """Run them; the exit status is 1 if a figure is not reached."""
+    """Run them; the exit status is 1 if a requirement is not met."""
     made = argparse.ArgumentParser(prog="python -m benchmarks", description=__doc__)
-    made.add_argument("--quick", action="store_true", help="run each as quickly as it can be")
-    made.add_argument("--write", action="store_true", help="renew docs/benchmarks.md")
+    made.add_argument(
+        "--quick", action="store_true", help="measure less, where a benchmark has such an option"
+    )
+    made.add_argument("--write", action="store_true", help="write the results to docs/benchmarks.md")
     options = made.parse_args()
     missed = []
     for benchmark in BENCHMARKS:
@@ -42,7 +44,7 @@ def main() -> int:
         quick = ["--quick"] if options.quick and benchmark.quick is not None else []
         write = ["--write"] if options.write else []
         missed += benchmark.run(benchmark.parser().parse_args([*quick, *write])).missed
-    print("\n## Not reached\n", required_table(missed) if missed else "nothing", sep="\n")
+    print("\n## Requirements not met\n", required_table(missed) if missed else "none", sep="\n")
     return 1 if missed else 0
 
 

@@ -1,4 +1,4 @@
-"""``Benchmark``: what a script measures, its command line, and its section of docs/benchmarks.md."""
+"""``Benchmark``: a measurement, its command line, and its section of docs/benchmarks.md."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ DOCUMENT = ROOT / "docs" / "benchmarks.md"
 
 @dataclass(frozen=True)
 class Benchmark:
-    """One script: ``measure`` gets its options and reports.
+    """A script: ``measure`` takes its options and returns a report.
 
-    ``name`` is also that of its section in docs/benchmarks.md, ``packages`` what its figures depend on,
-    ``runs`` how many turns medians are over unless ``--runs`` says otherwise, and ``quick`` what ``--quick``
-    leaves out, where there is such an option.
+    ``name`` is also the name of its section in docs/benchmarks.md. ``packages`` are those whose versions are
+    reported, ``runs`` is the default number of turns, and ``quick`` the help text of ``--quick``, where there
+    is such an option.
     """
 
     name: str
@@ -30,12 +30,12 @@ class Benchmark:
     quick: str | None = None
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
-        """Measure and print; the exit status is 1 if a figure is not reached."""
+        """Measure and print; the exit status is 1 if a requirement is not met."""
         report = self.run(self.parser().parse_args(arguments))
         return 1 if report.missed else 0
 
     def run(self, options: Namespace) -> Report:
-        """Measure, print and, with ``--write``, renew the section of the document."""
+        """Measure, print and, with ``--write``, write the section of the document."""
         report = self.measure(options)
         text = report.text(self.packages)
         print(text, flush=True)
@@ -49,9 +49,12 @@ class Benchmark:
         described = inspect.getdoc(sys.modules[self.measure.__module__])
         made = argparse.ArgumentParser(prog=f"python -m benchmarks.{self.name}", description=described)
         made.add_argument(
-            "--runs", type=positive, default=self.runs, help=f"turns that medians are over [{self.runs}]"
+            "--runs",
+            type=positive,
+            default=self.runs,
+            help=f"number of turns of which medians are taken [{self.runs}]",
         )
-        made.add_argument("--write", action="store_true", help="renew the section of docs/benchmarks.md")
+        made.add_argument("--write", action="store_true", help="write the results to docs/benchmarks.md")
         if self.quick is not None:
             made.add_argument("--quick", action="store_true", help=self.quick)
         return made

@@ -59,10 +59,10 @@ def medians(results: list[Measurement]) -> Measurement:
 
 
 def comparison_table(results: Mapping[str, Measurement], ours: str) -> str:
-    """One line a contender, with how many times as long as ``ours`` it takes."""
+    """One row for each program, with its times relative to ``ours``."""
     reference = results[ours]
     return markdown_table(
-        ("", "prepare, ms", "times ours", "run, ms", "times ours", "steps", "energy error"),
+        ("", "prepare, ms", "relative", "run, ms", "relative", "steps", "energy error"),
         [
             (
                 name,

@@ -1,7 +1,7 @@
-"""Twice the digits: the integration alone in double-double, beside doubles and heyoka's quadruple precision.
+"""Integration alone in double-double, in double precision, and in heyoka's quadruple precision.
 
-Times are those of the processor, since some runs are a thousand times as long as others, and a busy machine
-would hit them more often.
+Times are processor times: some runs are a thousand times as long as others, and other programs would disturb
+them more often.
 """
 
 from __future__ import annotations
@@ -28,16 +28,16 @@ from lagrange_cli.native.machine import compile_program
 from lagrange_cli.spec.values import resolve_long_values, resolve_values
 
 SLOWER = 60
-"""How many times as long as a run in doubles one in double-double may take."""
+"""The largest time of a run in double-double, relative to doubles."""
 SHORTEST = 0.05
-"""Seconds that a turn takes at least."""
+"""The least duration of a turn, in seconds."""
 TOLERANCES = {DOUBLE: 2.0**-52, DOUBLE_DOUBLE: 2.0**-104}
 OURS = {DOUBLE: "lagrange, double", DOUBLE_DOUBLE: "lagrange, double-double"}
 HEYOKA = "heyoka, real128"
 SCENES = {"pendulum": 100.0, "double_pendulum": 60.0, "central_force_cartesian": 100.0}
-"""Shipped systems from their own start, and when they stop."""
+"""Shipped systems, with their own initial values, and stop times."""
 Run = Callable[[], int]
-"""Follows the motion; how many steps that took."""
+"""Integrates the motion and returns the number of steps."""
 
 
 def ours(name: str, stop: float, precision: str) -> Run:
@@ -108,8 +108,8 @@ def measure(options: Namespace) -> Report:
             figures = f"{1e3 * each:.2f}", str(count), f"{1e6 * each / count:.1f}", f"{each / plain:.0f}"
             rows.append((name, called, *figures))
         ratio = median(seconds[OURS[DOUBLE_DOUBLE]]) / plain
-        required.append(Requirement(f"{name}: double-double, times double", ratio, "<=", SLOWER))
-    heads = ("motion", "engine", "ms", "steps", "us a step", "times double")
+        required.append(Requirement(f"{name}: time of double-double relative to double", ratio, "<=", SLOWER))
+    heads = ("motion", "engine", "ms", "steps", "us per step", "relative to double")
     return Report((markdown_table(heads, rows),), tuple(required))
 
 

@@ -1,6 +1,6 @@
-"""What the same bits on every machine cost: the integration alone of portable programs, beside plain ones.
+"""The cost of ``--portable``: integration alone with portable programs, relative to plain ones.
 
-Both are compiled for the processor at hand, and for the simplest of its kind, where C's fma is called.
+Portable programs are compiled for this processor, and for the simplest x86-64, where C's fma is called.
 """
 
 from __future__ import annotations
@@ -28,17 +28,17 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 
 SLOWER = 1.5
-"""How many times as long as a plain run a portable one may take, on a processor with fma."""
+"""The largest time of a portable run, relative to a plain one, on a processor with fma."""
 SHORTEST = 0.05
-"""Seconds that a turn takes at least."""
+"""The least duration of a turn, in seconds."""
 SCENES = {
     "pendulum": 100.0, "double_pendulum": 60.0, "driven_damped_pendulum": 100.0,
     "central_force_cartesian": 100.0, "spherical_pendulum": 60.0, "fpu_chain": 100.0, "solar_system": 1000.0,
 }  # fmt: skip
-"""Shipped systems from their own start, and when they stop."""
+"""Shipped systems, with their own initial values, and stop times."""
 PLAIN, PORTABLE, SIMPLEST = "plain", "portable", "portable, no fma"
 Run = Callable[[], int]
-"""Follows the motion; how many steps that took."""
+"""Integrates the motion and returns the number of steps."""
 
 
 @contextmanager
@@ -84,8 +84,10 @@ def measure(options: Namespace) -> Report:
         ratios = {called: each / times[PLAIN] for called, each in times.items()}
         figures = f"{1e3 * times[PLAIN]:.2f}", f"{ratios[PORTABLE]:.2f}", f"{ratios[SIMPLEST]:.1f}"
         rows.append((name, *figures))
-        required.append(Requirement(f"{name}: portable, times plain", ratios[PORTABLE], "<=", SLOWER))
-    heads = ("motion", "plain, ms", "portable, times plain", "compiled without fma")
+        required.append(
+            Requirement(f"{name}: time of portable relative to plain", ratios[PORTABLE], "<=", SLOWER)
+        )
+    heads = ("motion", "plain, ms", "portable / plain", "portable without fma / plain")
     return Report((markdown_table(heads, rows),), tuple(required))
 
 

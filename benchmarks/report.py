@@ -1,4 +1,4 @@
-"""What a benchmark reports: tables, figures that must be reached, and on what it was measured."""
+"""The report of a benchmark: tables, requirements, and the machine and versions that were measured."""
 
 from __future__ import annotations
 
@@ -9,16 +9,19 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from textwrap import fill
 
 import lagrange_cli
 
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout, which is what is measured."""
+WIDTH = 118
+"""Characters in a line of the documents."""
 
 
 @dataclass(frozen=True)
 class Requirement:
-    """A figure that must be reached, and what was measured: ``value`` must be ``relation`` ``bound``."""
+    """A requirement and what was measured: ``value`` must be ``relation`` ``bound``."""
 
     what: str
     value: float
@@ -27,7 +30,7 @@ class Requirement:
 
     @property
     def met(self) -> bool:
-        """Whether it is reached; one that is not a number is not."""
+        """Whether the requirement is met; nan meets none."""
         holds = {
             "<": self.value < self.bound,
             "<=": self.value <= self.bound,
@@ -38,18 +41,18 @@ class Requirement:
 
 @dataclass(frozen=True)
 class Report:
-    """Markdown, most of it tables, and the figures that must be reached, if there are any."""
+    """Markdown, most of it tables, and the requirements, if there are any."""
 
     parts: tuple[str, ...]
     requirements: tuple[Requirement, ...] = ()
 
     @property
     def missed(self) -> tuple[Requirement, ...]:
-        """What is not reached."""
+        """The requirements that are not met."""
         return tuple(each for each in self.requirements if not each.met)
 
     def text(self, packages: Iterable[str]) -> str:
-        """All of it, with the machine and the versions of ``packages`` at its end."""
+        """The whole report, which ends with the machine and the versions of ``packages``."""
         required = (required_table(self.requirements),) if self.requirements else ()
         return "\n\n".join((*self.parts, *required, machine(*packages)))
 
@@ -79,9 +82,9 @@ def markdown_table(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
 
 
 def required_table(requirements: Iterable[Requirement]) -> str:
-    """The figures that must be reached, what was measured, and whether they are."""
+    """A table of the requirements, what was measured, and whether they are met."""
     return markdown_table(
-        ("figure", "measured", "required", "met"),
+        ("requirement", "measured", "required", "met"),
         [
             (each.what, f"{each.value:.3g}", f"{each.relation} {each.bound:g}", "yes" if each.met else "NO")
             for each in requirements
@@ -90,11 +93,13 @@ def required_table(requirements: Iterable[Requirement]) -> str:
 
 
 def machine(*packages: str) -> str:
-    """The processor, the system, the versions of what is measured and the date, in three lines."""
+    """The processor and operating system, the versions and the date, a paragraph of lines."""
     versions = [f"Python {platform.python_version()}", f"lagrange-cli {lagrange_cli.__version__}"]
     versions += [f"{package} {version_of(package)}" for package in packages]
     system = f"{os.cpu_count()} processors, {platform.system()} {platform.machine()}"
-    return "\n".join((f"{processor()}; {system}", ", ".join(versions), datetime.date.today().isoformat()))
+    return "\n".join(
+        (f"{processor()}; {system}", fill(", ".join(versions), WIDTH), datetime.date.today().isoformat())
+    )
 
 
 def version_of(package: str) -> str:

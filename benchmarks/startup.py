@@ -1,4 +1,4 @@
-"""What a user waits for at the shell: whole processes, against those that only import what is needed."""
+"""The time of whole commands, relative to processes that only do the necessary imports."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from benchmarks.report import Report, Requirement, markdown_table
 
 @dataclass(frozen=True)
 class Command:
-    """A command of ``lagrange``, what must be imported for it, and how many times that it may take."""
+    """A command of ``lagrange``, the imports it needs, and how many times the time of these it may take."""
 
     arguments: tuple[str, ...]
     imports: str
@@ -22,12 +22,12 @@ class Command:
 
     @property
     def shown(self) -> str:
-        """As a user types it."""
+        """The command as a user types it."""
         return " ".join(("lagrange", *(each for each in self.arguments if each not in HOUSEKEEPING)))
 
     @property
     def floor(self) -> str:
-        """The script that only imports."""
+        """The script that only does the imports."""
         return f"import {self.imports}"
 
 
@@ -45,7 +45,7 @@ COMMANDS = (
 
 
 def measure(options: Namespace) -> Report:
-    """Each command beside its floor."""
+    """Each command and the process that only does its imports."""
     processes: dict[str, tuple[str, ...]] = {command.floor: ("-c", command.floor) for command in COMMANDS}
     processes |= {command.shown: (*OURS, *command.arguments) for command in COMMANDS}
     with shell() as place:
@@ -63,11 +63,11 @@ def measure(options: Namespace) -> Report:
         for each, ratio in ratios.items()
     ]
     requirements = [
-        Requirement(f"{each.shown}: times its floor", ratio, "<=", each.limit)
+        Requirement(f"{each.shown}: time relative to the imports", ratio, "<=", each.limit)
         for each, ratio in ratios.items()
         if each.limit is not None
     ]
-    table = markdown_table(("command", "ms", "floor", "ms", "ratio"), rows)
+    table = markdown_table(("command", "ms", "imports only", "ms", "ratio"), rows)
     return Report((table,), tuple(requirements))
 
 

@@ -1,4 +1,4 @@
-"""Run time against energy error, and against the error of q at the end: tables, and figures."""
+"""Run time against energy error and against the error of q at the end: tables and figures."""
 
 from __future__ import annotations
 

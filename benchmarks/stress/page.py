@@ -7,7 +7,7 @@ from math import isnan
 from pathlib import Path
 from textwrap import fill
 
-from benchmarks.report import ROOT, machine, markdown_table
+from benchmarks.report import ROOT, WIDTH, machine, markdown_table
 from benchmarks.stress.judge import DRIFT, ROUNDINGS, Judged
 from benchmarks.stress.scene import Scene
 
@@ -16,7 +16,6 @@ FIGURES = ROOT / "docs" / "figures"
 LEAST = 1e-17
 """Smaller errors are drawn at this value."""
 CURVES = 10
-WIDTH = 118
 PAGE = """\
 # Stability: difficult motions
 
