@@ -85,6 +85,7 @@ def prepared(
     tolerance: float = FULL,
     outputs: tuple[str, ...] = DEFAULT,
     ensemble: bool = False,
+    backward: bool = False,
 ) -> Prepared:
     """Its compiled equations."""
     return prepare(
@@ -93,6 +94,7 @@ def prepared(
         tolerance=tolerance,
         outputs=frozenset(outputs),
         ensemble=ensemble,
+        backward=backward,
     )
 
 
@@ -131,7 +133,7 @@ def follow(
     interrupted: Callable[[], bool] = lambda: False,
 ) -> Motion:
     """The motion from ``start`` to ``stop``, with ``samples`` samples evenly between."""
-    ready = prepared(system, method, tolerance, outputs)
+    ready = prepared(system, method, tolerance, outputs, backward=stop < start)
     return run(ready, values_of(system, sets), start, stop, samples, interrupted)
 
 

@@ -186,7 +186,7 @@ def compete(
     from lagrange_cli.contest.reference import find_reference
 
     settings = resolve_settings(spec, SolveDefaults(stop=stop, samples=SAMPLES))
-    prepare = preparing(spec)
+    prepare = preparing(spec, settings.backward)
 
     def reference_run(prepared: Prepared, times: Times) -> Followed:
         followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)
@@ -214,7 +214,7 @@ def compete(
     return Standings(spec.name, len(spec.coordinates), wanted, reference, tuple(results))
 
 
-def preparing(spec: Spec) -> Callable[[str, float], Prepared]:
+def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:
     """A function that compiles the system for a method and tolerance: at once as well as for a long run."""
     from lagrange_cli.integrate.prepare import follower, prepare
 
@@ -222,7 +222,13 @@ def preparing(spec: Spec) -> Callable[[str, float], Prepared]:
     compiled: dict[bool, Prepared] = {}
 
     def compile_for(method: str, tolerance: float) -> Prepared:
-        return prepare(residual, method=method, tolerance=tolerance, outputs=frozenset(DEFAULT_OUTPUTS))
+        return prepare(
+            residual,
+            method=method,
+            tolerance=tolerance,
+            outputs=frozenset(DEFAULT_OUTPUTS),
+            backward=backward,
+        )
 
     def prepared(method: str, tolerance: float) -> Prepared:
         if method == TAYLOR:
@@ -231,7 +237,7 @@ def preparing(spec: Spec) -> Callable[[str, float], Prepared]:
         if implicit not in compiled:
             compiled[implicit] = compile_for(method, tolerance)
         machine = compiled[implicit].machine
-        following = follower(machine, method, tolerance)
+        following = follower(machine, method, tolerance, backward=backward)
         return replace(compiled[implicit], method=method, tolerance=tolerance, follower=following)
 
     return prepared

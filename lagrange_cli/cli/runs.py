@@ -176,6 +176,7 @@ def prepare_run(
         precision=settings.precision,
         portable=settings.portable,
         order=order,
+        backward=settings.backward,
         stage=watch.stage,
         meanwhile=meanwhile,
     )

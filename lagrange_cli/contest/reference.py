@@ -63,7 +63,7 @@ def find_reference(
     Raises ``MotionError`` where next to nothing of the motion can be known so well.
     """
     asked, reason = stop, ""
-    while stop - start > SHORTEST * (asked - start):
+    while abs(stop - start) > SHORTEST * abs(asked - start):
         times = evenly(start, stop)
         found = [run(times) for run in runs]
         count = min(len(each.q) for each in found)
@@ -96,8 +96,9 @@ def why(found: Sequence[Followed], good: float) -> str:
 
 
 def round_down(duration: float) -> float:
-    """To two digits, for people, and for machines that round otherwise to compare the same."""
-    unit = 10.0 ** (math.floor(math.log10(duration)) - 1)
+    """To two digits, for people, and for machines that round otherwise to compare the same; one backward in
+    time is negative."""
+    unit = math.copysign(10.0 ** (math.floor(math.log10(abs(duration))) - 1), duration)
     return math.floor(duration / unit * (1 + 1e-12)) * unit
 
 

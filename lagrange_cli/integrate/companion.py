@@ -11,7 +11,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.alongside import Work
-from lagrange_cli.integrate.motion import Array, End
+from lagrange_cli.integrate.backward import Backward
+from lagrange_cli.integrate.motion import Array, End, Method
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.taylor import TaylorMethod
 from lagrange_cli.integrate.times import Times
@@ -29,8 +30,7 @@ class Companion:
 
     def __init__(self, prepared: Prepared, values: Values, times: Times, number: int) -> None:
         program = prepared.machine.program
-        assert isinstance(prepared.follower, TaylorMethod)
-        self._method = replace(prepared.follower, beside=number)
+        self._method = companion_of(prepared.follower, number)
         self._times, self._rows = times, 2 * program.degrees
         self._parameters = np.array([values.parameters[name] for name in program.parameters])
         self._state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
@@ -96,3 +96,11 @@ class Companion:
         joined = np.concatenate(pieces, axis=1)
         self._rest = joined[:, count:]
         return joined[:, :count]
+
+
+def companion_of(method: Method, number: int) -> Method:
+    """The method of the ``number``-th companion of a run by the Taylor method, forward or backward."""
+    if isinstance(method, Backward):
+        return replace(method, method=companion_of(method.method, number))
+    assert isinstance(method, TaylorMethod)
+    return replace(method, beside=number)

@@ -81,7 +81,7 @@ def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> Ensemble
     if prepared.machine.follow is not None:
         from lagrange_cli.integrate.lanes import LanesMethod
 
-        return LanesMethod(prepared.machine, alone)
+        return LanesMethod(prepared.machine, alone, prepared.backward)
     return OneByOne(prepared.follower, parallel=prepared.method == TAYLOR)
 
 

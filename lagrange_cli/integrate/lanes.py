@@ -5,14 +5,16 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterator
+from typing import TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.integrate.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble import Accept, Batch, OneByOne, Starts
 from lagrange_cli.integrate.motion import Method, aligned
-from lagrange_cli.native.interface import BEYOND, LANES, Stop
+from lagrange_cli.native.interface import BEYOND, LANES, Interface, Stop
 from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass, replace
 
@@ -27,20 +29,24 @@ PARTS = 4
 NEXT, LIMIT, HALT = range(3)
 """What the queue holds (see ``lanes.ll``)."""
 
+Seen = TypeVar("Seen", Starts, Batch)
+
 
 @dataclass(frozen=True)
 class LanesMethod:
     """Follows motions by their Taylor series (``native.lanes``); each is the same whatever runs beside it.
 
-    Those that lanes do not bring to their ends are followed by the method that ``alone`` makes.
+    Those that lanes do not bring to their ends are followed by the method that ``alone`` makes. Code for
+    motions that are followed ``backward`` is of the reversed equations.
     """
 
     machine: Machine
     alone: Callable[[], Method]
+    backward: bool = False
 
     def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
-        members = Members(self.machine, starts, threads)
+        members = Members(self.machine, self._seen(starts), threads)
         workers = [
             threading.Thread(target=members.work, daemon=True)
             for _ in range(min(threads, -(-len(starts) // LANES)))
@@ -54,17 +60,21 @@ class LanesMethod:
                     BREATH if members.roomy else MOMENT
                 )
                 for batch in members.ended():
-                    accept(batch)
+                    accept(self._seen(batch))
                 stopped = watch(members.done) and members.done < len(starts)
         finally:
             members.halt()
             for worker in workers:
                 worker.join()
         for batch in members.ended():
-            accept(batch)
+            accept(self._seen(batch))
         if stopped or not members.left:
             return not stopped
         return self._alone(np.sort(members.left), starts, accept, watch, threads)
+
+    def _seen(self, one: Seen) -> Seen:
+        """Starts as lanes see them, or what they give as it is in t."""
+        return reversed_members(self.machine.program, one) if self.backward else one
 
     def _alone(
         self,
@@ -164,3 +174,14 @@ class Members:
             samples=samples,
             reached=reached,
         )
+
+
+def reversed_members(program: Interface, one: Seen) -> Seen:
+    """Members that start, or have ended, in reversed time."""
+    if isinstance(one, Starts):
+        states = reversed_state(program, one.states.T).T
+        return replace(one, states=states, times=reversed_times(one.times))
+    samples = one.samples
+    if samples is not None:
+        samples = reversed_state(program, samples.transpose(1, 0, 2)).transpose(1, 0, 2)
+    return replace(one, t=reversed_time(one.t), state=reversed_state(program, one.state.T).T, samples=samples)

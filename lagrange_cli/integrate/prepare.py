@@ -44,18 +44,22 @@ def prepare(
     outputs: frozenset[str],
     ensemble: bool = False,
     order: int | None = None,
+    backward: bool = False,
 ) -> Prepared:
     """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need.
 
     What is prepared for an ``ensemble`` is for ``integrate.ensemble`` alone; for ``order`` see ``write_run``.
+    Motions that end before they start need it prepared ``backward``.
     """
     from lagrange_cli.integrate.writing import write_run
 
     program, recording = write_run(
-        residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble, order=order
-    )
+        residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble, order=order,
+        backward=backward,
+    )  # fmt: skip
     machine = load_machine(compile_object(program), program)
-    return Prepared(recording, machine, method, tolerance, follower(machine, method, tolerance))
+    following = follower(machine, method, tolerance, backward=backward)
+    return Prepared(recording, machine, method, tolerance, following, backward)
 
 
 def prepare_system(
@@ -70,6 +74,7 @@ def prepare_system(
     precision: str = DOUBLE,
     portable: bool = False,
     order: int | None = None,
+    backward: bool = False,
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
@@ -88,7 +93,7 @@ def prepare_system(
 
         program, recording = write_run(
             derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-            precision=precision, order=order,
+            precision=precision, order=order, backward=backward,
         )  # fmt: skip
         if portable:
             from lagrange_cli.native.portable import portable as made_portable
@@ -105,7 +110,7 @@ def prepare_system(
         if cache is not None:
             key = key_of(
                 spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-                precision=precision, portable=portable, order=order,
+                precision=precision, portable=portable, order=order, backward=backward,
             )  # fmt: skip
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
@@ -133,14 +138,25 @@ def prepare_system(
 
     machine_recording = recording
     with stage("import"):
-        following = follower(machine, method, tolerance, improve if level != FULL else None)
-    return Prepared(recording, machine, method, tolerance, following, cached=kept is not None)
+        better = improve if level != FULL else None
+        following = follower(machine, method, tolerance, better, backward=backward)
+    return Prepared(recording, machine, method, tolerance, following, backward, cached=kept is not None)
 
 
 def follower(
-    machine: Machine, method: str, tolerance: float, improve: Callable[[], Machine] | None = None
+    machine: Machine,
+    method: str,
+    tolerance: float,
+    improve: Callable[[], Machine] | None = None,
+    *,
+    backward: bool = False,
 ) -> Method:
-    """The method of that name on compiled equations; ``improve`` makes better code for a long run, if any."""
+    """The method of that name on equations compiled for it; ``improve`` makes better code for a long run, if
+    any."""
+    if backward:
+        from lagrange_cli.integrate.backward import Backward
+
+        return Backward(follower(machine, method, tolerance, improve), machine.program)
     if method == TAYLOR:
         from lagrange_cli.integrate.better import Better
         from lagrange_cli.integrate.taylor import TaylorMethod
@@ -161,6 +177,7 @@ def key_of(
     precision: str = DOUBLE,
     portable: bool = False,
     order: int | None = None,
+    backward: bool = False,
 ) -> str | None:
     """All that a compiled program depends on; None where that cannot be found out.
 
@@ -177,7 +194,7 @@ def key_of(
         if method == TAYLOR
         else ["rates", method in IMPLICIT]
     )
-    return json.dumps([structure(spec), kind, sorted(outputs), made_by])
+    return json.dumps([structure(spec), kind, backward, sorted(outputs), made_by])
 
 
 def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:

@@ -16,7 +16,8 @@ if TYPE_CHECKING:
 class Prepared:
     """A system compiled for one method, tolerance and set of outputs; parameters' values come later.
 
-    ``cached`` tells that the code was compiled on an earlier run.
+    ``backward`` tells that its motions end before they start, ``cached`` that the code was compiled on an
+    earlier run.
     """
 
     recording: Recording
@@ -24,6 +25,7 @@ class Prepared:
     method: str
     tolerance: float
     follower: Method
+    backward: bool = False
     cached: bool = False
 
     @property

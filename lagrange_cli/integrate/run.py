@@ -46,6 +46,7 @@ def integrate(
     motion goes on where an earlier run has got to; with a ``certificate`` its estimates are emitted, too, and
     the motion ends where that misses its target.
     """
+    assert prepared.backward == times.backward
     program = prepared.machine.program
     given = [values] if values.low is None else [values, values.low]
     parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)

@@ -14,12 +14,20 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Times:
-    """``count`` samples at ``start + i*step``, the last of them at ``stop``, where the motion ends."""
+    """``count`` samples at ``start + i*step``, the last of them at ``stop``, where the motion ends.
+
+    Where that is before ``start``, ``step`` is negative.
+    """
 
     start: float
     stop: float
     count: int
     step: float
+
+    @property
+    def backward(self) -> bool:
+        """Whether the motion is followed against the sense of time."""
+        return self.stop < self.start
 
     def chunk(self, first: int, size: int) -> NDArray[np.float64]:
         """Sample times ``first`` .. ``first + size - 1``, fewer at the end."""

@@ -26,13 +26,20 @@ def write_run(
     ensemble: bool = False,
     precision: str = DOUBLE,
     order: int | None = None,
+    backward: bool = False,
 ) -> tuple[Program, Recording]:
     """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.
 
     One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
-    ``order`` is that of the Taylor series, if it is not to follow from the tolerance.
+    ``order`` is that of the Taylor series, if it is not to follow from the tolerance. A program for motions
+    that are followed ``backward`` is for ``integrate.backward``: it observes as any other does.
     """
     plan = make_plan(residual, outputs)
+    if backward:
+        from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
+
+        plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
+        residual = reversed_equations(residual)
     unwatched = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(watched_nodes(residual))
     if precision == DOUBLE_DOUBLE:
         from lagrange_cli.native import twofold_program as twofold

@@ -12,13 +12,14 @@ def solve_defaults(draft: Draft, problems: Problems) -> SolveDefaults:
     given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
     places = draft.solve_places
     solve = SolveDefaults(**given, places=places)
-    if solve.stop is not None and solve.stop <= solve.start:
+    if solve.stop is not None and solve.stop == solve.start:
         problems.add(
-            places["stop"], f"stop = {solve.stop:g} is not after start = {solve.start:g}", "give a later time"
+            places["stop"], f"the motion stops where it starts, at t = {solve.start:g}", "give another time"
         )
+    backward = solve.stop is not None and solve.stop < solve.start
     for key in ("step", "tolerance"):
         value = getattr(solve, key)
-        if value is not None and value <= 0:
+        if value is not None and value <= 0 and not (value < 0 and key == "step" and backward):
             problems.add(places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: 0.01")
     if solve.samples is not None and solve.samples < 2:
         problems.add(

@@ -126,7 +126,7 @@ def test_the_picture_is_drawn_with_every_method(capsys, folder):
         (["--runs", "0"], "'--runs'"),
         (["--budget", "0"], "'--budget'"),
         (["--plot", "hoop.txt"], "must end in .svg, .pdf or .png"),
-        (["--stop", "-1"], "the motion must stop after it starts"),
+        (["--stop", "0"], "the motion stops where it starts"),
         (["--set", "nosuch=1"], "unknown name 'nosuch'"),
     ],
 )

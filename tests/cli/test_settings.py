@@ -75,6 +75,12 @@ def test_declared_observables_are_written_unless_something_else_is_asked_for():
 
 def test_samples_include_both_ends():
     assert sample_times(-1.0, 1.0, 5, None) == (5, 0.5)
+    assert sample_times(1.0, -1.0, 5, None) == (5, -0.5)
+
+
+@pytest.mark.parametrize("step", [0.25, -0.25])
+def test_a_step_leads_to_the_stop_time_on_either_side(step):
+    assert sample_times(0.0, -1.0, None, step) == (5, -0.25)
 
 
 def test_all_outputs_are_those_the_system_has():
@@ -88,19 +94,19 @@ def test_scipys_methods_have_a_default_tolerance_they_can_keep():
 
 
 WRONG = {
-    "stop before start": (SolveDefaults(stop=-1.0), "must stop after it starts"),
-    "stop at start": (SolveDefaults(stop=0.0), "must stop after it starts"),
+    "stop at start": (SolveDefaults(stop=0.0), "the motion stops where it starts, at t = 0"),
     "stop is not a number": (SolveDefaults(stop=float("nan")), "finite"),
     "stop is infinite": (SolveDefaults(stop=float("inf")), "finite"),
     "zero samples": (SolveDefaults(stop=1.0, samples=0), "at least 2 samples"),
     "one sample": (SolveDefaults(stop=1.0, samples=1), "at least 2 samples"),
     "too many samples": (SolveDefaults(stop=1.0, samples=10**15), "more than"),
     "step of zero": (SolveDefaults(stop=1.0, step=0.0), "positive"),
-    "negative step": (SolveDefaults(stop=1.0, step=-0.1), "positive"),
+    "negative step": (SolveDefaults(stop=1.0, step=-0.1), "leads away from stop = 1"),
     "step is not a number": (SolveDefaults(stop=1.0, step=float("nan")), "positive"),
     "step too small": (SolveDefaults(stop=1.0, step=1e-300), "more than"),
     "step too long": (SolveDefaults(stop=1.0, step=1.1), "longer than the motion"),
     "step much too long": (SolveDefaults(stop=1.0, step=1e20), "longer than the motion"),
+    "step too long backward": (SolveDefaults(stop=-1.0, step=2.0), r"\(2\) is longer than the motion \(1\)"),
     "unknown method": (SolveDefaults(stop=1.0, method="rk4"), "known: taylor, DOP853"),
     "misspelt method": (SolveDefaults(stop=1.0, method="tayler"), "did you mean 'taylor'"),
     "tolerance of zero": (SolveDefaults(stop=1.0, tolerance=0.0), "tolerance"),

@@ -95,13 +95,14 @@ def certified(
             tolerance=chosen.tolerance,
             outputs=chosen.outputs,
             order=order,
+            backward=settings.backward,
         )
         for order in orders
     ]
     chunks: list[dict[str, NDArray[np.float64]]] = []
     times = Times(0.0, stop, samples, stop / (samples - 1))
     values, demand = values_of(system), Demand(6, target)
-    ready = prepared(system, settings.method, settings.tolerance)
+    ready = prepared(system, settings.method, settings.tolerance, backward=settings.backward)
     with Certificate(companions, values, times, demand.digits, demand.target) as certificate:
         outcome = integrate(
             ready,

@@ -75,8 +75,8 @@ def run(
     system, parameters, states, times, *, sampled=True, threads=1, single=False, watch=lambda done: False
 ):
     """All members by the engine for many, or one by one."""
-    many = prepared(system, ensemble=True)
-    alone = prepared(system).follower
+    many = prepared(system, ensemble=True, backward=times.backward)
+    alone = prepared(system, backward=times.backward).follower
     method = OneByOne(alone) if single else ensemble_method(many, lambda: alone)
     batches = []
     going = method.follow(Starts(parameters, states, times, sampled), batches.append, watch, threads)
@@ -105,10 +105,12 @@ def times_of(stop, count=9, start=0.0):
     return Times(start, stop, count, (stop - start) / (count - 1))
 
 
-@pytest.mark.parametrize("name", NAMES)
-def test_members_move_as_they_do_alone(name):
+@pytest.mark.parametrize(
+    ("name", "sense"), [*((name, 1) for name in NAMES), ("driven_damped_pendulum", -1), ("central_force", -1)]
+)
+def test_members_move_as_they_do_alone(name, sense):
     parameters, states = members_of(name, 11)
-    times = times_of(STOP.get(name, 1.0) + 0.5, start=0.5)
+    times = times_of(0.5 + sense * STOP.get(name, 1.0), start=0.5)
     many = run(name, parameters, states, times)
     alone = run(name, parameters, states, times, single=True)
     assert isinstance(ensemble_method(prepared(name, ensemble=True), unasked), LanesMethod)

@@ -31,8 +31,9 @@ OUTPUTS = ("q", "v", "p", "h", "ledger", "action")
 class Run:
     """A motion that is followed bit by bit: each time until it has been asked ``looks`` times to stop."""
 
-    def __init__(self, system: str, samples: int, looks: int, size: int = 65536) -> None:
-        ready, values, stop = prepared(system, outputs=OUTPUTS), values_of(system), SYSTEMS[system]
+    def __init__(self, system: str, samples: int, looks: int, size: int = 65536, sense: int = 1) -> None:
+        values, stop = values_of(system), sense * SYSTEMS[system]
+        ready = prepared(system, outputs=OUTPUTS, backward=sense < 0)
         times = Times(0.0, stop, samples, stop / (samples - 1))
         self.series: dict[str, list[np.ndarray]] = {}
         self.pieces = 0
@@ -70,10 +71,12 @@ class Run:
     samples=st.integers(2, 700),
     looks=st.integers(1, 40),
     size=st.integers(1, 300),
+    sense=st.sampled_from([1, -1]),
 )
 @settings(max_examples=25, deadline=None)
-def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size):
-    whole, pieces = Run(system, samples, 0), Run(system, samples, looks, size)
+def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, sense):
+    """Forward and backward."""
+    whole, pieces = Run(system, samples, 0, sense=sense), Run(system, samples, looks, size, sense)
     assert list(whole.series) == list(pieces.series)
     for path in whole.series:
         assert whole[path] == pieces[path], path

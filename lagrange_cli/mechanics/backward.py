@@ -1,0 +1,64 @@
+"""The equations of motion in reversed time s = -t, with which a motion is followed backward.
+
+With q(t) = x(s), dx/ds = -dq/dt and d2x/ds2 = d2q/dt2. So x obeys
+
+    R(x, -dx/ds, d2x/ds2, -s) = 0,
+
+where each d/dt is -d/ds. This holds for any forces, dissipative and explicitly time-dependent ones too. The
+mass matrix dR/dq_ddot is the same function of the state, and int f dt = -int f ds for every quadrature. The
+symbols of q_dot and t stand for dx/ds and s from then on.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+
+from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import rebuilt
+from lagrange_cli.records import replace
+
+
+def reversed_equations(residual: Residual) -> Residual:
+    """The equations of the same motions in reversed time; ``model`` stays that of the system."""
+
+    def each(nodes: Iterable[Node]) -> tuple[Node, ...]:
+        return reversed_nodes(residual, nodes)
+
+    held = []
+    for one in residual.held:
+        momentum, speed = each([one.momentum, one.speed])
+        held.append(replace(one, momentum=momentum, speed=-speed))
+    return replace(
+        residual,
+        residual=each(residual.residual),
+        mass_matrix=tuple(map(each, residual.mass_matrix)),
+        held=tuple(held),
+        inertias=each(residual.inertias),
+    )
+
+
+def reversed_integrands(residual: Residual, integrands: Mapping[str, Node]) -> dict[str, Node]:
+    """What must be integrated over s to give the integrals of ``integrands`` over t."""
+    return {name: -node for name, node in zip(integrands, reversed_nodes(residual, integrands.values()))}
+
+
+def reversed_nodes(residual: Residual, nodes: Iterable[Node]) -> tuple[Node, ...]:
+    """Functions of q, q_dot, t and time derivatives as functions of x, dx/ds, s and d/ds."""
+    graph, model = residual.graph, residual.model
+    nodes = tuple(nodes)
+    made = {symbol: -symbol for symbol in (*model.v, model.time)}
+    for node in reachable(nodes):
+        if node not in made:
+            arguments = [made[argument] for argument in node.arguments]
+            made[node] = (
+                reversed_rate(graph, *arguments) if node.kind is Kind.DDT else rebuilt(graph, node, arguments)
+            )
+    return tuple(made[node] for node in nodes)
+
+
+def reversed_rate(graph: Graph, node: Node) -> Node:
+    """-d/ds of a node; signs and the like stand in front of the derivative, as they do where it is
+    derived."""
+    scale, rest = graph.split_coefficient(node)
+    return graph.sum([(graph.ddt(rest), -scale)])
