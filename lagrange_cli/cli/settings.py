@@ -147,8 +147,8 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
     """How many samples there are, and how far apart.
 
     With ``step`` they are at start + i*step, and at ``stop``: the last interval is shorter where that is not
-    a whole number of steps away, up to rounding. Else they divide the time from ``start`` to ``stop`` evenly. Where ``stop`` is
-    before ``start``, the step that is returned is negative; the one given may be.
+    a whole number of steps away, up to rounding. Else they divide the time from ``start`` to ``stop`` evenly.
+    Where ``stop`` is before ``start``, the step that is returned is negative; the one given may be.
     """
     if not math.isfinite(start) or not math.isfinite(stop):
         raise UsageError(f"the motion must start and stop at finite times, not at {start} and {stop}")
