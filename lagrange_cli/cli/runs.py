@@ -34,7 +34,11 @@ SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
 
 OPTIONS = (
-    click.option("--stop", type=float, help="The time at which the motion ends; if before the start, it is followed backward."),
+    click.option(
+        "--stop",
+        type=float,
+        help="The time at which the motion ends; if before the start, it is followed backward.",
+    ),
     click.option(
         "--samples", type=int, help=f"Write so many samples, evenly from start to stop [{DEFAULT_SAMPLES}]."
     ),
