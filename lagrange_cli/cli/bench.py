@@ -20,7 +20,7 @@ from lagrange_cli.cli.settings import (
     resolve_settings,
     resolve_tolerance,
 )
-from lagrange_cli.cli.source import derive_system, read_system
+from lagrange_cli.cli.source import derive_system, read_bytes, read_run
 from lagrange_cli.cli.standings import Standings, as_object, as_text, curves_of
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
@@ -128,8 +128,12 @@ def bench(
     from lagrange_cli.contest.contest import Rules
     from lagrange_cli.spec.values import resolve_values
 
-    spec = read_system(system, sizes)
-    values = resolve_values(spec, overrides)
+    spec, values = read_run(
+        read_bytes(system),
+        system,
+        sizes,
+        lambda spec, problems: resolve_values(spec, overrides, problems),
+    )
     entries, left_out = enter(methods, tolerances, len(spec.coordinates))
     progress = ContestProgress(spec.name, quiet=quiet)
     with Interrupts() as interrupted:

@@ -39,14 +39,16 @@ def check_system(
     system: str, overrides: dict[str, str], sizes: dict[str, str], *, as_json: bool, quiet: bool
 ) -> int:
     """Check one system; returns the exit status."""
-    from lagrange_cli.cli.settings import check_defaults
-    from lagrange_cli.cli.source import derive_system, read_system
+    from lagrange_cli.cli.source import derive_system, read_bytes, read_run
     from lagrange_cli.mechanics.skipped import skipped
     from lagrange_cli.spec.values import resolve_values
 
-    spec = read_system(system, sizes)
-    check_defaults(spec)
-    resolve_values(spec, overrides)
+    spec, _ = read_run(
+        read_bytes(system),
+        system,
+        sizes,
+        lambda spec, problems: resolve_values(spec, overrides, problems),
+    )
     residual = derive_system(spec)
     if as_json:
         emit_json(as_object(spec.name, residual, skipped(residual)))

@@ -80,14 +80,18 @@ def show_system(
     quiet: bool,
 ) -> int:
     """Print one system's equations; returns the exit status."""
-    from lagrange_cli.cli.source import located, read_system
+    from lagrange_cli.cli.source import located, read_bytes, read_run
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.values import resolve_parameters
     from lagrange_cli.symbolic.derive import derive_equations
 
-    spec = read_system(system, sizes)
-    parameters = resolve_parameters(spec, overrides)
+    spec, parameters = read_run(
+        read_bytes(system),
+        system,
+        sizes,
+        lambda spec, problems: resolve_parameters(spec, overrides, problems),
+    )
     with located(spec):
         derived = derive_equations(build_model(spec, SympyAlgebra()))
     verification = verify_system(spec, derived, overrides) if verifying else None

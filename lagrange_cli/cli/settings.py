@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import sys
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, UsageError
@@ -14,6 +15,7 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
+    from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import SolveDefaults, Spec
 
 METHODS = ("taylor", "DOP853", "Radau", "BDF", "LSODA")
@@ -86,12 +88,11 @@ def resolve_settings(
 ) -> Settings:
     """The settings of a run: the options of the command line over the file's ``solve`` section.
 
-    Raises ``UsageError`` for what the command line asks, ``SpecError`` for what the file asks.
+    Raises ``UsageError``; the file's own section has been judged as it was read.
     """
     asked = merge(spec.solve, options)
     if asked.stop is None:
-        raise UsageError("it is not said when to stop: add --stop 10, or 'solve: {stop: 10}' to the file")
-    check_defaults(spec)
+        raise UsageError("no stop time given: add --stop 10, or 'solve: {stop: 10}' to the file")
     count, step = sample_times(asked.start, asked.stop, asked.samples, asked.step)
     method = resolve_method(asked.method)
     if precision != DOUBLE and method != METHODS[0]:
@@ -119,28 +120,32 @@ def resolve_settings(
     )
 
 
-def check_defaults(spec: Spec) -> None:
-    """Check the file's own ``solve`` section, whatever the options say.
-
-    Raises ``SpecError``.
-    """
-    from lagrange_cli.spec.source import WHOLE_FILE, Source
+def check_defaults(spec: Spec, problems: Problems) -> None:
+    """Add to ``problems`` what is wrong with the file's own ``solve`` section, whatever the options say."""
+    from lagrange_cli.spec.source import WHOLE_FILE
 
     given = spec.solve
-    checks: dict[str, Callable[[], object]] = {
-        "method": lambda: resolve_method(given.method),
-        "tolerance": lambda: resolve_tolerance(given.tolerance, resolve_method(given.method)),
-        "outputs": lambda: resolve_outputs(given.outputs or (), has_particles=spec.lagrangian is None),
-    }
-    if given.stop is not None:
-        stop, sampling = given.stop, "samples" if given.step is None else "step"
-        checks[sampling] = lambda: sample_times(given.start, stop, given.samples, given.step)
-    for key, check in checks.items():
+    has_particles = spec.lagrangian is None
+
+    def check(key: str, judge: Callable[[], object]) -> bool:
         try:
-            check()
+            judge()
         except LagrangeError as error:
             place = given.places.get(key, given.places.get("stop", WHOLE_FILE))
-            raise Source(spec.filename, spec.text).error(place, f"{error} (in 'solve')") from error
+            message, _, hint = str(error).partition("; ")
+            problems.add_once(place, f"{message} in solve", hint)
+            return False
+        return True
+
+    known = check("method", lambda: resolve_method(given.method))
+    method = given.method if known else None
+    check("tolerance", lambda: resolve_tolerance(given.tolerance, resolve_method(method)))
+    for name in given.outputs or ():
+        check(f"outputs {name}", partial(resolve_outputs, (name,), has_particles=has_particles))
+    times = [given.places[key] for key in ("start", "stop", "samples", "step") if key in given.places]
+    if given.stop is not None and not any(map(problems.at, times)):
+        stop, sampling = given.stop, "samples" if given.step is None else "step"
+        check(sampling, lambda: sample_times(given.start, stop, given.samples, given.step))
 
 
 def sample_times(start: float, stop: float, samples: int | None, step: float | None) -> tuple[int, float]:

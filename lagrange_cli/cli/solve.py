@@ -19,7 +19,7 @@ from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
-from lagrange_cli.cli.report import complain, display_name, emit, emit_json, run_each
+from lagrange_cli.cli.report import complain, emit, emit_json, run_each
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
@@ -33,7 +33,7 @@ from lagrange_cli.cli.runs import (
     series_of,
 )
 from lagrange_cli.cli.settings import resolve_settings
-from lagrange_cli.cli.source import read_bytes
+from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods import DOUBLE, PRECISIONS
@@ -110,7 +110,7 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
     with watch.stage("import"):
         name = output_name(system, request.output)
         target = find_output(system, name, force=request.force, resume=request.resume)
-    spec, values, settings = read_run(system, request, watch)
+    spec, values, settings = read_motion(system, request, watch)
     made_by = origin(spec, settings, dict(values.parameters), initial_state(values))
     if demand is not None:
         made_by |= demand.attributes()
@@ -138,18 +138,21 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
     return EXIT_STATUS[status]
 
 
-def read_run(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, Values, Settings]:
+def read_motion(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, Values, Settings]:
     """The system, its numbers as run, and how it is to be run."""
     content = read_bytes(system)
     with watch.stage("import"):
-        from lagrange_cli.spec.read import read_spec
         from lagrange_cli.spec.values import resolve_long_values, resolve_portable_values, resolve_values
     with watch.stage("parse"):
-        spec = read_spec(content, display_name(system), request.sizes)
         resolve = resolve_portable_values if request.portable else resolve_values
         if request.precision != DOUBLE:
             resolve = resolve_long_values
-        values = resolve(spec, request.overrides)
+        spec, values = read_run(
+            content,
+            system,
+            request.sizes,
+            lambda spec, problems: resolve(spec, request.overrides, problems),
+        )
         return spec, values, resolve_settings(spec, request.options, request.precision, request.portable)
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.report import STANDARD_INPUT, display_name
@@ -23,7 +23,10 @@ from lagrange_cli.limits import whole
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import Spec
+
+Numbers = TypeVar("Numbers")
 
 
 def read_system(system: str, sizes: Mapping[str, str] | None = None) -> Spec:
@@ -31,11 +34,35 @@ def read_system(system: str, sizes: Mapping[str, str] | None = None) -> Spec:
 
     Raises ``FileError`` where the file cannot be read and ``SpecError`` where it is wrong.
     """
-    content = read_bytes(system)
+    spec, _ = read_run(read_bytes(system), system, sizes, lambda spec, problems: None)
+    return spec
 
-    from lagrange_cli.spec.read import read_spec
 
-    return read_spec(content, display_name(system), sizes)
+def read_run(
+    content: bytes,
+    system: str,
+    sizes: Mapping[str, str] | None,
+    numbers: Callable[[Spec, Problems], Numbers],
+) -> tuple[Spec, Numbers]:
+    """A system and the numbers that it is run with, which ``numbers`` finds.
+
+    All commands read a file in this way, so that none accepts what another refuses. The problems of the file,
+    of its ``solve`` section and those that ``numbers`` adds are shown together.
+
+    Raises ``SpecError``; ``UsageError`` where the file is right and the command line is not.
+    """
+    from lagrange_cli.cli.settings import check_defaults
+    from lagrange_cli.spec.read import examine
+
+    spec, problems = examine(content, display_name(system), sizes)
+    check_defaults(spec, problems)
+    try:
+        found = numbers(spec, problems)
+    except UsageError:
+        problems.stop_if_any()
+        raise
+    problems.stop_if_any()
+    return spec, found
 
 
 def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:

@@ -21,7 +21,7 @@ from lagrange_cli.cli.ensemble import (
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import parse_pairs, refuse, system_argument
 from lagrange_cli.cli.progress import MembersProgress
-from lagrange_cli.cli.report import STANDARD_INPUT, complain, display_name, emit, emit_json, run_each
+from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, run_each
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
@@ -33,7 +33,7 @@ from lagrange_cli.cli.runs import (
     run_options,
 )
 from lagrange_cli.cli.settings import resolve_settings
-from lagrange_cli.cli.source import read_bytes
+from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
 
@@ -179,10 +179,9 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
     with watch.stage("import"):
         from lagrange_cli.cli.members import draw_members
         from lagrange_cli.spec.ensemble import resolve_ensemble
-        from lagrange_cli.spec.read import read_spec
         from lagrange_cli.spec.spec import grouped
     with watch.stage("parse"):
-        spec = read_spec(content, display_name(system), request.sizes)
+        spec, _ = read_run(content, system, request.sizes, lambda spec, problems: None)
         settings = resolve_settings(spec, asked)
         members = draw_members(spec, draws, request.overrides)
         values = resolve_ensemble(spec, request.overrides, members.columns)

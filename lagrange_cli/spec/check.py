@@ -20,11 +20,7 @@ from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Sp
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
-    """The draft, its families written out, as a ``Spec``.
-
-    Raises:
-        SpecError: with everything that is wrong in the file.
-    """
+    """The draft, its families written out, as a ``Spec``; what is wrong is added to ``problems``."""
     checker = _Checker(draft, sizes, problems)
     checker.declare()
     parameters = checker.parameters()
@@ -34,7 +30,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     masses = checker.scalars("masses", "mass of")
     embedding = checker.embedding()
     forces = checker.forces()
-    spec = Spec(
+    return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
         name=draft.name or _stem(problems.source.filename),
@@ -54,8 +50,6 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         sizes=sizes,
         families=draft.families,
     )
-    problems.stop_if_any()
-    return spec
 
 
 @dataclass

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import unicodedata
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 from lagrange_cli.expression.near import shown
@@ -13,7 +14,7 @@ from lagrange_cli.expression.syntax import ExpressionError, Key, Span, Tree, Vec
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.source import Passage
+from lagrange_cli.spec.source import Passage, Place
 from lagrange_cli.spec.spec import Expression
 
 _NOT_FINITE = frozenset({".nan", ".inf"})  # what YAML calls them; the plain words are unknown names
@@ -135,10 +136,17 @@ def read_count(node: Node, where: str, problems: Problems) -> int | None:
 
 def read_words(node: Node, where: str, problems: Problems) -> tuple[str, ...] | None:
     """A list of words, or one text with commas between them."""
-    if isinstance(node, nodes.Sequence):
-        return tuple(read_text(item, where, problems) for item in node.items)
-    text = read_text(node, where, problems)
-    return tuple(word.strip() for word in text.split(",") if word.strip())
+    for item in node.items if isinstance(node, nodes.Sequence) else (node,):
+        read_text(item, where, problems)
+    return tuple(word for word, _ in words_of(node))
+
+
+def words_of(node: Node) -> Iterator[tuple[str, Place]]:
+    """The words of such a list, each with its place."""
+    for item in node.items if isinstance(node, nodes.Sequence) else (node,):
+        if isinstance(item, Scalar) and not item.empty:
+            for match in re.finditer(r"[^\s,](?:[^,]*[^\s,])?", item.text):
+                yield match.group(), item.passage.place(Span(*match.span()))
 
 
 def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) -> Key | None:

@@ -172,10 +172,12 @@ class Names:
             self._found[key] = self._look_up_all(expression, section, where)
         kinds, sound = self._found[key]
         if not sound:
+            self.problems.distrust(expression.tree)
             return kinds, None
         try:
             return kinds, self._builder.build(expression.tree, expression.indices)
         except Unsound:
+            self.problems.distrust(expression.tree)
             return kinds, None
         except ExpressionError as error:
             self._found[key] = kinds, False
@@ -185,7 +187,8 @@ class Names:
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
         """What the names of an expression come down to, and whether each of them may stand there."""
         kinds: frozenset[Kind] = frozenset()
-        sound = not plain_names(expression.tree) & self.problems.broken
+        sound = self.problems.trusts(expression.tree)
+        sound = sound and not plain_names(expression.tree) & self.problems.broken
         for loop, around in sums(expression.tree):
             try:
                 self.check_index(loop.index, loop.index_span)

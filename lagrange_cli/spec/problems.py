@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.errors import Problem, SpecError
-from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.syntax import ExpressionError, Tree
 from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression
 
@@ -21,6 +21,19 @@ class Problems:
         self.source = source
         self.found: list[Problem] = []
         self.broken: set[str] = set()
+        self._unsound: dict[int, Tree] = {}
+
+    def distrust(self, tree: Tree) -> None:
+        """Remember that an expression is wrong: what follows from it is no further mistake."""
+        self._unsound[id(tree)] = tree
+
+    def trusts(self, tree: Tree) -> bool:
+        """Whether nothing wrong has been found in an expression."""
+        return id(tree) not in self._unsound
+
+    def at(self, place: Place) -> bool:
+        """Whether there is a problem at this place."""
+        return any((one.line, one.column) == (place.line, place.column) for one in self.found)
 
     def add(self, place: Place, message: str, hint: str = "") -> None:
         """Note a problem; the file is given up where there are too many."""
@@ -30,11 +43,12 @@ class Problems:
 
     def add_once(self, place: Place, message: str, hint: str = "") -> None:
         """Note what may be wrong with every member of a family, but only for the first."""
-        if (place.line, place.column) not in {(one.line, one.column) for one in self.found}:
+        if not self.at(place):
             self.add(place, message, hint)
 
     def add_expression(self, expression: Expression, error: ExpressionError, where: str = "") -> None:
         """Note a mistake within an expression, at the exact piece."""
+        self.distrust(expression.tree)
         message = f"{error.message} in {where}" if where else error.message
         self.add(expression.at(error.span), message, error.hint)
 

@@ -18,11 +18,25 @@ def read_spec(text: bytes | str, filename: str, sizes: Mapping[str, str] | None 
     ``sizes`` replace those of the file, name to expression.
 
     Raises:
-        SpecError: with every problem of the file, each with its place, unless it is not YAML at all.
+        SpecError: with every problem of the file, each with its place.
         UsageError: where ``sizes`` are not the file's, or no whole numbers greater than 0.
+    """
+    spec, problems = examine(text, filename, sizes)
+    problems.stop_if_any()
+    return spec
+
+
+def examine(
+    text: bytes | str, filename: str, sizes: Mapping[str, str] | None = None
+) -> tuple[Spec, Problems]:
+    """The same with all problems found; where there are any, the spec is what could be made out of the file.
+
+    Raises:
+        SpecError: where the file is not YAML, or so wrong that nothing else can be said of it.
+        UsageError: as ``read_spec``.
     """
     source = decode(text, filename)
     problems = Problems(source)
     draft = read_draft(compose(source, problems), problems)
     numbers = resolve_sizes(draft, sizes or {}, problems)
-    return check(expand(draft, numbers, problems), numbers, problems)
+    return check(expand(draft, numbers, problems), numbers, problems), problems

@@ -23,6 +23,7 @@ from lagrange_cli.spec.fields import (
     read_text,
     read_vector,
     read_words,
+    words_of,
 )
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
@@ -114,7 +115,11 @@ def read_draft(root: Node, problems: Problems) -> Draft:
     places = {key.text: key.place for key, _ in root.entries}
     solve = next((node for key, node in root.entries if key.text == "solve"), None)
     inner = solve.entries if isinstance(solve, nodes.Mapping) else ()
-    return Draft(places=places, **sections, solve_places={key.text: node.place for key, node in inner})
+    solve_places = {key.text: node.place for key, node in inner}
+    for key, node in inner:
+        if key.text == "outputs":
+            solve_places |= {f"outputs {word}": place for word, place in words_of(node)}
+    return Draft(places=places, **sections, solve_places=solve_places)
 
 
 def _entries(

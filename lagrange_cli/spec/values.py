@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.errors import Problem, SpecError, UsageError
+from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.indices import integer
@@ -17,7 +17,8 @@ from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_nam
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.names import Unsound, range_hint
 from lagrange_cli.spec.order import Needs, chain, on_demand
-from lagrange_cli.spec.source import Place, Source
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
 
 
@@ -34,22 +35,28 @@ class Values:
     low: Values | None = None
 
 
-def resolve_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Values:
+def resolve_values(
+    spec: Spec, overrides: Mapping[str, str] | None = None, problems: Problems | None = None
+) -> Values:
     """The numbers ``spec`` is run with; ``overrides`` are those of ``--set``, name to expression.
+
+    With ``problems`` those that the numbers have are added to those that the file has already.
 
     Raises:
         UsageError: an override of an unknown name, or one that cannot be evaluated.
         SpecError: everything in the file that has no finite value, a mass that is not positive, or an
-            initial value that is missing.
+            initial value that is missing; not with ``problems``.
     """
-    return Values(*evaluate_run(spec, overrides or {}, NumberAlgebra(), {}))
+    return Values(*evaluate_run(spec, overrides or {}, NumberAlgebra(), {}, problems))
 
 
-def resolve_long_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Values:
+def resolve_long_values(
+    spec: Spec, overrides: Mapping[str, str] | None = None, problems: Problems | None = None
+) -> Values:
     """The same in double-double: decimals as they are written, functions and pi to as many digits."""
     from lagrange_cli.expression.exact import LongNumberAlgebra, in_two_parts
 
-    parameters, q, v = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {})
+    parameters, q, v = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {}, problems)
 
     def part(i: int, low: Values | None = None) -> Values:
         named = {name: in_two_parts(value)[i] for name, value in parameters.items()}
@@ -59,13 +66,19 @@ def resolve_long_values(spec: Spec, overrides: Mapping[str, str] | None = None) 
     return part(0, part(1))
 
 
-def resolve_portable_values(spec: Spec, overrides: Mapping[str, str] | None = None) -> Values:
+def resolve_portable_values(
+    spec: Spec, overrides: Mapping[str, str] | None = None, problems: Problems | None = None
+) -> Values:
     """The doubles nearest to those: the same on every machine, whatever its C library."""
-    return replace(resolve_long_values(spec, overrides), low=None)
+    return replace(resolve_long_values(spec, overrides, problems), low=None)
 
 
 def evaluate_run(
-    spec: Spec, overrides: Mapping[str, str], algebra: NumberAlgebra, given: Mapping[str, Any]
+    spec: Spec,
+    overrides: Mapping[str, str],
+    algebra: NumberAlgebra,
+    given: Mapping[str, Any],
+    problems: Problems | None = None,
 ) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...]]:
     """Parameters, q and v over any algebra of numbers; ``given`` are values in place of the file's, by the
     names that the spec has for them.
@@ -73,7 +86,7 @@ def evaluate_run(
     Raises:
         UsageError, SpecError: as ``resolve_values``.
     """
-    run = _Run(spec, overrides, algebra, given)
+    run = _Run(spec, overrides, algebra, given, problems)
     run.parameters()
     run.constants()
     run.masses()
@@ -84,27 +97,31 @@ def evaluate_run(
     ]
     for coordinate, value in zip(spec.coordinates, q, strict=True):
         if value is None:
-            run.add(
+            run.problems.add_once(
                 coordinate.place,
                 f"coordinate '{coordinate.name}' has no initial value",
                 f"write {family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}: "
                 f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
             )
-    run.stop_if_any()
+    if problems is None:
+        run.problems.stop_if_any()
     return run.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v)
 
 
-def resolve_parameters(spec: Spec, overrides: Mapping[str, str] | None = None) -> dict[str, float]:
+def resolve_parameters(
+    spec: Spec, overrides: Mapping[str, str] | None = None, problems: Problems | None = None
+) -> dict[str, float]:
     """The parameters alone, in the file's terms; masses are checked too, the initial state is not.
 
     Raises:
         UsageError, SpecError: as ``resolve_values``.
     """
-    run = _Run(spec, overrides or {}, NumberAlgebra(), {})
+    run = _Run(spec, overrides or {}, NumberAlgebra(), {}, problems)
     run.parameters()
     run.constants()
     run.masses()
-    run.stop_if_any()
+    if problems is None:
+        run.problems.stop_if_any()
     return run.values
 
 
@@ -112,14 +129,17 @@ class _Run:
     """One evaluation: the values so far, and the problems found."""
 
     def __init__(
-        self, spec: Spec, overrides: Mapping[str, str], algebra: NumberAlgebra, given: Mapping[str, Any]
+        self,
+        spec: Spec,
+        overrides: Mapping[str, str],
+        algebra: NumberAlgebra,
+        given: Mapping[str, Any],
+        problems: Problems | None,
     ) -> None:
         self.spec = spec
         self.algebra = algebra
         self.given = given
-        self.source = Source(spec.filename, spec.text)
-        self.problems: list[Problem] = []
-        self.places: set[Place] = set()
+        self.problems = problems or Problems(Source(spec.filename, spec.text))
         self.texts = {settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()}
         self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
         self.trees: dict[str, list[Tree]] = {}
@@ -135,16 +155,6 @@ class _Run:
         self.values: dict[str, Any] = {}
         self.definitions: dict[str, Value] = {}
         self.builder = Builder(self._scope, algebra, spec.sizes)
-
-    def add(self, place: Place, message: str, hint: str) -> None:
-        """Note a problem; what is wrong with many members of a family, once."""
-        if place not in self.places:
-            self.places.add(place)
-            self.problems.append(self.source.problem(place, message, hint))
-
-    def stop_if_any(self) -> None:
-        if self.problems:
-            raise SpecError(self.spec.filename, self.problems)
 
     def _parsed(self, name: str, text: str) -> Tree:
         parameters = [parameter.name for parameter in self.spec.parameters]
@@ -175,19 +185,19 @@ class _Run:
 
         def compute(name: str) -> None:
             if name in self.given or name in self.overrides:
-                self.values[name] = self._override(name)
+                value = self._override(name)
             else:
                 value = self._value(given[name], f"parameter '{name}'")
-                if value is not None:
-                    self.values[name] = value
+            if value is not None:
+                self.values[name] = value
             self.unknown.discard(name)
 
         _, cycles = on_demand(given, compute)
         for cycle in cycles:
             name = next((one for one in cycle if one in self.overrides), cycle[0])
             raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
-        self.stop_if_any()
-        self.values = {name: self.values[name] for name in given}
+        self.unknown.clear()
+        self.values = {name: self.values[name] for name in given if name in self.values}
 
     def constants(self) -> None:
         """Evaluate those definitions that masses and initial values use: they are made of parameters only."""
@@ -200,14 +210,13 @@ class _Run:
                 pending += _bases(tree) - needed
                 needed |= _bases(tree)
         for name, definition in self.spec.definitions.items():
-            if family_name(name) in needed:
+            if family_name(name) in needed and self.problems.trusts(definition.tree):
                 try:
                     self.definitions[name] = self.builder.build(definition.tree, definition.indices)
                 except Unsound:
                     continue
                 except ExpressionError as error:
                     self._blame(definition, error, f"definition '{name}'")
-        self.stop_if_any()
 
     def masses(self) -> None:
         """Check that each is greater than 0."""
@@ -221,7 +230,8 @@ class _Run:
     def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
         """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""
         if name in self.given or name in self.overrides:
-            return self._override(name)
+            value = self._override(name)
+            return 0.0 if value is None else value
         if expression is None:
             return default
         value = self._value(expression, f"initial value of '{name}'")
@@ -236,10 +246,10 @@ class _Run:
         if base in self.definitions:
             value = self.definitions[base]
             return value[COMPONENTS.index(component)] if component else value
-        if base in self.names:  # follows from a problem already noted
-            raise Unsound
         family = self.spec.families.get("parameters", {}).get(family_name(base))
-        raise NoMember(range_hint(base, family) if family is not None else "")
+        if base in self.names or family is None or self.problems.found:
+            raise Unsound  # follows from a problem already noted
+        raise NoMember(range_hint(base, family))
 
     def _override(self, name: str) -> Any:
         if name in self.given:
@@ -247,12 +257,16 @@ class _Run:
         try:
             tree = self.overrides[name]
             return self.algebra.finite(tree, self.builder.build(tree))
+        except Unsound:  # follows from a problem of the file
+            return None
         except ExpressionError as error:
             raise _usage(f"--set {name}={self.texts[name]}", error) from error
 
     def _value(self, expression: Expression, where: str) -> Any:
         """The number, or None where there is none, which is noted at its place."""
         try:
+            if not self.problems.trusts(expression.tree):
+                return None
             value = self.builder.build(expression.tree, expression.indices)
             return self.algebra.finite(expression.tree, value)
         except Unsound:
@@ -275,7 +289,7 @@ class _Run:
                         f"--set {name}={self.texts[name]}: {error.message} in {where}; {error.hint}"
                     )
                 pending += self.trees.get(base, ())
-        self.add(expression.at(error.span), f"{error.message} in {where}", error.hint)
+        self.problems.add_once(expression.at(error.span), f"{error.message} in {where}", error.hint)
 
 
 def settable(spec: Spec, name: str, asked: str) -> str:

@@ -15,7 +15,9 @@ from lagrange_cli.cli.settings import (
     sample_times,
 )
 from lagrange_cli.errors import SpecError, UsageError
-from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.read import examine
+from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import SolveDefaults
 
 
@@ -26,8 +28,6 @@ class SpecWith:
     solve: SolveDefaults
     lagrangian: object = None
     observables: tuple = ()
-    filename: str = "system.yaml"
-    text: str = ""
 
 
 def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen
@@ -127,17 +127,23 @@ def test_what_the_command_line_asks_wrongly_is_a_usage_error(wrong, message):
 
 @pytest.mark.parametrize(("wrong", "message"), WRONG.values(), ids=WRONG)
 def test_what_the_file_asks_wrongly_is_an_error_of_the_file(wrong, message):
-    with pytest.raises(SpecError, match=message) as caught:
-        check_defaults(SpecWith(wrong))
-    assert str(caught.value).startswith("system.yaml: ")
-    assert "(in 'solve')" in str(caught.value)
+    problems = Problems(Source("system.yaml", ""))
+    check_defaults(SpecWith(wrong), problems)
+    (problem,) = problems.found
+    assert message in f"{problem.message}; {problem.hint}"
+    assert "in solve" in problem.message
 
 
-def test_what_the_file_asks_wrongly_is_shown_at_its_place():
-    text = "coordinates: [x]\nmasses: {p: 1}\nembedding: {p: x}\nsolve:\n  stop: 3\n  method: rk4\n"
+def test_all_that_the_file_asks_wrongly_is_shown_at_once_each_at_its_place():
+    text = "coordinates: [x]\nlagrangian: x_dot**2/2 - thta\nsolve:\n  stop: 3\n  method: rk4\n  step: 4\n"
+    text += "  outputs: [q, hh, T]\n  tolerance: 3\n"
+    spec, problems = examine(text, "system.yaml")
+    check_defaults(spec, problems)
     with pytest.raises(SpecError) as caught:
-        check_defaults(read_spec(text, "system.yaml"))
-    assert str(caught.value).startswith("system.yaml:6:11: unknown method 'rk4'")
+        problems.stop_if_any()
+    assert [(one.line, one.column) for one in caught.value.problems] == [
+        (2, 26), (5, 11), (6, 9), (7, 16), (7, 20), (8, 14),
+    ]  # fmt: skip
 
 
 def test_no_stop_at_all():
