@@ -20,7 +20,7 @@ from lagrange_cli.integrate.motion import (
     chunk_size,
 )
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.interface import LANES, Stop
+from lagrange_cli.native.interface import CLOCK, LANES, Stop
 from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass
 
@@ -190,7 +190,7 @@ class Stepper:
         of the same state, counts for less the shorter it is."""
         start, memory = self.t, self._memory.copy()
         self._advance(self._stop, np.full(LANES, np.nan), 0, 0, True, 1)
-        reached, self._usual = self.t, self._memory[self._clock + 2 : self._clock + 9].copy()
+        reached, self._usual = self.t, self._memory[self._clock + 2 : self._clock + CLOCK].copy()
         self._memory[:] = memory
         return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
 
@@ -204,7 +204,7 @@ class Stepper:
             end, pause = (self._stop, self._pause) if self._first is None else (self._first, 1)
             stop = self._advance(end, padded, done, len(wanted) - done, last, pause)
             if self._first is not None:
-                self._memory[self._clock + 2 : self._clock + 9] = self._usual
+                self._memory[self._clock + 2 : self._clock + CLOCK] = self._usual
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             if stop is not Stop.PAUSE or watch(self.t):

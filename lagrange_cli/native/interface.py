@@ -10,6 +10,9 @@ from lagrange_cli.records import dataclass, fields_of
 
 LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
+CLOCK = 2 * LANES
+"""Doubles of the state for what the stepper says of the clock: room for all of it, so that a copy of the state
+holds all of it."""
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
 HIGHEST_ORDER = 40
@@ -79,12 +82,12 @@ class Interface:
     @property
     def memory(self) -> int:
         """Doubles of the state: the rows, their low parts, what ``stepper`` says of the clock, some room."""
-        return 3 * self.width + LANES
+        return 3 * self.width + CLOCK
 
     @property
     def trial(self) -> int:
         """Doubles of scratch: what ``@advance`` may go back to and expects; a series ahead (``twofold``)."""
-        return 4 * self.width + 2 * LANES + self.work
+        return 4 * self.width + CLOCK + LANES + self.work
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

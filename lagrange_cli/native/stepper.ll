@@ -351,9 +351,6 @@ entry:
   %total = alloca double, align 8
   %begana = alloca i64, align 8
   %lengtha = alloca double, align 8
-  %refuseda = alloca i1, align 1
-  %beyonda = alloca i1, align 1
-  %laxa = alloca i1, align 1
   %unevena = alloca double, align 8
   %tpa = getelementptr inbounds double, ptr %state, i64 @@time@@
   %tla = getelementptr inbounds double, ptr %tpa, i64 1
@@ -364,17 +361,18 @@ entry:
   %lasta = getelementptr inbounds double, ptr %tpa, i64 5
   %timesa = getelementptr inbounds double, ptr %tpa, i64 6
   %neara = getelementptr inbounds double, ptr %tpa, i64 7
+  %refuseda = getelementptr inbounds double, ptr %tpa, i64 9
+  %beyonda = getelementptr inbounds double, ptr %tpa, i64 10
+  %laxa = getelementptr inbounds double, ptr %tpa, i64 11
   %pacen = getelementptr inbounds double, ptr %trial, i64 @@at_next@@
   %lastn = getelementptr inbounds double, ptr %pacen, i64 1
   %timesn = getelementptr inbounds double, ptr %pacen, i64 2
   %nearn = getelementptr inbounds double, ptr %pacen, i64 3
+  %laxn = getelementptr inbounds double, ptr %pacen, i64 4
   %low = getelementptr inbounds double, ptr %state, i64 @@low@@
   %rates = getelementptr inbounds double, ptr %trial, i64 @@at_rates@@
   %allowed = getelementptr inbounds double, ptr %trial, i64 @@at_allowed@@
   %stepsa = getelementptr inbounds i64, ptr %info, i64 1
-  store i1 false, ptr %refuseda, align 1
-  store i1 false, ptr %beyonda, align 1
-  store i1 false, ptr %laxa, align 1
   call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
 step:
@@ -395,7 +393,8 @@ check:
   %mild_ones = load double, ptr %milda, align 8
   %isnoisy = fcmp oge double %mild_ones, @@evidence@@
   %slack = select i1 %isnoisy, double @@noisy@@, double 1.0
-  %islax = load i1, ptr %laxa, align 1
+  %lax_taken = load double, ptr %laxa, align 8
+  %islax = fcmp ogt double %lax_taken, 0.0
   %apart_by = load double, ptr %unevena, align 8
   %foretold = call i1 @foretold(ptr %work, ptr %rates, ptr %allowed, double %apart_by, i1 %islax, double %room, double %slack)
   %good = and i1 %foretold, %regular
@@ -433,8 +432,9 @@ again_from:
   %bound = select i1 %isblind, double %twice, double %toofar
   %gap_before = load double, ptr %gapa, align 8
   %begins = fcmp oeq double %gap_before, 0.0
-  %never = load i1, ptr %refuseda, align 1
-  %refused_on = or i1 %never, %begins
+  %refused_before = load double, ptr %refuseda, align 8
+  %refused_on = select i1 %begins, double 1.0, double %refused_before
+  %beyond_on = uitofp i1 %isblind to double
   %ismild0 = and i1 %mild, %begins
   %ismild1 = and i1 %ismild0, %regular
   %quarter_pace = fmul double %usual_step, 0.25
@@ -447,19 +447,20 @@ again_from:
   %mild_now = fadd double %mild_ones, %one_more
   store double %mild_now, ptr %milda, align 8
   store double %bound, ptr %gapa, align 8
-  store i1 %refused_on, ptr %refuseda, align 1
-  store i1 %isblind, ptr %beyonda, align 1
+  store double %refused_on, ptr %refuseda, align 8
+  store double %beyond_on, ptr %beyonda, align 8
+  store double %lax_taken, ptr %laxa, align 8
   %pace_before = load double, ptr %pacea, align 8
   %pace_then = select i1 %begins, double %usual_step, double %pace_before
   store double %pace_then, ptr %pacea, align 8
   br label %step
 confirmed:
-  store i1 false, ptr %refuseda, align 1
-  store i1 false, ptr %beyonda, align 1
-  store i1 false, ptr %laxa, align 1
+  store double 0.0, ptr %refuseda, align 8
+  store double 0.0, ptr %beyonda, align 8
+  store double 0.0, ptr %laxa, align 8
   switch i64 %pending, label %checked [ i64 @@end@@, label %return
                                         i64 @@samples@@, label %many ]
-; The samples in the step are many more: it is taken when they are done.
+; The samples in the step are many more: it is taken when they are done, from the state as it was, doubts and all.
 many:
   call void @copy(ptr %trial, ptr %state)
   %without = sub i64 %taken, 1
@@ -526,6 +527,8 @@ approach:
   store double %kepttimes, ptr %timesn, align 8
   %keptnear = load double, ptr %neara, align 8
   store double %keptnear, ptr %nearn, align 8
+  %keptlax = load double, ptr %laxa, align 8
+  store double %keptlax, ptr %laxn, align 8
   %nogap = fcmp oeq double %gap, 0.0
   br i1 %nogap, label %free, label %near
 ; What steps are held to is their usual length, the pace. It shrinks no faster than a step does where a singularity is
@@ -547,8 +550,10 @@ free:
   br label %bounded
 near:
   %half = fmul double %gap, 0.5
-  %beyond = load i1, ptr %beyonda, align 1
-  %refused = load i1, ptr %refuseda, align 1
+  %keptbeyond = load double, ptr %beyonda, align 8
+  %beyond = fcmp ogt double %keptbeyond, 0.0
+  %keptrefused = load double, ptr %refuseda, align 8
+  %refused = fcmp ogt double %keptrefused, 0.0
   %grain = select i1 %refused, double 0x3E70000000000000, double 0x3C90000000000000
   %shorter = call double @llvm.minnum.f64(double %h, double %keptpace)
   %length = select i1 %refused, double %shorter, double %keptpace
@@ -565,8 +570,8 @@ between:
   %doubtful = and i1 %refused, %notbeyond
   br i1 %doubtful, label %noisy, label %pass
 noisy:
-  %tried = load i1, ptr %laxa, align 1
-  store i1 true, ptr %laxa, align 1
+  %tried = fcmp ogt double %keptlax, 0.0
+  store double 1.0, ptr %laxn, align 8
   br i1 %tried, label %return, label %free
 ; Again and again within no time: a place that the motion does not leave.
 pass:
@@ -660,6 +665,8 @@ move:
   %nearnext = load double, ptr %nearn, align 8
   %near_then = select i1 %confirm, double %nearnext, double 2.0
   store double %near_then, ptr %neara, align 8
+  %laxnext = load double, ptr %laxn, align 8
+  store double %laxnext, ptr %laxa, align 8
   %inverse_pace = fdiv double 1.0, %pace
   %noise = fmul double %ulp, %inverse_pace
   %almost0 = fadd double %noise, @@almost@@

@@ -23,7 +23,7 @@ from collections.abc import Sequence
 
 from lagrange_cli.native.decimals import power
 from lagrange_cli.native.emitter import literal, operand
-from lagrange_cli.native.interface import LANES, STEPPING, Stop
+from lagrange_cli.native.interface import CLOCK, LANES, STEPPING, Stop
 from lagrange_cli.native.layout import Layout
 from lagrange_cli.native.template import fill_in
 from lagrange_cli.native.watch import watch
@@ -55,10 +55,12 @@ LAG = 0.7
 """How fast the pace may shrink, a step: as steps do towards a singularity."""
 PASSES = 8.0
 """So many kinks that are passed within no time are one that the motion stays at."""
-CLOCK = 9
+CLOCK_NUMBERS = 12
 """Numbers of the state after the rows: t, its low part, the last step, how far it is to where no step may
 pass, the pace, the time when such a place was passed last, how many of them within no time, whether the
-last steps led away from one, and how many steps were hardly not foretold."""
+last steps led away from one, and how many steps were hardly not foretold. Then what is doubted about the step
+from here: whether shorter and shorter ones were not confirmed, whether one over the place that they were kept
+from was not either, and whether it is not known what keeps them from it."""
 MINUS_ZERO = "0x8000000000000000"
 AT_REST = 2.0**-900
 """Where functions that hide a force are watched, velocities that small say nothing about the step."""
@@ -138,12 +140,12 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
         **{f"splat8_{name}": _splat(f"%{name}", LANES) for name in ("t", "tl", "hl", "dy", "dl")},
         "rate": _rate(top, vector),
         "horner_update": _careful_horner(order, width, vector, "%hs_v", "%row"),
-        "clock_end": 2 * width + CLOCK,
-        "at_rates": 2 * width + LANES,
-        "at_allowed": 3 * width + LANES,
-        "at_next": 4 * width + LANES,
-        "at_series": 4 * width + 2 * LANES,
-        "at_first": 5 * width + 2 * LANES,
+        "clock_end": 2 * width + CLOCK_NUMBERS,
+        "at_rates": 2 * width + CLOCK,
+        "at_allowed": 3 * width + CLOCK,
+        "at_next": 4 * width + CLOCK,
+        "at_series": 4 * width + CLOCK + LANES,
+        "at_first": 5 * width + CLOCK + LANES,
         "almost": operand(literal(ALMOST * coarse)),
         "resolution": operand(literal(RESOLUTION * coarse)),
         "lag": operand(literal(LAG)),

@@ -38,7 +38,8 @@ define i64 @accelerate(ptr %constants, double %t, ptr %state, ptr %work, ptr %ra
 }
 
 ; The clock is t, its low part, the last step, how far it is to where no step may pass, the usual step (the pace), how many
-; steps were hardly not foretold, the time when something was passed last that no series sees, how many times within no time.
+; steps were hardly not foretold, the time when something was passed last that no series sees, how many times within no time;
+; and %doubt, %far, %lax of the step from here, so that it is the same step in another call.
 define i64 @advance(ptr %constants, ptr %state, ptr %work, ptr %trial, double %stop, ptr %times, i64 %count, ptr %out, i64 %stride, i64 %last, i64 %pause, ptr %info) #0 {
 entry:
   %tpa = getelementptr inbounds double, ptr %state, i64 @@time@@
@@ -49,9 +50,18 @@ entry:
   %milda = getelementptr inbounds double, ptr %tpa, i64 5
   %lasta = getelementptr inbounds double, ptr %tpa, i64 6
   %timesa = getelementptr inbounds double, ptr %tpa, i64 7
+  %doubta = getelementptr inbounds double, ptr %tpa, i64 8
+  %fara = getelementptr inbounds double, ptr %tpa, i64 9
+  %laxa = getelementptr inbounds double, ptr %tpa, i64 10
   %expected = getelementptr inbounds double, ptr %trial, i64 @@memory@@
   %stepsa = getelementptr inbounds i64, ptr %info, i64 1
   %beyond = mul i64 %stride, @@rows@@
+  %doubt_kept = load double, ptr %doubta, align 8
+  %doubt_begin = fcmp ogt double %doubt_kept, 0.0
+  %far_kept = load double, ptr %fara, align 8
+  %far_begin = fcmp ogt double %far_kept, 0.0
+  %lax_kept = load double, ptr %laxa, align 8
+  %lax_begin = fcmp ogt double %lax_kept, 0.0
   br label %step
 ; %pending: what is to be returned when the last step is confirmed (-1: nothing is, -2: nothing is to be confirmed); it began
 ; at sample %from, took %length, led over (%blind) what no series sees. %refused: shorter and shorter steps from here were not confirmed; %far: nor one
@@ -63,9 +73,9 @@ step:
   %from = phi i64 [ 0, %entry ], [ %index, %advanced ], [ %from, %again ]
   %length = phi double [ 0.0, %entry ], [ %hs, %advanced ], [ 0.0, %again ]
   %blind = phi i1 [ false, %entry ], [ %over, %advanced ], [ false, %again ]
-  %refused = phi i1 [ false, %entry ], [ %doubt, %advanced ], [ %refused_next, %again ]
-  %far = phi i1 [ false, %entry ], [ false, %advanced ], [ %blind, %again ]
-  %lax = phi i1 [ false, %entry ], [ %lax_now, %advanced ], [ %lax, %again ]
+  %refused = phi i1 [ %doubt_begin, %entry ], [ %doubt, %advanced ], [ %refused_next, %again ]
+  %far = phi i1 [ %far_begin, %entry ], [ false, %advanced ], [ %blind, %again ]
+  %lax = phi i1 [ %lax_begin, %entry ], [ %lax_now, %advanced ], [ %lax, %again ]
   %t = load double, ptr %tpa, align 8
   %tl = load double, ptr %tla, align 8
   %hp = load double, ptr %hpa, align 8
@@ -141,6 +151,12 @@ many:
 checked:
   %doubt = phi i1 [ %refused, %step ], [ false, %confirmed ]
   %lax_still = phi i1 [ %lax, %step ], [ false, %confirmed ]
+  %doubt_here = uitofp i1 %doubt to double
+  store double %doubt_here, ptr %doubta, align 8
+  %far_here = uitofp i1 %far to double
+  store double %far_here, ptr %fara, align 8
+  %lax_here = uitofp i1 %lax_still to double
+  store double %lax_here, ptr %laxa, align 8
   %enough = icmp uge i64 %taken, %pause
   br i1 %enough, label %return, label %expanded
 expanded:

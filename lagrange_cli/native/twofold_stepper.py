@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lagrange_cli.native.decimals import power
 from lagrange_cli.native.emitter import Operand, literal, operand
-from lagrange_cli.native.interface import LANES, Stop
+from lagrange_cli.native.interface import CLOCK, Stop
 from lagrange_cli.native.stepper import LAST_TERM, LOWEST_TERM, SLACK
 from lagrange_cli.native.template import fill_in
 from lagrange_cli.native.twofold import TYPE, Pair, Twofold, fast_sum, function, two_sum
@@ -32,7 +32,7 @@ class TwofoldStepper:
         values: dict[str, object] = {
             "time": 2 * self.rows.width,
             "rows": len(self.rows.state),
-            "memory": 3 * self.rows.width + LANES,
+            "memory": 3 * self.rows.width + CLOCK,
             "longest": operand(literal(LONGEST)),
             **numbers(self.tolerance),
             **{stop.name.lower(): int(stop) for stop in Stop},
@@ -151,7 +151,7 @@ class TwofoldStepper:
 
     def update(self) -> str:
         """``@update``: the state at the end of the step (%h, %hl), in three parts."""
-        body, third = Twofold(), 2 * self.rows.width + LANES
+        body, third = Twofold(), 2 * self.rows.width + CLOCK
         for row, index in enumerate(self.rows.state):
             old, change = body.get("%state", row, self.rows.width), self.change(body, index)
             high, error = two_sum(body, old.high, change.high)
