@@ -11,8 +11,7 @@ from lagrange_cli.records import dataclass, fields_of
 LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
 CLOCK = 2 * LANES
-"""Doubles of the state for what the stepper says of the clock: room for all of it, so that a copy of the state
-holds all of it."""
+"""Doubles of the state for what the stepper keeps besides the rows, and of every copy of it."""
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
 HIGHEST_ORDER = 40
