@@ -2,7 +2,11 @@
 
 import re
 import runpy
+from collections import Counter
+from collections.abc import Iterator
 from pathlib import Path
+
+import pytest
 
 from lagrange_cli.cli import settings
 from lagrange_cli.expression.vocabulary import FUNCTIONS, VECTOR_FUNCTIONS
@@ -10,6 +14,19 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
+PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
+UNREVISED = ("README.md", "cli.md", "output-file.md", "security.md")
+"""Pages whose language is still to be revised."""
+REVISED = [page for page in PAGES if page.name not in UNREVISED]
+WIDTH = 120
+"""Characters that a line of prose may have."""
+CONTORTED = (
+    r"foretold", r"hardly not", r"whatever moves", r"of which most", r"(?<!no number )is due", r"tell so",
+    r"none checked", r"(?:is|are|be|as) said\b(?! to)", r"up to when", r"holds so many", r"in any case",
+    r"as far as anyone", r"goes? on where", r"is held against", r"times ours", r"on the way",
+    r"stands? under its name", r"is looked at", r"beside others",
+)  # fmt: skip
+"""Phrases, some of them quoted by readers who did not understand them, and their kind."""
 
 
 def test_what_is_made_from_the_commands_is_up_to_date():
@@ -40,3 +57,69 @@ def test_the_page_of_the_system_file_names_every_section_and_function():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     words = set(re.findall(r"\w+", " ".join(re.findall(r"`(.*?)`", page))))
     assert set(SECTIONS) | set(FUNCTIONS) | set(VECTOR_FUNCTIONS) <= words
+
+
+def prose(page: Path) -> Iterator[tuple[int, str]]:
+    """The lines of a page with their numbers, without code, tables and what the benchmarks write."""
+    within = None
+    for number, line in enumerate(page.read_text(encoding="utf-8").splitlines(), 1):
+        if within:
+            within = None if line.startswith(within) else within
+        elif line.startswith("```"):
+            within = "```"
+        elif line.startswith("<!-- "):
+            within = "<!-- end of "
+        elif not line.startswith(("|", "    ")):
+            yield number, line
+
+
+def anchors(page: Path) -> set[str]:
+    """The anchors of a page's headings, as GitHub makes them."""
+    seen: Counter[str] = Counter()
+    found = set()
+    for _, line in prose(page):
+        if heading := re.fullmatch(r"#+ (.*)", line):
+            slug = re.sub(r"[^\w\- ]", "", heading[1].lower()).replace(" ", "-")
+            found.add(f"{slug}-{seen[slug]}" if seen[slug] else slug)
+            seen[slug] += 1
+    return found
+
+
+def broken(page: Path, text: str) -> Iterator[str]:
+    """The links within the documentation that lead nowhere."""
+    for target in re.findall(r"\]\(([^)\s]+)\)", text):
+        if re.match(r"[a-z]+:", target):
+            continue
+        name, _, anchor = target.partition("#")
+        file = page.parent / name if name else page
+        if not file.exists() or (anchor and anchor not in anchors(file)):
+            yield target
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_links_within_the_documentation_lead_somewhere(page):
+    assert list(broken(page, page.read_text(encoding="utf-8"))) == []
+
+
+def test_a_link_that_leads_nowhere_is_found():
+    page = ROOT / "docs" / "cli.md"
+    text = "[a](security.md#the-limits) [b](security.md#none) [c](none.md) [d](https://a.org/#x) [e](#none)"
+    assert list(broken(page, text)) == ["security.md#none", "none.md", "#none"]
+
+
+def test_pages_that_the_code_names_exist():
+    code = [path.read_text(encoding="utf-8") for path in sorted((ROOT / "lagrange_cli").rglob("*.py"))]
+    named = {name for text in code for name in re.findall(r"docs/[\w-]+\.md(?:#[\w-]+)?", text)}
+    assert named
+    assert list(broken(ROOT / "README.md", " ".join(f"]({name})" for name in sorted(named)))) == []
+
+
+@pytest.mark.parametrize("page", REVISED, ids=lambda page: page.name)
+def test_lines_of_prose_are_short(page):
+    assert [number for number, line in prose(page) if len(line) > WIDTH] == []
+
+
+@pytest.mark.parametrize("page", REVISED, ids=lambda page: page.name)
+def test_the_prose_is_plain(page):
+    text = re.sub(r"\s+", " ", page.read_text(encoding="utf-8"))
+    assert [found[0] for each in CONTORTED for found in re.finditer(each, text)] == []
