@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial, wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,8 +12,9 @@ import click
 import lagrange_cli
 from lagrange_cli.cli.options import Command, parse_outputs, shared_options
 from lagrange_cli.cli.report import INTERRUPTED, stem
-from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS
+from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
 from lagrange_cli.cli.source import derive_system
+from lagrange_cli.cli.times import TIMES, with_times
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.integrate.methods import DOUBLE
 from lagrange_cli.records import dataclass, replace
@@ -34,15 +35,17 @@ SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
 
 OPTIONS = (
+    click.option("--start", metavar="TIME", help="The time of the initial state [0]."),
     click.option(
         "--stop",
-        type=float,
-        help="The time at which the motion ends; if before the start, it is followed backward.",
+        metavar="TIME",
+        help="The time at which the motion ends: a number, or an expression in parameters (10*2*pi/omega). "
+        "If it is before the start, the motion is followed backward.",
     ),
     click.option(
         "--samples", type=int, help=f"Write so many samples, evenly from start to stop [{DEFAULT_SAMPLES}]."
     ),
-    click.option("--step", type=float, help="Write a sample every STEP instead, and one at the end."),
+    click.option("--step", metavar="TIME", help="Write a sample every so often instead, and one at the end."),
     click.option(
         "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
     ),
@@ -79,6 +82,7 @@ class Request:
     """What the command line asks of every system."""
 
     options: SolveDefaults
+    times: dict[str, str]
     overrides: dict[str, str]
     sizes: dict[str, str]
     output: str | None
@@ -92,6 +96,12 @@ class Request:
     checkpoint_count: int
     precision: str = DOUBLE
     portable: bool = False
+
+    def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
+        """How the run of ``spec`` with these parameters is asked for."""
+        exact = self.portable or self.precision != DOUBLE
+        asked = with_times(self.options, self.times, spec, parameters, exact=exact)
+        return resolve_settings(spec, asked, self.precision, self.portable)
 
 
 def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
@@ -107,15 +117,16 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
             sizes: dict[str, str], as_json: bool, quiet: bool, resume: bool, checkpoint: float,
             checkpoint_count: int, **given: Any,
         ) -> Any:  # fmt: skip
-            names = ("stop", "samples", "step", "method", "tolerance", "outputs")
+            names = ("samples", "method", "tolerance", "outputs")
+            times = {name: text for name in TIMES if (text := given.pop(name)) is not None}
             options = SolveDefaults(**{name: given.pop(name) for name in names})
             if resume and force:
                 raise UsageError(
                     "--resume keeps what an earlier run has done, --force does not: give one of them"
                 )
             request = Request(
-                options, overrides, sizes, output, force, not no_cache, timings, as_json, quiet, resume,
-                checkpoint, checkpoint_count,
+                options, times, overrides, sizes, output, force, not no_cache, timings, as_json, quiet,
+                resume, checkpoint, checkpoint_count,
             )  # fmt: skip
             return command(request=request, **given)
 

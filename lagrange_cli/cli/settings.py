@@ -67,7 +67,7 @@ class Settings:
 
 
 def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
-    """The file's defaults, overruled by what the command line gives; ``start`` is the file's.
+    """The file's defaults, overruled by what the command line gives.
 
     A number of samples and a step are two ways to say one thing, so that either overrules both.
     """
@@ -75,7 +75,7 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
         raise UsageError("--samples and --step are two ways to say the same: give one of them")
     given = {
         name: getattr(options, name)
-        for name in ("stop", "samples", "step", "method", "tolerance", "outputs")
+        for name in ("start", "stop", "samples", "step", "method", "tolerance", "outputs")
         if getattr(options, name) is not None
     }
     if "samples" in given or "step" in given:
@@ -93,7 +93,8 @@ def resolve_settings(
     asked = merge(spec.solve, options)
     if asked.stop is None:
         raise UsageError("no stop time given: add --stop 10, or 'solve: {stop: 10}' to the file")
-    count, step = sample_times(asked.start, asked.stop, asked.samples, asked.step)
+    start = 0.0 if asked.start is None else asked.start
+    count, step = sample_times(start, asked.stop, asked.samples, asked.step)
     method = resolve_method(asked.method)
     if precision != DOUBLE and method != METHODS[0]:
         raise UsageError(
@@ -105,7 +106,7 @@ def resolve_settings(
             f"add --method {METHODS[0]}"
         )
     return Settings(
-        start=asked.start,
+        start=start,
         stop=asked.stop,
         count=count,
         step=step,
@@ -145,7 +146,7 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
     times = [given.places[key] for key in ("start", "stop", "samples", "step") if key in given.places]
     if given.stop is not None and not any(map(problems.at, times)):
         stop, sampling = given.stop, "samples" if given.step is None else "step"
-        check(sampling, lambda: sample_times(given.start, stop, given.samples, given.step))
+        check(sampling, lambda: sample_times(given.start or 0.0, stop, given.samples, given.step))
 
 
 def sample_times(start: float, stop: float, samples: int | None, step: float | None) -> tuple[int, float]:

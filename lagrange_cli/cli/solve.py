@@ -32,7 +32,6 @@ from lagrange_cli.cli.runs import (
     run_options,
     series_of,
 )
-from lagrange_cli.cli.settings import resolve_settings
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
@@ -153,7 +152,7 @@ def read_motion(system: str, request: Request, watch: Stopwatch) -> tuple[Spec, 
             request.sizes,
             lambda spec, problems: resolve(spec, request.overrides, problems),
         )
-        return spec, values, resolve_settings(spec, request.options, request.precision, request.portable)
+        return spec, values, request.settings(spec, values.parameters)
 
 
 def initial_state(values: Values) -> list[Any]:

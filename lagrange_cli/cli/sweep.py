@@ -32,7 +32,6 @@ from lagrange_cli.cli.runs import (
     prepare_run,
     run_options,
 )
-from lagrange_cli.cli.settings import resolve_settings
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
@@ -171,7 +170,7 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
     """The system, the numbers of its members, and how they are to be run."""
     asked = request.options
     sampled = asked.outputs is not None
-    if not sampled and (asked.samples is not None or asked.step is not None):
+    if not sampled and (asked.samples is not None or "step" in request.times):
         raise UsageError("only each member's end is written: say with --outputs q,v what to sample")
     if draws.table == system == STANDARD_INPUT:
         raise UsageError("the system and the table cannot both come from standard input")
@@ -182,9 +181,9 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
         from lagrange_cli.spec.spec import grouped
     with watch.stage("parse"):
         spec, _ = read_run(content, system, request.sizes, lambda spec, problems: None)
-        settings = resolve_settings(spec, asked)
         members = draw_members(spec, draws, request.overrides)
         values = resolve_ensemble(spec, request.overrides, members.columns)
+        settings = request.settings(spec, values.common)
         coordinates = [coordinate.name for coordinate in spec.coordinates]
         families = grouped(coordinates, spec.families.get("coordinates", {}))
         return Ensemble(spec, draws, members, values, settings, sampled, families)

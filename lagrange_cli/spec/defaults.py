@@ -12,11 +12,12 @@ def solve_defaults(draft: Draft, problems: Problems) -> SolveDefaults:
     given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
     places = draft.solve_places
     solve = SolveDefaults(**given, places=places)
-    if solve.stop is not None and solve.stop == solve.start:
+    start = 0.0 if solve.start is None else solve.start
+    if solve.stop is not None and solve.stop == start:
         problems.add(
-            places["stop"], f"the motion stops where it starts, at t = {solve.start:g}", "give another time"
+            places["stop"], f"the motion stops where it starts, at t = {start:g}", "give another time"
         )
-    backward = solve.stop is not None and solve.stop < solve.start
+    backward = solve.stop is not None and solve.stop < start
     for key in ("step", "tolerance"):
         value = getattr(solve, key)
         if value is not None and value <= 0 and not (value < 0 and key == "step" and backward):

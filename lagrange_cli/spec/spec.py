@@ -87,7 +87,7 @@ class Coordinate:
 class SolveDefaults:
     """The ``solve`` section: defaults of the command line; ``None`` where the file is silent."""
 
-    start: float = 0.0
+    start: float | None = None
     stop: float | None = None
     samples: int | None = None
     step: float | None = None

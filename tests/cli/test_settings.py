@@ -1,5 +1,6 @@
 """How a run's settings follow from the file and the options."""
 
+import math
 from dataclasses import dataclass
 
 import pytest
@@ -14,10 +15,12 @@ from lagrange_cli.cli.settings import (
     resolve_settings,
     sample_times,
 )
+from lagrange_cli.cli.times import with_times
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine
 from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 
 
@@ -159,3 +162,52 @@ def test_samples_and_step_at_once():
 def test_a_lagrangian_has_no_particles_to_write():
     with pytest.raises(UsageError, match="has no output 'positions'"):
         resolve(options=SolveDefaults(outputs=("positions",)), lagrangian="L")
+
+
+TIMED = """\
+sizes: {N: 2}
+parameters: {omega: 2.0, k: [1.0, 3.0]}
+coordinates: {x: {initial: 1}}
+lagrangian: x_dot**2/2 - k[0]*omega**2*x**2/2
+solve: {stop: 1}
+"""
+
+
+def times_of(*pairs: str, parameters={"omega": 2.0, "k[0]": 1.0, "k[1]": 3.0}):  # noqa: B006
+    spec = read_spec(TIMED, "system.yaml")
+    texts = dict(pair.split("=", 1) for pair in pairs)
+    return resolve_settings(spec, with_times(SolveDefaults(), texts, spec, parameters))
+
+
+def test_times_are_numbers_or_expressions_in_parameters():
+    settings = times_of("start=-pi/omega", "stop=10*2*pi/omega", "step=k[1]/N/100")
+    assert (settings.start, settings.stop, settings.step) == (-math.pi / 2, 10 * math.pi, 0.015)
+    assert settings.count == math.ceil(10.5 * math.pi / 0.015) + 1
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("10*omga", "10.omga: unknown name 'omga'; did you mean 'omega'"),
+        ("soon", "--stop soon: unknown name 'soon'"),
+        ("2*x", "'x' is not constant; times are numbers, or expressions in parameters"),
+        ("x_dot", "'x_dot' is not constant"),
+        ("t", "unknown name 't'"),
+        ("k", "'k' is a list of parameters; take one of them, as k\\[0\\]"),
+        ("k[2]", "there is no 'k\\[2\\]'"),
+        ("1/(omega - 2)", "--stop"),
+        ("exp(1e4)", "--stop"),
+        ("(1, 2)", "--stop"),
+        ("2^3", "write \\*\\* for powers"),
+        ("", "--stop"),
+        ("inf", "finite"),
+    ],
+)
+def test_a_time_that_has_no_value_is_a_usage_error(text, message):
+    with pytest.raises(UsageError, match=message):
+        times_of(f"stop={text}")
+
+
+def test_members_of_a_sweep_have_the_same_times():
+    with pytest.raises(UsageError, match="'omega' differs between the members of the sweep"):
+        times_of("stop=pi/omega", parameters={"k[0]": 1.0, "k[1]": 3.0})
