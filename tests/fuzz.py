@@ -1,14 +1,14 @@
-"""Feeds system files of every kind to the commands: ``python -m tests.fuzz [--minutes 60]``.
+"""Runs the commands on system files of every kind: ``python -m tests.fuzz [--minutes 60]``.
 
-With atheris (``pip install '.[fuzz]'``) the inputs that reach new code are kept, in the folder ``corpus``,
-and built upon; what they are built from are the systems that are shipped, ``tests/corpus`` and
-``tests.grammar``. Each goes through ``check``, ``equations`` and ``solve`` in one process. An input is a
-finding, written to the folder ``findings`` with what it led to, where
+It mutates the shipped systems, the files of ``tests/corpus`` and those that ``tests.grammar`` makes. The
+mutation is guided by coverage, by atheris (``pip install '.[fuzz]'``): inputs that reach new code are kept in
+the corpus and mutated further. Each input goes through ``check``, ``equations`` and ``solve`` in one process.
+It is a finding, and is written to the folder of findings with its error, if
 
-- a command ends in a traceback, or with an exit status that is not documented,
-- it does not end within 5 seconds of processor time (where it is asked to end, as by Ctrl-C, after 4: a file
-  may ask for a lot of work), or takes 1 GB of memory,
-- anything but the output is written, or another program started.
+- a command ends with a traceback, or with an exit status that is not documented,
+- a command does not end within 5 seconds of processor time (it is interrupted as by Ctrl-C after 4, because
+  a file may ask for a lot of work), or takes 1 GB of memory,
+- a file other than the output is written, or another program is started.
 """
 
 from __future__ import annotations
@@ -38,14 +38,14 @@ from tests import grammar
 
 ROOT = Path(__file__).resolve().parents[1]
 KEPT = ROOT / "tests" / "fuzz_corpus.tar.xz"
-"""Inputs of earlier runs that reach different code: what a corpus begins with."""
+"""Inputs of earlier runs that reach different code: the initial corpus."""
 SEEDS = (ROOT / "systems", ROOT / "tests" / "corpus")
 PATIENCE, SECONDS = 4, 5
-"""Of processor time, for one command: when it is asked to end, and when it must have ended."""
+"""Seconds of processor time after which a command is interrupted, and within which it must end."""
 MEGABYTES = 1024
 LONGEST = 8000
 ROUND = 1000
-"""Inputs for one process: what libraries never give back does not add up."""
+"""Inputs for one process, so that memory which libraries never release does not accumulate."""
 COMMANDS = (
     ("check",),
     ("check", "--json"),
@@ -223,7 +223,7 @@ def kept_inputs() -> dict[str, bytes]:
 
 
 def note(findings: Path, data: bytes, what: str) -> None:
-    """Keep a finding, one file for each kind of it."""
+    """Write a finding, one file for each kind."""
     lines = [line.strip() for line in what.strip().splitlines()]
     places = [line for line in lines if line.startswith("File ") and "lagrange_cli" in line]
     kind = f"{lines[0]} {lines[-1][:40]} {places[-1:]}"
@@ -235,12 +235,18 @@ def note(findings: Path, data: bytes, what: str) -> None:
 
 
 def main() -> int:
-    """Round after round, each in a process of its own."""
-    parser = argparse.ArgumentParser(prog="python -m tests.fuzz")
-    parser.add_argument("--minutes", type=float, default=60)
-    parser.add_argument("--corpus", type=Path, default=Path("corpus"), help="inputs that reach new code")
-    parser.add_argument("--findings", type=Path, default=Path("findings"))
-    parser.add_argument("--seed", type=int, default=1)
+    """Run rounds until the time is used up, each in a process of its own."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tests.fuzz",
+        description=(__doc__ or "").partition("\n\n")[2],
+        formatter_class=argparse.RawDescriptionHelpFormatter,
+    )
+    parser.add_argument("--minutes", type=float, default=60, help="duration in minutes [60]")
+    parser.add_argument(
+        "--corpus", type=Path, default=Path("corpus"), help="folder of inputs that reach new code"
+    )
+    parser.add_argument("--findings", type=Path, default=Path("findings"), help="folder of findings")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers [1]")
     parser.add_argument("--round", type=float, help=argparse.SUPPRESS)
     given = parser.parse_args()
     findings, corpus = given.findings.resolve(), given.corpus.resolve()
@@ -278,7 +284,7 @@ def main() -> int:
 
 
 def summary(findings: Path, corpus: Path, began: float, rounds: int) -> dict[str, float]:
-    """What there has been so far."""
+    """Counts of the rounds so far."""
     counts = [tuple(map(int, file.read_text().split())) for file in findings.glob("count-*")]
     return {
         "minutes": round((time.monotonic() - began) / 60, 1),

@@ -1,7 +1,7 @@
-"""Kills runs at random moments and goes on with them: ``python -m tests.soak [--kills 200] [--seed 1]``.
+"""Kills runs at random times and resumes them: ``python -m tests.soak [--kills 200] [--seed 1]``.
 
-Each run is killed again and again until it has come to its end. After every kill, under the output's name
-stands a whole output or none; the last one must be that of a run that nobody disturbed, to the last byte.
+Each run is killed and resumed until it completes. After every kill there must be no output, or a whole file
+of a complete or interrupted run. The last one must have the same bytes as that of an uninterrupted run.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import h5py
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
 KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""The most are such that the process is never asked."""
+"""Most of them the process cannot handle."""
 OFTEN = ("--checkpoint", "0.03")
 
 
@@ -147,8 +147,8 @@ def soak(kills: int, seed: int) -> int:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("--kills", type=int, default=200)
-    parser.add_argument("--seed", type=int, default=1)
+    parser = argparse.ArgumentParser(prog="python -m tests.soak", description=__doc__.partition("\n\n")[2])
+    parser.add_argument("--kills", type=int, default=200, help="number of kills [200]")
+    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers [1]")
     options = parser.parse_args()
     sys.exit(soak(options.kills, options.seed))
