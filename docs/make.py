@@ -1,7 +1,7 @@
 """Write what the commands say into the pages: ``python docs/make.py``. A test fails when they differ.
 
-``docs/cli.md`` is made whole, from the commands' options. In the other pages each ``console`` block is a
-session: its lines after ``$ `` are run, in the order of the page, and what they print follows them.
+``docs/cli.md`` is made whole, from the commands' options. In the other pages the blocks of ``sh`` and
+``python`` are run in their order, as if they were pasted, and the ``text`` block after one is what it prints.
 """
 
 from __future__ import annotations
@@ -21,10 +21,20 @@ from lagrange_cli.cli.main import lagrange
 
 ROOT = Path(__file__).resolve().parent.parent
 SESSIONS = (ROOT / "README.md",)
-CONSOLE = re.compile(r"(?<=^```console\n).*?(?=^```$)", re.MULTILINE | re.DOTALL)
+BLOCK = re.compile(
+    r"^```(?P<language>sh|python)\n(?P<code>.*?)^```\n(?:\n```text\n(?P<shown>.*?)^```\n)?",
+    re.MULTILINE | re.DOTALL,
+)
+"""A block that is run, and, where a ``text`` block follows at once, what it prints."""
 
-VARYING = re.compile(r"(in )\d+( steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])")
-"""What depends on the machine: seconds, drifts and steps."""
+VARYING = re.compile(
+    r"\d+(?= steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])|(?<=^  (?:taylor|DOP853) ).*|(?<=: taylor at ).*",
+    re.MULTILINE,
+)
+"""What depends on the machine: steps, drifts, seconds, and a row of ``bench``."""
+
+MISTAKE = re.compile(r"\S+:\d+:\d+: ")
+"""How the output of a command begins that is shown for a mistake in a file."""
 
 EXIT_STATUS = """## Exit status
 
@@ -103,47 +113,88 @@ def page() -> str:
     )
 
 
-def run_sessions(text: str) -> str:
-    """A page with its sessions run afresh, in a directory that holds the shipped systems."""
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+class Session:
+    """A shell in an empty directory with the shipped systems, in which the blocks of a page are run in order.
+
+    ``python3 -m venv ...`` of an installing line is taken as done, and so is what ``pip`` installs if the
+    present environment has it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
         shutil.copytree(ROOT / "systems", folder / "systems")
-        (folder / "bin").mkdir()
-        command = folder / "bin" / "lagrange"
-        command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lagrange_cli "$@"\n')
-        command.chmod(0o755)
-        environment = {
+        commands = folder / ".commands"
+        commands.mkdir()
+        for name, content in (
+            ("lagrange", f'exec "{sys.executable}" -m lagrange_cli "$@"'),
+            ("python", f'exec "{sys.executable}" "$@"'),
+            ("pip", f'exec "{sys.executable}" "{ROOT / "docs" / "present.py"}" "$@"'),
+        ):
+            (commands / name).write_text(f"#!/bin/sh\n{content}\n")
+            (commands / name).chmod(0o755)
+        self.environment = {
             **os.environ,
-            "PATH": os.pathsep.join(
-                [str(command.parent), str(Path(sys.executable).parent), os.environ["PATH"]]
-            ),
+            "PATH": os.pathsep.join([str(commands), os.environ["PATH"]]),
             "PYTHONPATH": str(ROOT),
-            "LAGRANGE_CACHE_DIR": str(folder / "cache"),
+            "LAGRANGE_CACHE_DIR": str(folder / ".commands" / "cache"),
         }
 
-        def rerun(block: re.Match[str]) -> str:
-            said = []
-            for line in block.group().splitlines():
-                if line.startswith("$ "):
-                    run = subprocess.run(
-                        line.removeprefix("$ "),
-                        shell=True,
-                        cwd=folder,
-                        env=environment,
-                        stdout=subprocess.PIPE,
-                        stderr=subprocess.STDOUT,
-                        text=True,
-                    )
-                    said.append(f"{line}\n{run.stdout}")
-            return steady("".join(said), block.group())
+    def run(self, language: str, code: str) -> subprocess.CompletedProcess[str]:
+        """Run a block of ``sh`` or ``python``; its output has both streams."""
+        if language == "sh":
+            code = "\n".join(map(installed, code.splitlines()))
+        command = ["bash", "-c", code] if language == "sh" else ["python", "-c", code]
+        return subprocess.run(
+            command,
+            cwd=self.folder,
+            env=self.environment,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+        )
 
-        return CONSOLE.sub(rerun, text)
+
+def installed(line: str) -> str:
+    """A line without making and activating the environment; README's test line is ``.ci/run``'s to run."""
+    if "pytest" in line or "bin/activate" in line:
+        return ""
+    if line.startswith("python3 -m venv"):
+        line = line.partition(" && ")[2]
+    return line.replace(".venv/bin/", "")
+
+
+def run_sessions(text: str) -> str:
+    """A page with its blocks run afresh, and what they print in the ``text`` blocks that follow them.
+
+    Raises ``RuntimeError`` where one fails that does not show a mistake.
+    """
+    with tempfile.TemporaryDirectory() as name:
+        session = Session(Path(name))
+
+        def rerun(block: re.Match[str]) -> str:
+            language, code, shown = block["language"], block["code"], block["shown"]
+            run = session.run(language, code)
+            printed = run.stdout
+            if run.returncode != 0 and not MISTAKE.match(printed):
+                raise RuntimeError(f"{code}ends with status {run.returncode}:\n{printed}")
+            if shown is None:
+                return block[0]
+            return block[0][: block.start("shown") - block.start()] + steady(printed, shown) + "```\n"
+
+        return BLOCK.sub(rerun, text)
 
 
 def steady(new: str, old: str) -> str:
     """The new text, but with the old lines wherever only what depends on the machine has changed."""
+    if masked(new) == masked(old):
+        return old
     known = {masked(line): line for line in old.splitlines()}
-    return "".join(f"{known.get(masked(line), line)}\n" for line in new.splitlines())
+    lines = [masked(line) for line in new.splitlines()]
+    return "".join(
+        f"{known.get(key, line) if lines.count(key) == 1 else line}\n"
+        for key, line in zip(lines, new.splitlines())
+    )
 
 
 def made() -> Iterator[tuple[Path, str]]:

@@ -95,7 +95,7 @@ def test_numbers_and_words_make_no_new_program(old, new, cache):
         {"method": "Radau"},
         {"ensemble": True},
     ],
-    ids=str,
+    ids=["tolerance", "one output more", "one output less", "DOP853", "Radau", "ensemble"],
 )
 def test_another_kind_of_run_is_another_program(change, cache):
     spec = read_spec(PENDULUM, "pendulum.yaml")
