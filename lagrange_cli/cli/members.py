@@ -126,7 +126,8 @@ def name_of(spec: Spec, name: str, asked: str) -> str:
     """What ``name`` is called in the spec, if members may differ in it."""
     if name in spec.sizes:
         raise UsageError(
-            f"{asked}: '{name}' is a size, and members have one size: run a sweep for each --size {name}=..."
+            f"{asked}: '{name}' is a size, and all members have the same sizes: run one sweep for each, "
+            f"with --size {name}=..."
         )
     return settable(spec, name, asked)
 
@@ -135,7 +136,7 @@ def refuse_repeated(names: Sequence[str]) -> None:
     """Nothing may be given twice."""
     for name in names:
         if names.count(name) > 1:
-            raise UsageError(f"'{name}' is given more than once: by --set, --over, --random or --table")
+            raise UsageError(f"'{name}' is given more than once among --set, --over, --random and --table")
 
 
 def product(axes: Sequence[Mapping[str, Array]], lengths: Sequence[int], count: int) -> dict[str, Array]:
@@ -149,25 +150,28 @@ def product(axes: Sequence[Mapping[str, Array]], lengths: Sequence[int], count: 
 
 
 def grid(text: str, asked: str) -> Array:
-    """The values of ``START:STOP:COUNT``, ``log:START:STOP:COUNT`` or a comma list; ends are included."""
+    """The values of ``START:STOP:COUNT``, ``log:START:STOP:COUNT`` or a comma list; both ends are included."""
     parts = [part.strip() for part in text.split(":")]
     if len(parts) == 1:
         return np.array([number(part, asked) for part in text.split(",")])
     logarithmic = parts[0] == "log"
     if logarithmic:
         parts = parts[1:]
-    if len(parts) != 3 or not parts[2].isdecimal():
-        raise UsageError(f"{asked}: {text!r} is no grid; {GRID}")
-    start, stop, count = number(parts[0], asked), number(parts[1], asked), int(parts[2])
+    if len(parts) != 3:
+        raise UsageError(f"{asked}: {text!r} is not a grid; {GRID}")
+    start, stop = number(parts[0], asked), number(parts[1], asked)
+    if not parts[2].isdecimal():
+        raise UsageError(f"{asked}: COUNT is the number of values, an integer, not {parts[2]!r}; {GRID}")
+    count = int(parts[2])
     if count < 2:
-        raise UsageError(f"{asked}: a grid has 2 values at least, its ends; for one value say --set")
+        raise UsageError(f"{asked}: a grid has at least 2 values, its ends; give a single value with --set")
     if count > MOST:
         raise UsageError(
-            f"{asked}: {count} values are more than the {MOST:.0e} members that there can be: "
+            f"{asked}: {count} values are more than the limit of {MOST:.0e} members: "
             f"ask for fewer, {way_out('runs')}"
         )
     if logarithmic and not (start > 0 and stop > 0):
-        raise UsageError(f"{asked}: the ends of a logarithmic grid must be greater than 0")
+        raise UsageError(f"{asked}: both ends of a logarithmic grid must be positive")
     return np.geomspace(start, stop, count) if logarithmic else np.linspace(start, stop, count)
 
 
@@ -177,18 +181,18 @@ def distribution(text: str, asked: str) -> Callable[[np.random.Generator, int], 
     match = DISTRIBUTION.fullmatch(text)
     known = "normal(mean,deviation), uniform(low,high), lognormal(median,sigma), loguniform(low,high)"
     if match is None or match[1] not in ("normal", "uniform", "lognormal", "loguniform"):
-        raise UsageError(f"{asked}: {text!r} is no distribution; known: {known}")
+        raise UsageError(f"{asked}: {text!r} is not a distribution; write one of {known}")
     kind, a, b = match[1], number(match[2], asked), number(match[3], asked)
     if kind.startswith("log") and a <= 0:
-        raise UsageError(f"{asked}: what is distributed so is greater than 0, and {a:g} is not")
+        raise UsageError(f"{asked}: the first number of {kind} must be positive, not {a:g}")
     if kind.endswith("normal"):
         if b <= 0:
-            raise UsageError(f"{asked}: the width of a distribution must be greater than 0, not {b:g}")
+            raise UsageError(f"{asked}: the width of {kind} must be positive, not {b:g}")
         if kind == "normal":
             return lambda source, count: a + b * source.standard_normal(count)
         return lambda source, count: a * np.exp(b * source.standard_normal(count))
     if b <= a:
-        raise UsageError(f"{asked}: the upper end must be greater than the lower one")
+        raise UsageError(f"{asked}: the upper limit must be greater than the lower one")
     if kind == "uniform":
         return lambda source, count: a + (b - a) * source.random(count)
     return lambda source, count: a * np.exp(math.log(b / a) * source.random(count))
@@ -211,7 +215,7 @@ def number(text: str, asked: str) -> float:
             hint = f"; {error.hint}" if error.hint else ""
             raise UsageError(f"{asked}: {error.message}{hint}") from error
         except LookupError as error:
-            raise UsageError(f"{asked}: {text.strip()!r} is not a number") from error
+            raise UsageError(f"{asked}: expected a number, not {text.strip()!r}") from error
     if not math.isfinite(value):
         raise UsageError(f"{asked}: {text.strip()} is not a finite number")
     return value

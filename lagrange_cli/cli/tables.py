@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
-from lagrange_cli.cli.report import STANDARD_INPUT, display_name
+from lagrange_cli.cli.report import STANDARD_INPUT, count_of, display_name
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.limits import way_out, whole
 
@@ -38,7 +38,7 @@ def read_table(name: str) -> dict[str, NDArray[np.float64]]:
         with open(name, encoding="utf-8-sig", newline="") as file:
             return read_columns(file, shown)
     except UnicodeDecodeError as error:
-        raise UsageError(f"{shown} is not a table: it is not text in UTF-8") from error
+        raise UsageError(f"{shown} is not a table: it is not UTF-8 text") from error
     except OSError as error:
         raise FileError(f"{shown} could not be read: {error.strerror or error}") from error
     except ValueError as error:  # a NUL in the name
@@ -52,7 +52,9 @@ def read_columns(file: TextIO, shown: str) -> dict[str, NDArray[np.float64]]:
     first, header = next(lines, (0, []))
     names = [cell.strip() for cell in header]
     if not names:
-        raise UsageError(f"{shown} is empty: its first line must name the columns, as in 'omega,theta'")
+        raise UsageError(f"{shown} is empty: the first line must name the columns, as in 'omega,theta'")
+    if len(names) == 1 and (";" in names[0] or "\t" in names[0]):
+        raise UsageError(f"{shown}:{first}: separate the columns by commas, as in 'omega,theta'")
     seen = set[str]()
     for name in names:
         if not name:
@@ -64,13 +66,13 @@ def read_columns(file: TextIO, shown: str) -> dict[str, NDArray[np.float64]]:
     columns = [array("d") for _ in names]
     for line, row in lines:
         if len(columns[0]) == most:
-            raise UsageError(f"{shown}:{line}: more than {most} rows: leave some out, {way_out('runs')}")
+            raise UsageError(f"{shown}:{line}: more than {most} rows: use fewer, {way_out('runs')}")
         if len(row) != len(names):
-            raise UsageError(f"{shown}:{line}: there must be {len(names)} values, and there are {len(row)}")
+            raise UsageError(f"{shown}:{line}: expected {count_of(len(names), 'value')}, found {len(row)}")
         for name, column, cell in zip(names, columns, row):
             column.append(number(cell, f"{shown}:{line}: {name}"))
     if not columns[0]:
-        raise UsageError(f"{shown} has no rows: every line after the first is a member")
+        raise UsageError(f"{shown} has no rows: each line after the first is a member")
     return {name: np.array(column) for name, column in zip(names, columns)}
 
 
@@ -100,7 +102,7 @@ def number(cell: str, where: str) -> float:
     try:
         value = float(cell)
     except ValueError as error:
-        raise UsageError(f"{where}: {cell.strip()!r} is not a number") from error
+        raise UsageError(f"{where}: expected a number, not {cell.strip()!r}") from error
     if not math.isfinite(value):
         raise UsageError(f"{where}: {cell.strip()} is not a finite number")
     return value

@@ -96,39 +96,66 @@ def test_the_random_numbers_of_a_member_depend_on_its_name_and_the_seed_alone():
 @pytest.mark.parametrize(
     ("over", "random", "draws", "message"),
     [
-        ((), (), {}, "there is nothing to sweep over"),
+        ((), (), {}, "no members given: add --over"),
         (("omga=1,2",), (), {}, "--over omga=1,2: unknown name 'omga'; did you mean 'omega'?"),
-        (("omega=1:2",), (), {}, "'1:2' is no grid; write START:STOP:COUNT"),
-        (("omega=1:2:x",), (), {}, "'1:2:x' is no grid"),
-        (("omega=1:2:2.5",), (), {}, "'1:2:2.5' is no grid"),
-        (("omega=1:2:1",), (), {}, "a grid has 2 values at least"),
-        (("omega=1:2:999999999",), (), {}, "999999999 values are more than the 1e+08"),
-        (("omega=0:1:10001", "m=0:1:10001"), (), {}, "1e+08 members are more than"),
-        (("omega=log:0:1:5",), (), {}, "the ends of a logarithmic grid must be greater than 0"),
-        (("omega=lin:0:1:5",), (), {}, "is no grid"),
+        (("omega=1:2",), (), {}, "'1:2' is not a grid; write START:STOP:COUNT"),
+        (
+            ("omega=1:2:x",),
+            (),
+            {},
+            "COUNT is the number of values, an integer, not 'x'; write START:STOP:COUNT",
+        ),
+        (("omega=1:2:2.5",), (), {}, "an integer, not '2.5'"),
+        (("omega=1:2:1",), (), {}, "a grid has at least 2 values"),
+        (("omega=1:2:999999999",), (), {}, "999999999 values are more than the limit of 1e+08 members"),
+        (("omega=0:1:10001", "m=0:1:10001"), (), {}, "1e+08 members are more than the limit"),
+        (("omega=log:0:1:5",), (), {}, "both ends of a logarithmic grid must be positive"),
+        (("omega=lin:0:1:5",), (), {}, "is not a grid"),
         (("omega=1,,2",), (), {}, "the expression is empty"),
-        (("omega=1,two",), (), {}, "'two' is not a number"),
-        (("omega=g:2*g:3",), (), {}, "'g' is not a number"),
+        (("omega=1,two",), (), {}, "expected a number, not 'two'"),
+        (("omega=g:2*g:3",), (), {}, "expected a number, not 'g'"),
         (("omega=1,nan",), (), {}, "nan is not a finite number"),
         (("omega=0:1e999:3",), (), {}, "1e999 is not a finite number"),
         (("omega=1/0,2",), (), {}, "division by zero"),
         (("omega=1,2", "omega=3,4"), (), {}, "'omega' is given more than once"),
         (("theta=1,2",), ("theta=normal(0,1)",), {}, "'theta' is given more than once"),
         ((), ("theta=normal(0,1)",), {}, "add --members 1000"),
-        (("theta=1,2",), (), {"members": 5}, "--members says how often --random is drawn"),
-        ((), ("theta=cauchy(0,1)",), {"members": 5}, "no distribution; known: normal(mean,deviation)"),
-        ((), ("theta=normal(0)",), {"members": 5}, "is no distribution"),
-        ((), ("theta=normal(0,0)",), {"members": 5}, "must be greater than 0, not 0"),
-        ((), ("theta=normal(0,x)",), {"members": 5}, "'x' is not a number"),
-        ((), ("theta=uniform(1,1)",), {"members": 5}, "the upper end must be greater"),
-        ((), ("theta=lognormal(0,1)",), {"members": 5}, "is greater than 0, and 0 is not"),
-        ((), ("theta=loguniform(-1,1)",), {"members": 5}, "is greater than 0, and -1 is not"),
+        (("theta=1,2",), (), {"members": 5}, "--members is the number of draws of --random"),
+        (
+            (),
+            ("theta=cauchy(0,1)",),
+            {"members": 5},
+            "not a distribution; write one of normal(mean,deviation)",
+        ),
+        ((), ("theta=normal(0)",), {"members": 5}, "is not a distribution"),
+        ((), ("theta=normal(0,0)",), {"members": 5}, "the width of normal must be positive, not 0"),
+        ((), ("theta=normal(0,x)",), {"members": 5}, "expected a number, not 'x'"),
+        ((), ("theta=uniform(1,1)",), {"members": 5}, "the upper limit must be greater"),
+        (
+            (),
+            ("theta=lognormal(0,1)",),
+            {"members": 5},
+            "the first number of lognormal must be positive, not 0",
+        ),
+        (
+            (),
+            ("theta=loguniform(-1,1)",),
+            {"members": 5},
+            "the first number of loguniform must be positive, not -1",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(over, random, draws, message):
     with pytest.raises(UsageError) as raised:
         members(*over, random=random, **draws)
     assert message in str(raised.value) and "\n" not in str(raised.value)
+
+
+def test_two_columns_cannot_name_the_same_member_of_a_family(tmp_path):
+    table = tmp_path / "runs.csv"
+    table.write_text('"theta[4]","theta[N - 1]"\n1,2\n')
+    with pytest.raises(UsageError, match=r"column 'theta\[N - 1\]': an earlier column gives 'theta\[4\]'"):
+        draw_members(CHAIN, Draws(table=str(table)), {})
 
 
 def test_what_is_set_cannot_be_swept_and_sizes_neither():
@@ -141,21 +168,23 @@ def test_what_is_set_cannot_be_swept_and_sizes_neither():
 @pytest.mark.parametrize(
     ("content", "message"),
     [
-        (b"", "is empty: its first line must name the columns"),
+        (b"", "is empty: the first line must name the columns"),
         (b"\n\n", "is empty"),
         (b"theta\n", "has no rows"),
         (b"theta,theta\n1,2\n", ":1: two columns are called 'theta'"),
         (b"theta,\n1,2\n", ":1: a column has no name"),
         (b"thata\n1\n", "column 'thata': unknown name 'thata'; did you mean 'theta'?"),
-        (b"theta,m\n1,2\n\n1\n", ":4: there must be 2 values, and there are 1"),
-        (b"theta,m\n1,2\n1,2,3\n", ":3: there must be 2 values, and there are 3"),
-        (b"theta,m\n1,2\n1,two\n", ":3: m: 'two' is not a number"),
-        (b"theta,m\n1,2\n1,\n", ":3: m: '' is not a number"),
+        (b"theta;m\n1;2\n", ":1: separate the columns by commas"),
+        (b"theta\tm\n1\t2\n", ":1: separate the columns by commas"),
+        (b"theta,m\n1,2\n\n1\n", ":4: expected 2 values, found 1"),
+        (b"theta,m\n1,2\n1,2,3\n", ":3: expected 2 values, found 3"),
+        (b"theta,m\n1,2\n1,two\n", ":3: m: expected a number, not 'two'"),
+        (b"theta,m\n1,2\n1,\n", ":3: m: expected a number, not ''"),
         (b"theta\n1\n-inf\n", ":3: theta: -inf is not a finite number"),
         (b"theta\n1\n1\x002\n", ":3: "),
         (b'theta\n1\n"2\n', ":3: "),
-        (b"theta\n\xff\xfe\n", "it is not text in UTF-8"),
-        (b"\x89HDF\r\n\x1a\n", "it is not text in UTF-8"),
+        (b"theta\n\xff\xfe\n", "it is not UTF-8 text"),
+        (b"\x89HDF\r\n\x1a\n", "it is not UTF-8 text"),
     ],
 )
 def test_a_bad_table_is_refused_with_its_line(tmp_path, content, message):
