@@ -10,8 +10,8 @@ import click
 
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import shared_options, system_argument
-from lagrange_cli.cli.progress import ContestProgress
-from lagrange_cli.cli.report import INTERRUPTED, complain, emit, emit_json
+from lagrange_cli.cli.progress import ContestProgress, Waiting
+from lagrange_cli.cli.report import INTERRUPTED, complain, emit, emit_json, stem
 from lagrange_cli.cli.settings import (
     DEFAULT_OUTPUTS,
     FULL_PRECISION,
@@ -128,16 +128,20 @@ def bench(
     from lagrange_cli.contest.contest import Rules
     from lagrange_cli.spec.values import resolve_values
 
-    spec, values = read_run(
-        read_bytes(system),
-        system,
-        sizes,
-        lambda spec, problems: resolve_values(spec, overrides, problems),
-    )
+    waiting = Waiting(stem(system), quiet=quiet)
+    with waiting.stage("reading the system file"):
+        spec, values = read_run(
+            read_bytes(system),
+            system,
+            sizes,
+            lambda spec, problems: resolve_values(spec, overrides, problems),
+        )
     entries, left_out = enter(methods, tolerances, len(spec.coordinates))
     progress = ContestProgress(spec.name, quiet=quiet)
     with Interrupts() as interrupted:
-        standings = compete(spec, values, stop, wanted, entries, Rules(runs, budget), progress, interrupted)
+        standings = compete(
+            spec, values, stop, wanted, entries, Rules(runs, budget), waiting, progress, interrupted
+        )
     progress.clear()
     if as_json:
         emit_json(as_object(standings))
@@ -180,6 +184,7 @@ def compete(
     wanted: float,
     entries: Mapping[str, Sequence[float]],
     rules: Rules,
+    waiting: Waiting,
     progress: ContestProgress,
     interrupted: Callable[[], bool],
 ) -> Standings:
@@ -190,7 +195,8 @@ def compete(
     from lagrange_cli.contest.reference import find_reference
 
     settings = resolve_settings(spec, SolveDefaults(stop=stop, samples=SAMPLES))
-    prepare = preparing(spec, settings.backward)
+    with waiting.stage("deriving the equations of motion"):
+        prepare = preparing(spec, settings.backward)
 
     def reference_run(prepared: Prepared, times: Times) -> Followed:
         followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)

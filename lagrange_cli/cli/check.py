@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli.options import shared_options, systems_argument
-from lagrange_cli.cli.report import count_of, emit, emit_json, run_each
+from lagrange_cli.cli.progress import Waiting
+from lagrange_cli.cli.report import count_of, emit, emit_json, run_each, stem
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
@@ -43,13 +44,16 @@ def check_system(
     from lagrange_cli.mechanics.skipped import skipped
     from lagrange_cli.spec.values import resolve_values
 
-    spec, _ = read_run(
-        read_bytes(system),
-        system,
-        sizes,
-        lambda spec, problems: resolve_values(spec, overrides, problems),
-    )
-    residual = derive_system(spec)
+    waiting = Waiting(stem(system), quiet=quiet)
+    with waiting.stage("reading the system file"):
+        spec, _ = read_run(
+            read_bytes(system),
+            system,
+            sizes,
+            lambda spec, problems: resolve_values(spec, overrides, problems),
+        )
+    with waiting.stage("deriving the equations of motion"):
+        residual = derive_system(spec)
     if as_json:
         emit_json(as_object(spec.name, residual, skipped(residual)))
     elif not quiet:

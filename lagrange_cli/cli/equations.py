@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from lagrange_cli.cli.options import shared_options, systems_argument
-from lagrange_cli.cli.report import emit, emit_json, run_each
+from lagrange_cli.cli.progress import Waiting
+from lagrange_cli.cli.report import emit, emit_json, run_each, stem
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
@@ -86,23 +87,26 @@ def show_system(
     from lagrange_cli.spec.values import resolve_parameters
     from lagrange_cli.symbolic.derive import derive_equations
 
-    spec, parameters = read_run(
-        read_bytes(system),
-        system,
-        sizes,
-        lambda spec, problems: resolve_parameters(spec, overrides, problems),
-    )
-    with located(spec):
+    waiting = Waiting(stem(system), quiet=quiet)
+    with waiting.stage("reading the system file"):
+        spec, parameters = read_run(
+            read_bytes(system),
+            system,
+            sizes,
+            lambda spec, problems: resolve_parameters(spec, overrides, problems),
+        )
+    with waiting.stage("deriving the equations of motion"), located(spec):
         derived = derive_equations(build_model(spec, SympyAlgebra()))
-    verification = verify_system(spec, derived, overrides) if verifying else None
+    with waiting.stage("comparing with the compiled equations"):
+        verification = verify_system(spec, derived, overrides) if verifying else None
     if format_ == "json":
         from lagrange_cli.symbolic.data import as_data
 
-        with located(spec):
+        with waiting.stage("writing the equations"), located(spec):
             data = as_data(derived, form, parameters)
         emit_json(data | verdict(verification))
     else:
-        with located(spec):
+        with waiting.stage("writing the equations"), located(spec):
             text = written(derived, format_, form, parameters)
         if verification is not None and not (quiet and verification.agrees):
             text += f"\n\n{comment(format_)}{verification}"

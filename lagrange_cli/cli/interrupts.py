@@ -10,6 +10,7 @@ from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any
 
+from lagrange_cli.cli.progress import eraser
 from lagrange_cli.cli.report import INTERRUPTED
 
 ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGALRM") if hasattr(signal, name))
@@ -63,6 +64,6 @@ def heed_endings() -> None:
 def leave(number: int, frame: FrameType | None) -> None:
     """End the process. (An exception would be lost where it falls into code that is called back.)"""
     with suppress(OSError):
-        os.write(2, b"Interrupted.\n")
+        os.write(2, eraser() + b"Interrupted.\n")
     atexit._run_exitfuncs()
     os._exit(INTERRUPTED)

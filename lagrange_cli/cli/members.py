@@ -150,7 +150,7 @@ def product(axes: Sequence[Mapping[str, Array]], lengths: Sequence[int], count: 
 
 
 def grid(text: str, asked: str) -> Array:
-    """The values of ``START:STOP:COUNT``, ``log:START:STOP:COUNT`` or a comma list; both ends are included."""
+    """The values of ``START:STOP:COUNT`` (both ends included), ``log:START:STOP:COUNT`` or a comma list."""
     parts = [part.strip() for part in text.split(":")]
     if len(parts) == 1:
         return np.array([number(part, asked) for part in text.split(",")])

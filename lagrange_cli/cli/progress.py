@@ -2,84 +2,241 @@
 
 from __future__ import annotations
 
+import os
 import sys
+import threading
 import time
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 
 DELAY = 0.5
 """Seconds before the line is first shown and between its updates."""
+PATIENCE = 2.0
+"""Seconds of work before the motion after which its stage is shown."""
+WIDTH = 80
+"""Columns of a terminal that does not know its width."""
 
 
 class Line:
-    """A line that says how far ``name`` has come; it says nothing where nobody watches."""
+    """A line that tells what becomes of ``name``; nothing is shown where nobody watches."""
+
+    shown: Line | None = None
+    """The line that is on the terminal now."""
 
     def __init__(self, name: str, *, quiet: bool) -> None:
+        self.enabled = not quiet and sys.stderr is not None and sys.stderr.isatty()
         self._name = name
-        self._enabled = not quiet and sys.stderr is not None and sys.stderr.isatty()
         self._due = time.monotonic() + DELAY
-        self._length = 0
+        self.columns = 0
 
     def due(self) -> bool:
-        """Whether it is time to say something."""
-        return self._enabled and time.monotonic() >= self._due
+        """Whether it is time for an update."""
+        return self.enabled and time.monotonic() >= self._due
 
-    def say(self, fraction: float, rest: str) -> None:
-        """Rewrite the line: the fraction that is done, and what else there is to say."""
+    def say(self, text: str) -> None:
+        """Rewrite the line, cut to the width of the terminal: of the name first, as the text matters more."""
         self._due = time.monotonic() + DELAY
-        self._write(f"{self._name}: {fraction:4.0%}  {rest}")
+        width = terminal_width() - 1  # in the last column some terminals begin a new line
+        name, text = printable(self._name), printable(text)
+        line = cut(f"{cut(name, max(0, width - columns(text) - 2))}: {text}", width)
+        self._write(line, width)
+        self.columns = columns(line)
+        Line.shown = self
 
     def clear(self) -> None:
-        """Take the line away, so that what follows starts in the first column."""
-        if self._length:
-            self._write("")
+        """Remove the line, so that what follows starts in the first column."""
+        if self.columns:
+            self._write("", terminal_width() - 1)
+            with suppress(OSError, ValueError):
+                sys.stderr.write("\r")
+                sys.stderr.flush()
+        self.columns = 0
+        if Line.shown is self:
+            Line.shown = None
 
-    def _write(self, line: str) -> None:
-        with suppress(OSError):
-            sys.stderr.write("\r" + line.ljust(self._length) + ("" if line else "\r"))
+    @staticmethod
+    def clear_shown() -> None:
+        """Remove the line that is shown now, if there is one: something else is going to be said."""
+        if Line.shown is not None:
+            Line.shown.clear()
+
+    def _write(self, line: str, width: int) -> None:
+        padding = max(0, min(self.columns, width) - columns(line))
+        with suppress(OSError, ValueError):
+            sys.stderr.write(f"\r{line}{' ' * padding}")
             sys.stderr.flush()
-        self._length = len(line)
 
 
-class Progress(Line):
-    """Shows the time reached between ``start`` and ``stop``."""
-
-    def __init__(self, name: str, start: float, stop: float, *, quiet: bool) -> None:
-        super().__init__(name, quiet=quiet)
-        self._start, self._stop = start, stop
-
-    def show(self, t: float) -> None:
-        """Say that the motion has reached ``t``, if it is time to say something."""
-        if self.due():
-            self.say((t - self._start) / (self._stop - self._start), f"t = {t:.6g} of {self._stop:g}")
+def terminal_width() -> int:
+    """The columns of the terminal behind standard error, which may change at any time."""
+    with suppress(OSError, ValueError, AttributeError):
+        return os.get_terminal_size(sys.stderr.fileno()).columns or WIDTH
+    return WIDTH
 
 
-class MembersProgress(Line):
-    """Shows how many members of an ensemble have ended, how fast that goes, and the time left."""
+def printable(text: str) -> str:
+    """What the terminal is going to show of the text, control characters replaced."""
+    encoding = getattr(sys.stderr, "encoding", None) or "utf-8"
+    shown = "".join(letter if letter.isprintable() else "?" for letter in text)
+    return shown.encode(encoding, "backslashreplace").decode(encoding)
 
-    def __init__(self, name: str, members: int, *, quiet: bool) -> None:
-        super().__init__(name, quiet=quiet)
-        self._members, self._began = members, time.monotonic()
 
-    def show(self, done: int) -> None:
-        """Say that ``done`` members have ended, if it is time to say something."""
-        if self.due():
-            rate = done / (time.monotonic() - self._began)
-            left = f", {duration((self._members - done) / rate)} left" if done else ""
-            self.say(done / self._members, f"{done} of {self._members} members, {rate:.3g} a second{left}")
+def columns(text: str) -> int:
+    """The columns of a terminal that the text takes: letters of East Asia take two, combining ones none."""
+    return len(text) if text.isascii() else sum(map(columns_of, text))
+
+
+def columns_of(letter: str) -> int:
+    """The columns that one character takes."""
+    from unicodedata import category, east_asian_width
+
+    if category(letter) in ("Mn", "Me", "Cf"):
+        return 0
+    return 2 if east_asian_width(letter) in ("W", "F") else 1
+
+
+def cut(text: str, width: int) -> str:
+    """The beginning of the text, as much as fits."""
+    if columns(text) <= width:
+        return text
+    taken, used = 0, 0
+    for letter in text:
+        used += columns_of(letter)
+        if used > width:
+            break
+        taken += 1
+    return text[:taken]
+
+
+class Rate:
+    """How fast something advances since it was first asked; what was there before does not count."""
+
+    def __init__(self) -> None:
+        self._first: tuple[float, float] | None = None
+
+    def __call__(self, place: float) -> float:
+        """The distance from the first place a second; 0 where that is not known yet."""
+        now = time.monotonic()
+        if self._first is None:
+            self._first = place, now
+        begin, began = self._first
+        return (place - begin) / (now - began) if now > began else 0.0
+
+
+def time_left(distance: float, rate: float) -> str:
+    """``, 8 s left``; nothing where it is not known."""
+    return f", {duration(distance / rate)} left" if rate and distance / rate > 0 else ""
 
 
 def duration(seconds: float) -> str:
-    """``8 s``, ``2 min 5 s``, ``3 h 20 min``."""
+    """``8 s``, ``2 min 5 s``, ``3 h 20 min``, ``12 d 3 h``."""
     minutes, rest = divmod(round(seconds), 60)
     if minutes == 0:
         return f"{rest} s"
-    return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
+    if minutes < 60:
+        return f"{minutes} min {rest} s"
+    hours, minutes = divmod(minutes, 60)
+    return f"{hours} h {minutes} min" if hours < 48 else f"{hours // 24} d {hours % 24} h"
+
+
+def eraser() -> bytes:
+    """What removes the line that is shown now, for a process that ends at once."""
+    return (
+        b"" if Line.shown is None else f"\r{' ' * min(Line.shown.columns, terminal_width() - 1)}\r".encode()
+    )
+
+
+class Progress(Line):
+    """Shows the time reached between ``start`` and ``stop``, and the time left."""
+
+    def __init__(self, name: str, start: float, stop: float, *, quiet: bool) -> None:
+        super().__init__(name, quiet=quiet)
+        self._start, self._stop, self._rate = start, stop, Rate()
+
+    def show(self, t: float) -> None:
+        """The motion has reached ``t``."""
+        rate = self._rate(t)
+        if self.due():
+            part = (t - self._start) / (self._stop - self._start)
+            left = time_left(self._stop - t, rate)
+            self.say(f"{part:4.0%}  t = {t:.6g} of {self._stop:g}{left}")
+
+
+class Counter(Line):
+    """Shows how many of ``count`` things have been done, how fast that goes, and the time left."""
+
+    def __init__(self, name: str, count: int, noun: str, *, quiet: bool) -> None:
+        super().__init__(name, quiet=quiet)
+        self._count, self._noun, self._rate = count, noun, Rate()
+
+    def show(self, done: int) -> None:
+        """So many are done, those of an earlier run among them."""
+        rate = self._rate(done)
+        if self.due():
+            left = time_left(self._count - done, rate)
+            speed = f", {rate:.3g} per second" if rate else ""
+            self.say(f"{done / self._count:4.0%}  {done} of {self._count} {self._noun}{speed}{left}")
 
 
 class ContestProgress(Line):
     """Shows which of the contenders is on."""
 
     def show(self, done: int, count: int, what: object) -> None:
-        """Say that ``done`` of ``count`` are through and what comes next: each may take long, so at once."""
-        if self._enabled:
-            self.say(done / count, str(what))
+        """Of ``count``, so many are done, and ``what`` is next: each may take long, so this is shown at
+        once."""
+        if self.enabled:
+            self.say(f"{done / count:4.0%}  {what}")
+
+
+class Waiting:
+    """Shows which stage of the work before the motion is on, once that has taken ``PATIENCE`` seconds.
+
+    A thread updates the line while the stage works, so that the stage need not think of it.
+    """
+
+    def __init__(self, name: str, *, quiet: bool) -> None:
+        self._line = Line(name, quiet=quiet)
+        self._lock = threading.Lock()
+        self._stage: str | None = None
+        self._first: float | None = None
+        self._began = 0.0
+        self._updating: threading.Thread | None = None
+
+    @contextmanager
+    def stage(self, text: str | None) -> Iterator[None]:
+        """A stage of the work, as in ``deriving the equations of motion``; it may be within another. None:
+        nothing is shown in its course."""
+        before = self._enter(text)
+        try:
+            yield
+        finally:
+            self._enter(before)
+
+    def _enter(self, text: str | None) -> str | None:
+        if not self._line.enabled:
+            return None
+        with self._lock:
+            now, before = time.monotonic(), self._stage
+            self._stage, self._began = text, now
+            self._first = now if self._first is None else self._first
+            if text is None:
+                self._line.clear()
+            elif self._updating is None:
+                self._updating = threading.Thread(target=self._update, daemon=True)
+                self._updating.start()
+        return before
+
+    def _update(self) -> None:
+        while True:
+            time.sleep(DELAY)
+            with self._lock:
+                if self._stage is None:
+                    self._updating = None
+                    return
+                self.update()
+
+    def update(self) -> None:
+        """Bring the line up to date."""
+        now = time.monotonic()
+        if self._stage is not None and self._first is not None and now - self._first >= PATIENCE:
+            self._line.say(f"{self._stage}, {duration(now - self._began)}")

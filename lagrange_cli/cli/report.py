@@ -10,6 +10,7 @@ from typing import Any
 
 import click
 
+from lagrange_cli.cli.progress import Line
 from lagrange_cli.errors import FileError, LagrangeError, SpecError
 
 INTERRUPTED = 130
@@ -35,6 +36,7 @@ def emit(text: str) -> None:
 
     Raises ``FileError`` where standard output cannot be written for another reason (a full disk).
     """
+    Line.clear_shown()
     try:
         click.echo(text)
     except BrokenPipeError:
@@ -81,6 +83,7 @@ def count_of(number: int, noun: str) -> str:
 
 def complain(text: str) -> None:
     """Write a message to standard error; where even that is impossible there is nobody to tell."""
+    Line.clear_shown()
     try:
         click.echo(text, err=True)
     except OSError:

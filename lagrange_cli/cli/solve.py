@@ -19,7 +19,8 @@ from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import refuse, systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
-from lagrange_cli.cli.report import complain, emit, emit_json, run_each
+from lagrange_cli.cli.progress import Waiting
+from lagrange_cli.cli.report import complain, emit, emit_json, run_each, stem
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
@@ -105,7 +106,8 @@ def refuse_shared_outputs(systems: tuple[str, ...], output: str | None) -> None:
 
 def solve_system(system: str, request: Request, demand: Demand | None = None) -> int:
     """Read, derive, compile, integrate and write one system; returns the exit status."""
-    began, watch = time.process_time(), Stopwatch()
+    began = time.process_time()
+    watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
     with watch.stage("import"):
         name = output_name(system, request.output)
         target = find_output(system, name, force=request.force, resume=request.resume)

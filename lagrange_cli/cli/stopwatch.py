@@ -4,7 +4,20 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lagrange_cli.cli.progress import Waiting
+
+WAITING = {
+    "import": "loading modules",
+    "parse": "reading the system file",
+    "derive": "deriving the equations of motion",
+    "compile": "compiling",
+    "cache": "looking for a compiled program",
+}
+"""What is shown of stages that take long; the others show their progress themselves."""
 
 STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 """In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
@@ -21,9 +34,13 @@ NOTES = {
 
 
 class Stopwatch:
-    """Seconds by stage. Stages do not overlap: one within another stops the outer one's time."""
+    """Seconds by stage. Stages do not overlap: one within another stops the outer one's time.
 
-    def __init__(self) -> None:
+    ``waiting`` shows which stage is on, where it takes long.
+    """
+
+    def __init__(self, waiting: Waiting | None = None) -> None:
+        self._show = waiting.stage if waiting is not None else nullcontext
         self.seconds = dict.fromkeys(STAGES, 0.0)
         self._started = time.perf_counter()
         self._inner = 0.0
@@ -33,7 +50,8 @@ class Stopwatch:
         """Add the time spent inside to the stage of that name."""
         before, outer, self._inner = time.perf_counter(), self._inner, 0.0
         try:
-            yield
+            with self._show(WAITING.get(name)):
+                yield
         finally:
             spent = time.perf_counter() - before
             self.seconds[name] += spent - self._inner

@@ -20,8 +20,8 @@ from lagrange_cli.cli.ensemble import (
 )
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import parse_pairs, refuse, system_argument
-from lagrange_cli.cli.progress import MembersProgress
-from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, run_each
+from lagrange_cli.cli.progress import Counter, Waiting
+from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, run_each, stem
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
@@ -135,7 +135,8 @@ def processors() -> int:
 
 def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> int:
     """Read, derive, compile, integrate and write an ensemble; returns the exit status."""
-    began, watch = time.process_time(), Stopwatch()
+    began = time.process_time()
+    watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
     with watch.stage("import"):
         name = output_name(system, request.output, "_sweep")
         target = find_output(system, name, force=request.force, resume=request.resume)
@@ -226,7 +227,7 @@ def follow_and_write(
     from lagrange_cli.store.layout import Layout
 
     times, sampled, members = times_of(ensemble), ensemble.sampled, ensemble.values.members
-    progress = MembersProgress(ensemble.spec.name, members, quiet=request.quiet)
+    progress = Counter(ensemble.spec.name, members, "members", quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
             writer = EnsembleWriter(

@@ -1,11 +1,20 @@
 """The line that says how far a run has come."""
 
 import io
+import os
+import subprocess
+import sys
+import threading
+from contextlib import suppress
+from types import SimpleNamespace
 
 import pytest
 
 from lagrange_cli.cli import progress
-from lagrange_cli.cli.progress import MembersProgress, Progress, duration
+from lagrange_cli.cli.progress import ContestProgress, Counter, Line, Progress, Waiting, columns, duration
+from lagrange_cli.cli.report import complain
+from lagrange_cli.cli.stopwatch import Stopwatch
+from tests.cli.command import ENVIRONMENT, SYSTEMS
 
 
 class Terminal(io.StringIO):
@@ -15,54 +24,220 @@ class Terminal(io.StringIO):
 
 @pytest.fixture
 def clock(monkeypatch):
-    """Seconds that pass as the test says."""
+    """Seconds that pass as the test says; no thread updates a line by itself."""
     now = [100.0]
     monkeypatch.setattr(progress.time, "monotonic", lambda: now[0])
+    monkeypatch.setattr(progress.threading.Thread, "start", lambda thread: None)
     return now
+
+
+@pytest.fixture
+def terminal(monkeypatch):
+    terminal = Terminal()
+    monkeypatch.setattr(progress, "sys", SimpleNamespace(stderr=terminal))
+    return terminal
 
 
 def lines(terminal: io.StringIO) -> list[str]:
     return [line.strip() for line in terminal.getvalue().split("\r") if line.strip()]
 
 
-def test_members_their_rate_and_the_time_left(monkeypatch, clock):
-    terminal = Terminal()
-    monkeypatch.setattr("sys.stderr", terminal)
-    line = MembersProgress("hoop", 1000, quiet=False)
-    for passed, done in ((0.1, 10), (0.9, 0), (1.0, 250), (0.1, 260), (2.0, 500)):
+def test_members_their_rate_and_the_time_left(terminal, clock):
+    line = Counter("hoop", 1000, "members", quiet=False)
+    for passed, done in ((0.1, 0), (0.9, 0), (1.0, 250), (0.1, 260), (2.0, 500)):
         clock[0] += passed
         line.show(done)
     line.clear()
     assert lines(terminal) == [
-        "hoop:   0%  0 of 1000 members, 0 a second",
-        "hoop:  25%  250 of 1000 members, 125 a second, 6 s left",
-        "hoop:  50%  500 of 1000 members, 122 a second, 4 s left",
+        "hoop:   0%  0 of 1000 members",
+        "hoop:  25%  250 of 1000 members, 132 per second, 6 s left",
+        "hoop:  50%  500 of 1000 members, 125 per second, 4 s left",
     ]
     assert terminal.getvalue().endswith("\r")
 
 
-def test_the_time_reached(monkeypatch, clock):
-    terminal = Terminal()
-    monkeypatch.setattr("sys.stderr", terminal)
-    line = Progress("hoop", 1.0, 5.0, quiet=False)
+def test_what_an_earlier_run_did_is_no_part_of_the_rate(terminal, clock):
+    members = Counter("hoop", 1000, "members", quiet=False)
+    for passed, done in ((0.0, 900), (10.0, 920)):
+        clock[0] += passed
+        members.show(done)
+    motion = Progress("hoop", 0.0, 1000.0, quiet=False)
+    for passed, t in ((0.0, 900.0), (10.0, 920.0)):
+        clock[0] += passed
+        motion.show(t)
+    assert lines(terminal) == [
+        "hoop:  92%  920 of 1000 members, 2 per second, 40 s left",
+        "hoop:  92%  t = 920 of 1000, 40 s left",
+    ]
+
+
+@pytest.mark.parametrize(("start", "stop", "way"), [(1.0, 5.0, (2.0, 3.0)), (5.0, 1.0, (4.0, 3.0))])
+def test_the_time_reached_and_the_time_left(terminal, clock, start, stop, way):
+    line = Progress("hoop", start, stop, quiet=False)
     clock[0] += 1
-    line.show(2.0)
-    assert lines(terminal) == ["hoop:  25%  t = 2 of 5"]
+    line.show(way[0])
+    clock[0] += 30
+    line.show(way[1])
+    line.show(way[1])
+    assert lines(terminal) == [
+        f"hoop:  25%  t = {way[0]:g} of {stop:g}",
+        f"hoop:  50%  t = 3 of {stop:g}, 1 min 0 s left",
+    ]
+
+
+def test_no_time_is_left_that_nobody_knows(terminal, clock):
+    line = Progress("hoop", 0.0, 1.0, quiet=False)
+    for passed, t in ((1.0, 0.5), (5.0, 0.5), (5.0, 0.4)):  # it stands, it is set back
+        clock[0] += passed
+        line.show(t)
+    assert [line.count("left") for line in lines(terminal)] == [0, 0, 0]
+
+
+def test_a_stage_is_shown_after_two_seconds(terminal, clock):
+    waiting = Waiting("chain", quiet=False)
+    with waiting.stage("deriving"):
+        for passed in (1.0, 0.9, 0.2, 3.0):
+            clock[0] += passed
+            waiting.update()
+        with waiting.stage("compiling"):
+            clock[0] += 1
+            waiting.update()
+        with waiting.stage(None):
+            clock[0] += 1
+            waiting.update()
+        assert terminal.getvalue().endswith(" \r")  # taken away
+    waiting.update()
+    assert lines(terminal) == ["chain: deriving, 2 s", "chain: deriving, 5 s", "chain: compiling, 1 s"]
+    assert terminal.getvalue().endswith(" \r") and Line.shown is None
+
+
+def test_the_stages_of_a_run_are_shown_in_words(terminal, clock):
+    waiting = Waiting("chain", quiet=False)
+    watch = Stopwatch(waiting)
+    for stage in ("import", "parse", "derive", "compile", "integrate", "write"):
+        with watch.stage(stage):
+            clock[0] += 3
+            waiting.update()
+    assert lines(terminal) == [
+        "chain: loading modules, 3 s",
+        "chain: reading the system file, 3 s",
+        "chain: deriving the equations of motion, 3 s",
+        "chain: compiling, 3 s",
+    ]
+
+
+def test_messages_take_the_line_away(terminal, clock, monkeypatch):
+    monkeypatch.setattr("sys.stderr", terminal)
+    line = ContestProgress("hoop", quiet=False)
+    line.show(0, 2, "reference")
+    complain("a warning")
+    assert terminal.getvalue() == "\rhoop:   0%  reference\r" + " " * 21 + "\ra warning\n"
+
+
+NAMES = {
+    "short": "hoop",
+    "long": "a long name " * 20,
+    "wide": "振り子" * 30,
+    "combining": "e\u0301" * 50,
+    "control": "x\x1b[2J\ny",
+}
+
+
+@pytest.mark.parametrize("width", [0, 1, 5, 20, 40, 80, 300])
+@pytest.mark.parametrize("name", NAMES.values(), ids=NAMES)
+def test_a_line_fits_the_terminal(terminal, clock, monkeypatch, width, name):
+    widths = [width]
+    monkeypatch.setattr(terminal, "fileno", lambda: 2)
+    monkeypatch.setattr(progress.os, "get_terminal_size", lambda fd: os.terminal_size((widths[0], 24)))
+    line = Counter(name, 1000, "members", quiet=False)
+    for done in (500, 600, 700, 800):
+        clock[0] += 1
+        line.show(done)
+        shown = terminal.getvalue().split("\r")[-1]
+        assert columns(shown) <= max(0, (widths[0] or 80) - 1)
+        assert shown.replace(" ", "").isprintable()
+        if widths[0] == 80:
+            assert f"{done} of 1000 members" in shown  # the name is cut first
+        widths[0] = max(1, widths[0] // 2)  # someone makes the window smaller
+    so_far = len(terminal.getvalue())
+    line.clear()
+    assert all(columns(piece) < widths[0] for piece in terminal.getvalue()[so_far:].split("\r"))
+
+
+def test_a_letter_takes_as_many_columns_as_it_is_wide():
+    assert [columns(text) for text in ("θ", "振", "e\u0301", "ｗ", "")] == [1, 2, 1, 2, 0]
 
 
 @pytest.mark.parametrize(("terminal", "quiet"), [(io.StringIO(), False), (Terminal(), True)])
 def test_nothing_is_said_where_nobody_watches(monkeypatch, clock, terminal, quiet):
     monkeypatch.setattr("sys.stderr", terminal)
-    line = MembersProgress("hoop", 10, quiet=quiet)
-    clock[0] += 10
-    line.show(5)
-    line.clear()
+    line, waiting = Counter("hoop", 10, "members", quiet=quiet), Waiting("hoop", quiet=quiet)
+    with waiting.stage("deriving"):
+        clock[0] += 10
+        waiting.update()
+        line.show(5)
+        line.clear()
     assert terminal.getvalue() == ""
 
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(0.2, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (125, "2 min 5 s"), (12000, "3 h 20 min")],
-)
+    [
+        (0.2, "0 s"), (59.4, "59 s"), (59.6, "1 min 0 s"), (125, "2 min 5 s"), (12000, "3 h 20 min"),
+        (3600 * 50, "2 d 2 h"),
+    ],
+)  # fmt: skip
 def test_durations(seconds, text):
     assert duration(seconds) == text
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
+@pytest.mark.parametrize(
+    ("command", "shown"),
+    [
+        (("check", "PENDULUM"), "deriving the equations of motion, "),
+        (("equations", "PENDULUM"), "deriving the equations of motion, "),
+        (("solve", "PENDULUM", "--no-cache"), "compiling, "),
+        (("sweep", "PENDULUM", "--over", "theta=0,1", "--no-cache"), "compiling, "),
+        (("bench", "PENDULUM", "--methods", "taylor", "--tolerances", "1e-6", "--runs", "1"), "reference"),
+    ],
+    ids=lambda x: x[0] if isinstance(x, tuple) else "",
+)
+def test_every_command_says_what_it_does_on_a_terminal(tmp_path, monkeypatch, command, shown):
+    """In a narrow pseudo-terminal, where every stage counts as long; at the end nothing is left of it."""
+    import fcntl
+    import struct
+    import termios
+
+    master, slave = os.openpty()
+    fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 60, 0, 0))
+    patched = (
+        "import sys; from lagrange_cli.cli import progress; progress.PATIENCE, progress.DELAY = 0, 1e-3; "
+        "from lagrange_cli.cli.main import main; sys.exit(main(sys.argv[1:]))"
+    )
+    arguments = [str(SYSTEMS / "pendulum.yaml") if each == "PENDULUM" else each for each in command]
+    said = bytearray()
+    process = subprocess.Popen(
+        [sys.executable, "-c", patched, *arguments],
+        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=slave,
+    )  # fmt: skip
+    os.close(slave)
+    reading = threading.Thread(target=lambda: read_all(master, said))
+    reading.start()
+    out, _ = process.communicate(timeout=120)
+    reading.join(10)
+    os.close(master)
+    text = said.decode()
+    assert process.returncode == 0, text
+    assert out and b"\r" not in out
+    pieces = text.split("\r")
+    assert any(shown in piece for piece in pieces), text
+    assert all(len(piece) < 60 for piece in pieces) and "\n" not in text
+    assert pieces[-1] == "" and not pieces[-2].strip()
+
+
+def read_all(master: int, said: bytearray) -> None:
+    """What comes out of a pseudo-terminal, until nobody has it open any more."""
+    with suppress(OSError):
+        while piece := os.read(master, 65536):
+            said.extend(piece)
