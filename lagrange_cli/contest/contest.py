@@ -1,4 +1,4 @@
-"""The contest: a method at a tolerance, what it took and how far it was off."""
+"""The comparison of methods and tolerances: the time and the error of each."""
 
 from __future__ import annotations
 
@@ -30,10 +30,10 @@ class Contender:
 
 @dataclass(frozen=True)
 class Result:
-    """What came of a contender; ``message`` says why where the status is not ``complete``.
+    """The result of a contender; ``message`` gives the reason where the status is not ``complete``.
 
-    ``seconds`` is the median over ``runs``. ``error`` is the largest one of q, relative to its size; where it
-    is less than that of the reference, it is this one's, and ``bounded``.
+    ``seconds`` is the median over ``runs``. ``error`` is the largest error of q, relative to its size. If it
+    is less than that of the reference, it is replaced by the latter, and ``bounded`` is true.
     """
 
     contender: Contender
@@ -50,7 +50,7 @@ class Result:
 
 @dataclass(frozen=True)
 class Rules:
-    """How often a contender is run after its first run, and for how many seconds in all."""
+    """The number of runs of a contender after its first one, and the seconds that all its runs may take."""
 
     runs: int
     budget: float
@@ -64,16 +64,16 @@ def hold(
     rules: Rules,
     interrupted: Callable[[], bool],
 ) -> Iterator[Result]:
-    """The result of every method at its tolerances, from the loosest on, one after the other.
+    """The results of every method, one tolerance after the other, beginning with the coarsest.
 
-    Once a method has used up its budget, its tighter tolerances are skipped.
+    Once a method exceeds its budget, its finer tolerances are skipped.
     """
     for method, tolerances in entries.items():
         slow: Contender | None = None
         for tolerance in sorted(tolerances, reverse=True):
             contender = Contender(method, tolerance)
             if slow is not None:
-                yield Result(contender, "skipped", f"{slow} was too slow already")
+                yield Result(contender, "skipped", f"{slow} already exceeded the budget")
                 continue
             try:
                 prepared = prepare(contender)
@@ -95,15 +95,16 @@ def measure(
     rules: Rules,
     interrupted: Callable[[], bool],
 ) -> Result:
-    """The contender's error from a first run, and its time from those that fit into the budget after it.
+    """The contender's error from a first run, and its time from further runs that fit into the budget.
 
-    Where none fits, it is the first one's.
+    If none fits, the time is that of the first run.
     """
     first = follow(prepared, values, reference.times, rules.budget, interrupted)
     outcome = first.outcome
     if outcome.ending is not Ending.COMPLETE:
         cut = outcome.ending is Ending.INTERRUPTED
-        message = f"cut after {rules.budget:g} s at t = {outcome.t:.3g}" if cut else outcome.message
+        late = f"stopped after {rules.budget:g} s (--budget) at t = {outcome.t:.3g}"
+        message = late if cut else outcome.message
         return Result(
             contender, "cut" if cut else "failed", message, outcome.steps, outcome.evaluations,
             h_drift=outcome.h_drift,

@@ -1,4 +1,4 @@
-"""One motion followed for its samples of q: how, how far, and in how many seconds."""
+"""One timed integration, for its samples of q."""
 
 from __future__ import annotations
 
@@ -18,12 +18,12 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
 
 SAMPLES = 1001
-"""At how many times motions are compared, evenly from start to stop."""
+"""Number of times at which motions are compared, evenly spaced from start to stop."""
 
 
 @dataclass(frozen=True)
 class Followed:
-    """``q`` of shape (samples reached, coordinates), how the motion ended, and what it took."""
+    """``q`` of shape (samples reached, coordinates), the outcome of the integration, and its time."""
 
     q: NDArray[np.float64]
     outcome: Outcome
@@ -38,10 +38,10 @@ def evenly(start: float, stop: float) -> Times:
 def follow(
     prepared: Prepared, values: Values, times: Times, budget: float, interrupted: Callable[[], bool]
 ) -> Followed:
-    """Follow a prepared motion, for ``budget`` seconds at most or until ``interrupted``.
+    """Integrate a prepared motion, for ``budget`` seconds at most or until ``interrupted``.
 
-    ``seconds`` are those of the integration: its samples and what is observed at them included, as in a run
-    of ``solve``, but neither compilation nor writing.
+    ``seconds`` is the time of the integration. As in a run of ``solve`` it includes samples and diagnostics,
+    but neither compilation nor output.
     """
     paths = [dataset.path for dataset in prepared.recording.states if dataset.path.startswith("q/")]
     chunks = [np.empty((0, len(prepared.recording.coordinates)))]

@@ -1,6 +1,6 @@
-"""Work-precision pictures: run time against error, both logarithmic. The only place that imports matplotlib.
+"""Work-precision diagrams: run time against error, both logarithmic. The only place that imports matplotlib.
 
-The error falls to the right, so that what is further right is more accurate and what is lower is faster.
+The error decreases to the right: points further right are more accurate, and lower points are faster.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 FORMATS = (".svg", ".pdf", ".png")
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""Those of Okabe and Ito, which are told apart whatever colours one sees (Wong, Nature Methods 8, 2011)."""
+"""The colours of Okabe and Ito, which colour-blind readers can distinguish (Wong, Nature Methods 8, 2011)."""
 MARKERS = "osD^vPX"
 STYLE: Any = {
     "font.size": 10,
@@ -34,14 +34,14 @@ STYLE: Any = {
     "axes.axisbelow": True,
 }
 LINE = 12.0
-"""Points between two labels, at least."""
+"""Least distance between two labels, in points."""
 WIDE = 70.0
-"""Points that a label takes up to the right."""
+"""Width of a label, in points."""
 
 
 @dataclass(frozen=True)
 class Point:
-    """A run: its error, its seconds, and whether its error is only known to be less."""
+    """A run: its error and time; if ``bounded``, the error is an upper bound."""
 
     error: float
     seconds: float
@@ -50,7 +50,7 @@ class Point:
 
 @dataclass(frozen=True)
 class Curve:
-    """The runs of one method, from the loosest tolerance on."""
+    """The runs of one method, beginning with the coarsest tolerance."""
 
     name: str
     points: tuple[Point, ...]
@@ -58,7 +58,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Picture:
-    """What is drawn into one frame; errors below ``floor`` cannot be told, ``chosen`` gets a ring."""
+    """The content of one frame; errors below ``floor`` cannot be measured, ``chosen`` is circled."""
 
     title: str
     error_label: str
@@ -69,7 +69,7 @@ class Picture:
 
 
 def check_picture(name: str) -> None:
-    """Refuse a picture that could not be drawn, before any work is done for it.
+    """Check, before any work is done, that a picture can be drawn.
 
     Raises ``UsageError``.
     """
@@ -83,7 +83,7 @@ def check_picture(name: str) -> None:
 
 
 def write_picture(name: str, *pictures: Picture) -> None:
-    """Draw pictures side by side into a file. Several have the same curves, and one legend.
+    """Draw pictures side by side into a file. If there are several, they have the same curves and one legend.
 
     Raises ``FileError`` where it cannot be written.
     """
@@ -111,7 +111,7 @@ def write_picture(name: str, *pictures: Picture) -> None:
 
 
 def draw(axes: Axes, picture: Picture) -> None:
-    """One frame: the curves, what error is wanted, and what errors cannot be told."""
+    """Draw one frame: the curves, the required error, and the errors that cannot be measured."""
     axes.set(xscale="log", yscale="log", xlabel=picture.error_label, ylabel="run time (s)")
     axes.set_title(picture.title, loc="left")
     for k, curve in enumerate(picture.curves):
@@ -121,7 +121,7 @@ def draw(axes: Axes, picture: Picture) -> None:
     axes.set_xlim(axes.get_xlim())  # what follows does not widen it
     if picture.wanted is not None:
         axes.axvline(picture.wanted, color="#555555", linewidth=1, linestyle=(0, (4, 3)), zorder=1)
-        note(axes, picture.wanted, "error wanted")
+        note(axes, picture.wanted, "required error")
     if picture.floor is not None:
         axes.axvspan(picture.floor, min(picture.floor, axes.get_xlim()[1]), color="#f2f2f2", zorder=0)
         note(axes, picture.floor, "error of the reference")
@@ -131,7 +131,7 @@ def draw(axes: Axes, picture: Picture) -> None:
 
 
 def draw_curve(axes: Axes, curve: Curve, k: int) -> None:
-    """The line, and its points: hollow where the error is only known to be less."""
+    """Draw the line and its points, hollow where the error is an upper bound."""
     color, marker = COLORS[k % len(COLORS)], MARKERS[k % len(MARKERS)]
     errors, seconds = [p.error for p in curve.points], [p.seconds for p in curve.points]
     width = 2.2 if k == 0 else 1.4
@@ -151,7 +151,7 @@ def draw_curve(axes: Axes, curve: Curve, k: int) -> None:
 
 
 def note(axes: Axes, error: float, text: str) -> None:
-    """A word along a vertical line, at its top, if the line is within the frame."""
+    """Write a label along a vertical line, at its top, if the line is within the frame."""
     loosest, tightest = axes.get_xlim()
     if tightest < error < loosest:
         axes.annotate(
@@ -161,7 +161,7 @@ def note(axes: Axes, error: float, text: str) -> None:
 
 
 def label_ends(figure: Figure, axes: Axes, curves: tuple[Curve, ...]) -> None:
-    """Each curve's name beside its last point, moved up where another one is in its way."""
+    """Write each curve's name beside its last point, moved up where it would overlap another."""
     figure.draw_without_rendering()
     points = 72.0 / figure.dpi
     ends = []

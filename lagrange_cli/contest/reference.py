@@ -1,10 +1,10 @@
-"""``Reference``: a motion known better than any contender gives it, and how well it is known.
+"""``Reference``: a motion more accurate than that of any contender, with an estimate of its error.
 
-It is the mean of three motions by the Taylor method, all of the highest order and with steps several times as
-short as those for full double precision: their truncation is nothing, and the compensated sums of the
-stepping loop make the rounding less the shorter the steps are. The step lengths differ, so the roundings do,
-and the largest distance between two of them tells the error. Where neighbouring motions part, no motion is
-known for long: the reference ends where its error exceeds what is asked of it.
+It is the mean of three motions by the Taylor method, all of the highest order and with steps several times
+shorter than for full double precision. Their truncation errors are negligible, and the compensated sums of
+the stepping loop make rounding errors smaller with shorter steps. The step sizes differ, and so do the
+rounding errors: the largest distance between two of the motions estimates the error. Chaotic motions cannot
+be predicted for long. The reference therefore ends where its error exceeds the one required.
 """
 
 from __future__ import annotations
@@ -25,18 +25,18 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 TOLERANCES = (1e-44, 1e-47, 1e-50)
-"""What they are computed with: steps from a quarter to a sixth of those for 2^-52."""
+"""Tolerances of the three motions: steps from a quarter to a sixth of those for 2^-52."""
 ROUNDING = 2.0**-53
-"""The error of the doubles that it is kept in, whatever else there is."""
+"""The rounding error of the doubles in which it is stored: a lower bound for its error."""
 SHORTEST = 1e-9
-"""Of the time asked for: where less of it can be known, nothing is compared."""
+"""The shortest part of the given time for which a reference is of use."""
 
 
 @dataclass(frozen=True)
 class Reference:
     """The motion at ``times``: ``q`` of shape (samples, coordinates), and ``sizes`` (coordinates,) of each.
 
-    ``error`` is that of q, relative to the sizes. Where the times end before ``asked``, ``reason`` says why.
+    ``error`` is that of q, relative to the sizes. If the times end before ``asked``, ``reason`` says why.
     """
 
     times: Times
@@ -55,12 +55,12 @@ class Reference:
 def find_reference(
     runs: Sequence[Callable[[Times], Followed]], start: float, stop: float, good: float, groups: Sequence[str]
 ) -> Reference:
-    """The reference from ``start`` to ``stop``, or as far as it is known to ``good``.
+    """The reference from ``start`` to ``stop``, or as long as its relative error is at most ``good``.
 
-    ``runs`` are the ways to follow it. ``groups`` has a label for each coordinate: those with the same
-    one are measured against the largest of them.
+    ``runs`` are the integrations of which it is the mean. ``groups`` has a label for each coordinate: the
+    errors of coordinates with the same label are relative to the largest of them.
 
-    Raises ``MotionError`` where next to nothing of the motion can be known so well.
+    Raises ``MotionError`` if no useful part of the motion can be computed with this error.
     """
     asked, reason = stop, ""
     while abs(stop - start) > SHORTEST * abs(asked - start):
@@ -77,33 +77,34 @@ def find_reference(
             error = max(ROUNDING, float(np.max(relative(apart[-1], sizes[-1]))))
             steps = found[0].outcome.steps
             return Reference(times, q, sizes[-1], error, steps, asked, reason)
-        reason = why(found, good) if known == count else f"no further is it known to {good:g}"
+        larger = f"the error of the reference exceeds {good:g} beyond this time"
+        reason = why(found, good) if known == count else larger
         stop = start + round_down(times.step * (known - 1) if known > 1 else times.step / 2)
-    raise MotionError(f"the motion has no reference to be held against: {reason}")
+    raise MotionError(f"no reference solution to compare with: {reason}")
 
 
 def leading(holds: NDArray[np.bool_]) -> int:
-    """How many are true before the first that is not."""
+    """The number of leading true values."""
     return len(holds) if holds.all() else int(np.argmin(holds))
 
 
 def why(found: Sequence[Followed], good: float) -> str:
-    """What kept the shortest of the motions from going on."""
+    """The reason why the shortest of the motions ended."""
     outcome = min(found, key=lambda each: len(each.q)).outcome
     if outcome.ending is Ending.INTERRUPTED:
-        return "it takes longer than --budget allows to follow it on"
+        return "computing it further exceeds --budget"
     return outcome.message
 
 
 def round_down(duration: float) -> float:
-    """To two digits, for people, and for machines that round otherwise to compare the same; one backward in
-    time is negative."""
+    """Round to two digits, so that machines with other rounding errors compare the same times; a duration
+    backward in time is negative."""
     unit = math.copysign(10.0 ** (math.floor(math.log10(abs(duration))) - 1), duration)
     return math.floor(duration / unit * (1 + 1e-12)) * unit
 
 
 def running_sizes(q: NDArray[np.float64], groups: Sequence[str]) -> NDArray[np.float64]:
-    """How large each coordinate has been until each sample, with all of its group: the shape of ``q``."""
+    """The largest absolute value so far of each coordinate and its group, of the shape of ``q``."""
     sizes = np.maximum.accumulate(np.abs(q), axis=0)
     labels = np.array(groups)
     for label in set(groups):
@@ -113,6 +114,6 @@ def running_sizes(q: NDArray[np.float64], groups: Sequence[str]) -> NDArray[np.f
 
 
 def relative(differences: NDArray[np.float64], sizes: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Differences over sizes; of what stays 0, no difference is small."""
+    """Differences divided by sizes; infinite for a difference from a coordinate that stays 0."""
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(differences == 0, 0.0, differences / sizes)

@@ -96,9 +96,9 @@ def test_tolerances_are_tried_from_the_loosest_on_and_none_after_one_that_is_too
     assert [each.contender.tolerance for each in results] == [1e-6, 1e-9, 1e-12]
     cut, *skipped = results
     assert (cut.status, cut.seconds, cut.error) == ("cut", None, None)
-    assert cut.message.startswith("cut after 1e-09 s at t = ")
+    assert cut.message.startswith("stopped after 1e-09 s (--budget) at t = ")
     assert [each.status for each in skipped] == ["skipped", "skipped"]
-    assert skipped[1].message == "DOP853 at 1e-06 was too slow already"
+    assert skipped[1].message == "DOP853 at 1e-06 already exceeded the budget"
 
 
 def test_what_is_refused_or_fails_has_its_reason_and_does_not_disturb_the_others():
@@ -119,7 +119,7 @@ def test_what_is_refused_or_fails_has_its_reason_and_does_not_disturb_the_others
     )
     assert (failed.steps, failed.evaluations, failed.seconds) == (3, 4, None)
     assert complete.status == "complete"
-    assert choose([refused, failed], 1e-9).because == "no contender came to the end"
+    assert choose([refused, failed], 1e-9).because == "no method reached the end"
 
 
 def test_an_interrupt_ends_the_contest_with_what_there_is():
@@ -152,11 +152,11 @@ def test_the_fastest_that_reaches_the_error_is_recommended():
     assert best.because == "the fastest of 3 that reach it; DOP853 at 1e-12 takes 20 times as long"
     assert choose(results, 1e-8).result is results[3]
     assert choose(results, 1e-8).because.endswith("taylor at 1e-09 takes 1.3 times as long")
-    assert choose(results, 1e-12).because == "no other reaches it"
-    assert choose(results[:3], 1e-9).because == "the fastest of 2 that reach it, and no other method does"
+    assert choose(results, 1e-12).because == "the only one that reaches it"
+    assert choose(results[:3], 1e-9).because == "the fastest of 2 that reach it, all of the same method"
 
 
 def test_where_none_reaches_it_the_nearest_is_named():
     best = choose([result("taylor", 1e-6, 1.0, 1e-6), result("BDF", 1e-9, 2.0, math.nan)], 1e-9)
     assert best.result is None
-    assert best.because == "none reaches it; taylor at 1e-06 comes nearest, with 1.0e-06"
+    assert best.because == "no method reaches it; the smallest error is 1.0e-06, of taylor at 1e-06"

@@ -29,7 +29,7 @@ def texts(path):
 def test_an_svg_holds_title_axes_and_the_name_of_every_curve(tmp_path):
     path = tmp_path / "a.svg"
     write_picture(str(path), PICTURE)
-    expected = {"a & b <c>", "error", "run time (s)", "taylor", "DOP853", "Radau", "error wanted"}
+    expected = {"a & b <c>", "error", "run time (s)", "taylor", "DOP853", "Radau", "required error"}
     assert expected <= texts(path)
     first = path.read_bytes()
     write_picture(str(path), PICTURE)
