@@ -28,10 +28,10 @@ BLOCK = re.compile(
 """A block that is run, and, where a ``text`` block follows at once, what it prints."""
 
 VARYING = re.compile(
-    r"\d+(?= steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])|(?<=^  (?:taylor|DOP853) ).*|(?<=: taylor at ).*",
+    r"\d+(?= steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])|(?<=^  (?:taylor|DOP853) ).*|(?<=: taylor at ).*|(?<=\S) {2,}(?=\S)",
     re.MULTILINE,
 )
-"""What depends on the machine: steps, drifts, seconds, and a row of ``bench``."""
+"""What depends on the machine: steps, drifts, seconds, a row of ``bench``, and how wide its columns are."""
 
 MISTAKE = re.compile(r"\S+:\d+:\d+: ")
 """How the output of a command begins that is shown for a mistake in a file."""
