@@ -28,8 +28,8 @@ BLOCK = re.compile(
 """A block that is run, and, where a ``text`` block follows at once, what it prints."""
 
 VARYING = re.compile(
-    r"\d+(?= steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])"
-    r"|(?<=^  (?:taylor|DOP853) ).*|(?<=: taylor at ).*|(?<=\S) {2,}(?=\S)",
+    r"(?<=^  (?:taylor|DOP853)) .*|(?<=: taylor at ).*|(?<=\S) {2,}(?=\S)"
+    r"|\d+(?= steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])",
     re.MULTILINE,
 )
 """What depends on the machine: steps, drifts, seconds, a row of ``bench``, and how wide its columns are."""
