@@ -23,20 +23,25 @@ DIFFERS = 4
 
 @click.command("equations")
 @systems_argument
-@click.option("--format", "format_", type=click.Choice(FORMATS), help="How to write them [text].")
+@click.option(
+    "--format",
+    "format_",
+    type=click.Choice(FORMATS),
+    help="How to write the equations [text]. LaTeX needs the package amsmath.",
+)
 @click.option(
     "--form",
     type=click.Choice(FORMS),
     default="lagrange",
     show_default=True,
-    help="The whole derivation, or only q_ddot = ..., Hamilton's equations, or M a = f.",
+    help="What to print: everything, the accelerations q_ddot alone, Hamilton's equations, or M a = f.",
 )
 @click.option(
     "--verify",
     "verifying",
     is_flag=True,
-    help="Evaluate what is printed and what 'solve' compiles at random states and compare; exit status "
-    f"{DIFFERS} where they differ by more than 1e-12.",
+    help="Compare the printed equations with the compiled ones at random states. The exit status is "
+    f"{DIFFERS} if they differ by more than 1e-12.",
 )
 @shared_options
 def equations(
