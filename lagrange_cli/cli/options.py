@@ -40,16 +40,6 @@ def parse_pairs(
     return tuple(found)
 
 
-def refuse(reason: str, *, unless: object = None) -> Callable[[click.Context, click.Parameter, Any], None]:
-    """A callback for an option that the contract has and this version has not: it says so."""
-
-    def callback(context: click.Context, parameter: click.Parameter, value: Any) -> None:
-        if value and value != unless:
-            raise click.BadParameter(reason, context, parameter)
-
-    return callback
-
-
 def parse_outputs(
     context: click.Context, parameter: click.Parameter, text: str | None
 ) -> tuple[str, ...] | None:

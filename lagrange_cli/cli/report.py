@@ -15,7 +15,7 @@ from lagrange_cli.errors import FileError, LagrangeError, SpecError
 
 INTERRUPTED = 130
 UNEXPECTED = 1
-MEMORY = 4
+MEMORY = KILLED = 4
 
 
 STANDARD_INPUT = "-"
@@ -116,24 +116,31 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
 
 def run_each(systems: Iterable[str], action: Callable[[str], int], *, as_json: bool) -> int:
     """Run ``action`` on every system, whatever becomes of the others, and return the highest status.
-
-    A failure is told on standard error, and with ``as_json`` by an object of its own on standard output,
-    so that there is one object per system. An interrupt ends the whole run.
-    """
+    An interrupt ends the whole run."""
     systems = tuple(systems)
     worst = 0
     for system in systems:
-        try:
-            status = action(system)
-        except (KeyboardInterrupt, click.exceptions.Exit, click.ClickException):
-            raise
-        except Exception as error:
-            message, status = describe(error, system if len(systems) > 1 else "")
-            complain(message)
-            if as_json:
-                text = message.removeprefix("Error: ")
-                emit_json({"name": stem(system), "status": "failed", "message": text, "exit_code": status})
+        status = run_one(system, action, as_json=as_json, named=len(systems) > 1)
         worst = max(worst, status)
         if status == INTERRUPTED:
             break
     return worst
+
+
+def run_one(system: str, action: Callable[[str], int], *, as_json: bool, named: bool) -> int:
+    """Run ``action`` on a system and return its status.
+
+    A failure is told on standard error, with the system's name if it is to be ``named``, and with ``as_json``
+    by an object on standard output, so that there is one object per system.
+    """
+    try:
+        return action(system)
+    except (KeyboardInterrupt, click.exceptions.Exit, click.ClickException):
+        raise
+    except Exception as error:
+        message, status = describe(error, system if named else "")
+        complain(message)
+        if as_json:
+            text = message.removeprefix("Error: ")
+            emit_json({"name": stem(system), "status": "failed", "message": text, "exit_code": status})
+        return status

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -17,7 +18,7 @@ from lagrange_cli.cli.certifying import (
 )
 from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
 from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.options import refuse, systems_argument
+from lagrange_cli.cli.options import systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
 from lagrange_cli.cli.progress import Waiting
 from lagrange_cli.cli.report import complain, emit, emit_json, run_each, stem
@@ -58,9 +59,8 @@ if TYPE_CHECKING:
 @click.option(
     "--jobs",
     type=click.IntRange(min=1),
-    expose_value=False,
-    callback=refuse("systems run one after the other for now", unless=1),
-    help="Solve so many systems at a time (only 1 for now).",
+    default=1,
+    help="Solve this many systems at a time, each in its own process [1].",
 )
 @click.option(
     "--precision",
@@ -79,7 +79,12 @@ if TYPE_CHECKING:
 )
 @certify_options
 def solve(
-    systems: tuple[str, ...], request: Request, precision: str, portable: bool, demand: Demand | None
+    systems: tuple[str, ...],
+    request: Request,
+    jobs: int,
+    precision: str,
+    portable: bool,
+    demand: Demand | None,
 ) -> int:
     """Integrate the motion of each system and write it to an HDF5 file.
 
@@ -91,7 +96,12 @@ def solve(
         raise UsageError(f"--certify is for precision {DOUBLE}, for now: leave out one of the two")
     if demand is not None and portable:
         raise UsageError("the estimates of --certify are not portable: leave out one of the two")
-    return run_each(systems, lambda system: solve_system(system, request, demand), as_json=request.as_json)
+    solve_one = partial(solve_system, request=request, demand=demand)
+    if jobs == 1 or len(systems) == 1:
+        return run_each(systems, solve_one, as_json=request.as_json)
+    from lagrange_cli.cli.jobs import run_side_by_side
+
+    return run_side_by_side(systems, solve_one, jobs, as_json=request.as_json, quiet=request.quiet)
 
 
 def refuse_shared_outputs(systems: tuple[str, ...], output: str | None) -> None:

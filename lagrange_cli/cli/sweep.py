@@ -19,7 +19,7 @@ from lagrange_cli.cli.ensemble import (
     series,
 )
 from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.options import parse_pairs, refuse, system_argument
+from lagrange_cli.cli.options import parse_pairs, system_argument
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, run_each, stem
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
@@ -85,13 +85,6 @@ LARGEST = 2**26
 )
 @click.option(
     "--jobs", type=click.IntRange(min=1), help="Work on so many processors [all]; changes no result."
-)
-@click.option(
-    "--certify",
-    is_flag=True,
-    expose_value=False,
-    callback=refuse("the members of a sweep are not certified yet: 'solve --certify' does it for one"),
-    help="(For 'solve' alone, for now.)",
 )
 @run_options(
     output="The file to write [SYSTEM_sweep.h5, in this directory].",

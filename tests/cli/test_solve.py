@@ -222,7 +222,7 @@ BAD = {
     "another size": ([SYSTEMS / "n_pendulum.yaml", "--size", "M=2"], 2, "unknown size 'M'; known: N"),
     "no size": ([SYSTEMS / "n_pendulum.yaml", "--size", "N"], 2, "as in --size N=50"),
     "no such member": ([SYSTEMS / "n_pendulum.yaml", "--set", "theta[5]=1"], 2, "theta[0] to theta[4]"),
-    "jobs": ([PENDULUM, "--jobs", "2"], 2, "one after the other"),
+    "jobs": ([PENDULUM, "--jobs", "0"], 2, "0 is not in the range"),
     "no systems": ([], 2, "SYSTEM.yaml"),
 }
 

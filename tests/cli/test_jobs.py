@@ -1,0 +1,119 @@
+"""``solve --jobs``: several systems at a time, each in a process of its own."""
+
+import json
+import os
+import pickle
+import signal
+import subprocess
+import sys
+import time
+from functools import partial
+
+import h5py
+import pytest
+
+from lagrange_cli.cli.runs import Request
+from lagrange_cli.cli.solve import solve_system
+from lagrange_cli.spec.spec import SolveDefaults
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+
+NAMES = ("double_pendulum", "pendulum", "harmonic_oscillator")
+"""The first one takes longest."""
+
+
+def test_what_is_said_and_written_is_that_of_one_after_the_other(tmp_path):
+    (tmp_path / "wrong.yaml").write_text("coordinates: [x]\n")
+    systems = [*(SYSTEMS / f"{name}.yaml" for name in NAMES), "wrong.yaml", "nosuch.yaml", "-"]
+    stdin = (SYSTEMS / "rotating_hoop.yaml").read_text(encoding="utf-8")
+    told = []
+    for jobs in ("1", "3"):
+        (tmp_path / jobs).mkdir()
+        (tmp_path / jobs / "wrong.yaml").write_text("coordinates: [x]\n")
+        run = lagrange("solve", *systems, "--json", "--jobs", jobs, cwd=tmp_path / jobs, input=stdin)
+        objects = [json.loads(line) for line in run.stdout.splitlines()]
+        told.append(([{**each, "seconds": None} for each in objects], run.stderr, run.returncode))
+    assert told[0] == told[1]
+    objects, errors, status = told[1]
+    assert status == 5 and errors.splitlines()[-1] == "Error: nosuch.yaml: no such file"
+    assert [each["status"] for each in objects] == [*["complete"] * 3, "failed", "failed", "complete"]
+    for name in (*NAMES, "stdin"):
+        one, other = (tmp_path / jobs / f"{name}.h5" for jobs in ("1", "3"))
+        assert one.read_bytes() == other.read_bytes()
+
+
+def test_the_summaries_stay_in_their_order_where_processes_begin_anew(tmp_path):
+    """On Windows and macOS a process is not copied: what it is given is pickled."""
+    program = (
+        "import multiprocessing, sys; from lagrange_cli.cli import jobs; "
+        "from lagrange_cli.cli.main import main; jobs.CONTEXT = multiprocessing.get_context('spawn'); sys.exit(main(sys.argv[1:]))"
+    )
+    systems = [str(SYSTEMS / f"{name}.yaml") for name in NAMES[:2]]
+    run = subprocess.run(
+        [sys.executable, "-c", program, "solve", *systems, "--jobs", "2", "--set", "g=9.8"],
+        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True,
+    )  # fmt: skip
+    assert (run.returncode, run.stderr) == (0, "")
+    assert [line for line in run.stdout.splitlines() if line[0] != " "] == [
+        "double pendulum: 2 degrees of freedom",
+        "pendulum: 1 degree of freedom",
+    ]
+
+
+def test_a_request_can_be_sent_to_a_process():
+    request = Request(
+        SolveDefaults(samples=5), {"stop": "3"}, {"g": "1"}, {}, None, False, True, False, True, True, False,
+        1.0, 5,
+    )  # fmt: skip
+    action = partial(solve_system, request=request, demand=None)
+    assert pickle.loads(pickle.dumps(action)).keywords == {"request": request, "demand": None}
+
+
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])
+def test_an_interrupt_ends_all_and_keeps_what_was_computed(tmp_path, number):
+    """As Ctrl-C does, for which the terminal tells the whole group; where the one that waits is killed, its
+    processes end by themselves."""
+    names = ("driven_damped_pendulum", "double_pendulum", "pendulum")
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lagrange_cli", "solve", *(str(SYSTEMS / f"{name}.yaml") for name in names),
+         "--jobs", "2", "--stop", "1e7", "--step", "100", "--checkpoint", "1000"],
+        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        start_new_session=True,
+    )  # fmt: skip
+    while process.poll() is None and len(list(tmp_path.glob(".*.h5.part"))) < 2:
+        time.sleep(0.02)
+    os.killpg(process.pid, number)
+    out, err = process.communicate(timeout=60)
+    outputs = [tmp_path / f"{name}.h5" for name in names[:2]]
+    if number == signal.SIGKILL:
+        assert process.returncode == -number
+        while not all(path.exists() for path in outputs):
+            time.sleep(0.02)
+    else:
+        assert process.returncode == 130, err
+        assert out.count("interrupted; ") == 2 and len(err.splitlines()) == 2
+        assert [line.split(":")[0] for line in err.splitlines()] == [
+            "driven damped pendulum",
+            "double pendulum",
+        ]
+    assert sorted(tmp_path.glob("*.h5")) == sorted(outputs)  # the third has not begun
+    for path in outputs:
+        with h5py.File(path) as file:
+            assert file.attrs["status"] == "interrupted"
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="/proc tells which process is the child")
+def test_a_process_that_is_killed_is_told_of(tmp_path):
+    slow = ["--stop", "1e7", "--step", "100"]
+    process = subprocess.Popen(
+        [sys.executable, "-m", "lagrange_cli", "solve", str(SYSTEMS / "double_pendulum.yaml"), "nosuch.yaml",
+         "--jobs", "2", *slow],
+        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+    )  # fmt: skip
+    while process.poll() is None and not list(tmp_path.glob(".*.h5.part")):
+        time.sleep(0.02)
+    with open(f"/proc/{process.pid}/task/{process.pid}/children", encoding="ascii") as file:
+        (child,) = map(int, file.read().split())
+    os.kill(child, signal.SIGKILL)
+    _, err = process.communicate(timeout=60)
+    assert process.returncode == 5
+    assert err.splitlines()[0].endswith("double_pendulum.yaml: its process was killed by signal 9")
