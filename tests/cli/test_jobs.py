@@ -45,7 +45,8 @@ def test_the_summaries_stay_in_their_order_where_processes_begin_anew(tmp_path):
     """On Windows and macOS a process is not copied: what it is given is pickled."""
     program = (
         "import multiprocessing, sys; from lagrange_cli.cli import jobs; "
-        "from lagrange_cli.cli.main import main; jobs.CONTEXT = multiprocessing.get_context('spawn'); sys.exit(main(sys.argv[1:]))"
+        "from lagrange_cli.cli.main import main; jobs.CONTEXT = multiprocessing.get_context('spawn'); "
+        "sys.exit(main(sys.argv[1:]))"
     )
     systems = [str(SYSTEMS / f"{name}.yaml") for name in NAMES[:2]]
     run = subprocess.run(
