@@ -1,4 +1,4 @@
-"""What the motion keeps and why, in plain words; and what it does not keep, with its rate of change."""
+"""Conserved quantities with the reason in words, and others with their rates of change."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def balance_energy(
     conserved: list[Conserved],
     changing: list[Changing],
 ) -> None:
-    """Append what becomes of h, by dh/dt = -dL/dt + sum_k Q_k v_k, and of T + U where that is another."""
+    """Append h, with dh/dt = -dL/dt + sum_k Q_k v_k, and T + U where that differs from h."""
     kinetic, potential, lagrangian, h = energies
     slip = tidy(-lagrangian.diff(model.time), order)
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
@@ -84,7 +84,7 @@ def balance_energy(
 
 
 def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) -> str:
-    """How h stands to T + U, as the end of a sentence."""
+    """The relation of h to T + U, as the end of a sentence."""
     kinetic, potential, _, h = energies
     if kinetic is None or potential is None:
         return ""

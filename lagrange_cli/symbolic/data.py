@@ -1,4 +1,4 @@
-"""The equations as data: strings that sympy and the system file's own grammar read back."""
+"""The equations as data: strings that sympy and system files accept."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ from lagrange_cli.symbolic.report import plain
 def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) -> dict[str, Any]:
     """Everything for ``--json``; each expression is a string, each equation an expression that is zero.
 
-    ``momenta``, ``equations`` and ``accelerations`` go by coordinate; what the system does not have (T and U
-    of a given L, explicit accelerations too long to read) is None. ``parameters`` are their values. A name
-    that sympy has for something of its own, such as E or gamma, is read back as a symbol by giving sympify
+    ``momenta``, ``equations`` and ``accelerations`` are mappings by coordinate. Missing quantities (T and U
+    of a given L, explicit accelerations that are too long to print) are None. ``parameters`` are by name.
+    sympy has its own meaning for some names, such as E or gamma: give sympify
     ``locals={name: Symbol(name), ...}`` for the coordinates and parameters. Members of families, such as
-    ``theta[0]``, have other names within the expressions, such as ``theta_0``: ``symbols`` says which.
+    ``theta[0]``, have other names in the expressions, such as ``theta_0``: ``symbols`` maps them.
     """
     order = equations.order
     notation = Identifiers(identifiers(map(str, order.ranks)))

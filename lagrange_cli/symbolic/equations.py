@@ -25,7 +25,7 @@ class Equation:
 
 @dataclass(frozen=True)
 class Conserved:
-    """A quantity that the motion keeps, and the reason in words, formulas between backticks."""
+    """A conserved quantity and the reason in words, with formulas between backticks."""
 
     quantity: str
     expression: sympy.Expr
@@ -34,7 +34,7 @@ class Conserved:
 
 @dataclass(frozen=True)
 class Changing:
-    """A quantity that one might expect to be kept and is not: its rate of change and the reason, likewise."""
+    """A quantity that is often conserved but is not here: its rate of change and the reason, likewise."""
 
     quantity: str
     rate: sympy.Expr
@@ -48,7 +48,7 @@ class Equations:
     ``q``, ``v``, ``a`` are the symbols of coordinates, velocities and accelerations (length n each).
     ``T`` and ``U`` are None where the file gives L itself. ``momenta``, ``equations``,
     ``generalized_forces`` and ``force`` have length n, ``mass_matrix`` n rows of n: ``mass_matrix`` a =
-    ``force``. ``accelerations`` is None where the explicit solution is too long to be of use to a reader.
+    ``force``. ``accelerations`` is None where the explicit solution is too long to print.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""From a sum of monomials to what a textbook would write: grouped by accelerations and velocities."""
+"""From a sum of monomials to textbook form: grouped by accelerations and velocities."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from lagrange_cli.symbolic.trigonometry import contract
 
 
 def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
-    """The same expression, contracted and grouped; as it was where that would be too much work."""
+    """The expression, contracted and grouped; unchanged if that is too much work."""
     try:
         return group(contract(to_terms(expression)), order)
     except TooLargeError:
@@ -32,9 +32,9 @@ def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
 
 
 def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
-    """As ``tidy``, but a term with a power of a sum, as in k*(x - l)**2/2, stays so where that is shorter.
+    """As ``tidy``, but powers of sums, as in k*(x - l)**2/2, are not expanded where that is shorter.
 
-    Only terms that depend on nothing faster than ``fastest`` stay: others have to meet their like.
+    This applies only to terms that depend on nothing faster than ``fastest``: others have to be collected.
     """
     kept = sympy.S.Zero
     others = sympy.S.Zero
@@ -64,7 +64,7 @@ def is_power_of_sum(factor: sympy.Expr) -> bool:
 
 
 def group(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum of the terms, those with the same velocities and accelerations (and roots) taken together."""
+    """The sum of the terms, collected by their velocities, accelerations and roots."""
     groups: dict[Monomial, Terms] = {}
     for monomial, coefficient in terms.items():
         moving = frozenset(item for item in monomial if is_grouped_by(item, order))
@@ -78,7 +78,7 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
 
 
 def is_grouped_by(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
-    """Whether a factor of a monomial is one that textbooks collect: x_dot, theta_ddot, a distance."""
+    """Whether terms are collected by this factor of a monomial: x_dot, theta_ddot, a distance."""
     base, exponent = item
     if order.is_motion(base):
         return exponent > 0
@@ -86,14 +86,14 @@ def is_grouped_by(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
 
 
 def factored(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum as one product: what all terms share, times the rest."""
+    """The sum as one product: its common factor times the rest."""
     content, number = common_factor(terms)
     number = with_leading_sign(terms, number, order)
     return multiplied(term(content, number), collected(divide(terms, content, number), order))
 
 
 def collected(terms: Terms, order: Order) -> sympy.Expr:
-    """The sum with the parameters before each function of the coordinates taken together."""
+    """The sum, with the parameters that multiply each function of the coordinates collected."""
     groups: dict[Monomial, Terms] = {}
     for monomial, coefficient in terms.items():
         moving = frozenset(item for item in monomial if order.role(item[0]) > Role.PARAMETER)
@@ -118,7 +118,7 @@ def with_leading_sign(terms: Mapping[Monomial, Fraction], number: Fraction, orde
 
 
 def multiplied(factor: sympy.Expr, expression: sympy.Expr) -> sympy.Expr:
-    """The product, a number in front of a sum kept there instead of being spread over its terms."""
+    """The product, without distributing a number over the terms of a sum."""
     if expression.is_Add and factor.is_Number and abs(factor) != 1:
         return sympy.Mul(factor, expression, evaluate=False)
     return factor * expression

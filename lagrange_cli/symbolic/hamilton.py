@@ -30,15 +30,15 @@ class Hamiltonian:
 def hamilton_form(equations: Equations) -> Hamiltonian:
     """The Legendre transform of L.
 
-    Raises ``UsageError`` where p = dL/dv is not linear in v, or its inverse too long to read.
+    Raises ``UsageError`` where p = dL/dv is not linear in v, or its inverse is too long to print.
     """
     p = tuple(sympy.Symbol(f"p_{name}") for name in equations.coordinates)
     if taken := set(p) & set(equations.order.ranks):
-        raise UsageError(f"Hamilton's form calls a momentum {min(map(str, taken))}: rename yours")
+        raise UsageError(f"{min(map(str, taken))} is the name of a momentum in --form hamilton: rename yours")
     ranks = {s: rank for s, rank in equations.order.ranks.items() if rank[0] < Role.VELOCITY}
     order = Order(ranks | {symbol: (Role.VELOCITY, index) for index, symbol in enumerate(p)})
     if any(not entry.free_symbols.isdisjoint(equations.v) for row in equations.mass_matrix for entry in row):
-        raise UsageError("Hamilton's form is given only where L is quadratic in the velocities")
+        raise UsageError("--form hamilton requires a Lagrangian that is quadratic in the velocities")
 
     at_rest = dict.fromkeys(equations.v, sympy.S.Zero)
     offsets = [momentum.xreplace(at_rest) for momentum in equations.momenta]
@@ -46,7 +46,7 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     velocities = solve(equations.mass_matrix, excess, order)
     if velocities is None:
         raise UsageError(
-            f"Hamilton's form of {len(p)} coupled coordinates is too long to read: --form matrix is not"
+            f"the Hamiltonian of {len(p)} coupled coordinates is too long to print: use --form matrix"
         )
     kinetic = sympy.Add(*(own * velocity for own, velocity in zip(excess, velocities, strict=True))) / 2
     energy = neat(kinetic - equations.L.xreplace(at_rest), order, Role.COORDINATE)

@@ -45,7 +45,7 @@ class Latex(Notation):
         return r" \, ".join(factors) if all(map(str.isdigit, factors)) else " ".join(factors)
 
     def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
-        """A fraction; what is too wide to stand above the bar, or is divided by a number, follows it."""
+        """A fraction; factors that are too wide for the numerator, or divided by a number only, follow it."""
         beside: list[str] = []
         above = list(numerator)
         if all(map(str.isdigit, denominator)):
@@ -108,7 +108,7 @@ def listed(section: Section) -> list[str]:
 
 
 def item(statement: Statement) -> str:
-    """One entry of it: a formula and what is said of it."""
+    """One item of the list: a formula and its remark."""
     formula = " = ".join(filter(None, (statement.left, statement.right)))
     if width(formula) > WIDTH:
         rows = " \\\\\n".join(rows_of(replace(statement, remark=""), at_margin=True))
@@ -117,8 +117,7 @@ def item(statement: Statement) -> str:
 
 
 def aligned(section: Section) -> list[str]:
-    """Formulas below each other: aligned at their signs of equality, or at the left margin where some are too
-    long on the left of it."""
+    """Formulas aligned at their equals signs, or at the left margin if some left sides are too long."""
     at_margin = any(width(each.left + each.remark) > WIDTH for each in section.statements)
     rows = [" \\\\\n".join(rows_of(each, at_margin=at_margin)) for each in section.statements]
     return [r"\begin{align*}", " \\\\\n".join(rows), r"\end{align*}"]

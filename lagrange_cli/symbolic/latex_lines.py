@@ -1,4 +1,4 @@
-"""Long formulas of LaTeX over several lines: how wide a formula will be, and where it can be broken."""
+"""Long LaTeX formulas over several lines: the width of a formula, and the places to break it."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from itertools import pairwise
 from lagrange_cli.records import dataclass
 
 WIDTH = 62.0
-"""Widths of a letter that a line of an article holds (345 pt of 10 pt type)."""
+"""Width of a line of an article in letters (345 pt with 10 pt type)."""
 
 SIGN, SPACE, SCRIPT = 2.2, 0.3, 0.7
 """Widths of a sign between two terms and of a thin space, in letters; the size of an index or exponent."""
@@ -32,7 +32,7 @@ class Break:
 
 
 def width(formula: str) -> float:
-    """How wide the formula will be, in letters."""
+    """The width of the formula in letters."""
     return _width(_TOKEN.findall(formula))
 
 
@@ -62,7 +62,7 @@ def _width(tokens: list[str]) -> float:
 
 
 def _command_width(name: str) -> float:
-    """A function's name is as long as it is written; anything else is a letter."""
+    """The width of a command: that of a function's name, or else one letter."""
     return SCRIPT * len(name) + SPACE if name in _FUNCTIONS else 1.0
 
 
@@ -70,7 +70,7 @@ _FUNCTIONS = frozenset({"sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh
 
 
 def _group(tokens: list[str], place: int) -> tuple[list[str], int]:
-    """The tokens of the argument that begins there, and where it ends."""
+    """The tokens of the argument that begins there, and its end."""
     if place >= len(tokens) or tokens[place] != "{":
         return tokens[place : place + 1], place + 1
     depth, stop = 0, place

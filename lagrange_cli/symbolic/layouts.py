@@ -9,11 +9,11 @@ from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.report import Section, Statement, sections
 
 WIDTH = 100
-"""Columns after which a sum goes on in the next line."""
+"""The column at which a sum is continued on the next line."""
 
 
 def as_text(equations: Equations, form: str) -> str:
-    """Plain ASCII; every expression is one that the system file's grammar and sympy read back."""
+    """Plain ASCII; system files and sympy accept every expression."""
     return page(equations, sections(equations, form, Text()))
 
 
@@ -23,7 +23,7 @@ def as_unicode(equations: Equations, form: str) -> str:
 
 
 def page(equations: Equations, content: Iterable[Section]) -> str:
-    """The sections one below the other."""
+    """The sections in sequence."""
     count = len(equations.coordinates)
     lines = [f"{equations.name}: {count} degree{'s' if count > 1 else ''} of freedom"]
     for section in content:
@@ -34,7 +34,7 @@ def page(equations: Equations, content: Iterable[Section]) -> str:
 
 
 def formula(statement: Statement) -> list[str]:
-    """``left = right``, and the remark behind it."""
+    """``left = right``, followed by the remark."""
     remark = f"   [{statement.remark}]" if statement.remark else ""
     return wrap(f"{statement.left} = {statement.right}{remark}")
 
@@ -48,7 +48,7 @@ def sentence(statement: Statement) -> list[str]:
 
 def wrap(text: str) -> list[str]:
     """The text, indented; a long sum is broken before the signs between its terms."""
-    if "\n" in text:  # a matrix, with its rows below each other
+    if "\n" in text:  # a matrix, one row per line
         first, *others = text.split("\n")
         margin = " " * (first.index("[") + 2)
         return ["  " + first, *(margin + line for line in others)]
@@ -61,8 +61,8 @@ def wrap(text: str) -> list[str]:
 
 
 def break_place(text: str, width: int) -> int:
-    """Where to break: before a sign between terms of the outermost sum, as late as ``width`` allows or
-    else at the first one beyond; 0 where there is none. The argument of a function is never broken."""
+    """Where to break: before the last sign of the outermost sum within ``width``, or else the first one
+    beyond it; 0 where there is none. Arguments of functions are never broken."""
     opened: list[bool] = []
     places: list[tuple[int, int]] = []
     for index, character in enumerate(text):

@@ -24,9 +24,9 @@ from lagrange_cli.symbolic.terms import (
 from lagrange_cli.symbolic.trigonometry import contract
 
 LARGEST_BLOCK = 3
-"""Coupled unknowns that are solved for: with four, the explicit solution fills pages."""
+"""The largest number of coupled unknowns with an explicit solution: with four, it fills pages."""
 LARGEST_FRACTION = 40
-"""Terms of numerator and denominator together up to which common sums are looked for."""
+"""The largest number of terms in numerator and denominator for which common sums are cancelled."""
 
 Matrix = Sequence[Sequence[Terms]]
 
@@ -34,7 +34,7 @@ Matrix = Sequence[Sequence[Terms]]
 def solve(
     matrix: Sequence[Sequence[sympy.Expr]], right: Sequence[sympy.Expr], order: Order
 ) -> tuple[sympy.Expr, ...] | None:
-    """The explicit solution, or None where it would be too long to read.
+    """The explicit solution, or None where it would be too long to print.
 
     ``matrix``: n rows of n, symmetric; ``right``: n entries.
     """
@@ -100,7 +100,7 @@ def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:
 
 
 def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
-    """Both sums divided by their greatest common divisor as polynomials in everything that occurs."""
+    """Both sums divided by their greatest common divisor, as polynomials in all they contain."""
     content, number = common_factor(numerator)
     polynomial = divide(numerator, content, number)
     bases = sorted({base for terms in (polynomial, denominator) for m in terms for base, _ in m}, key=str)

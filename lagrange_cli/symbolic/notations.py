@@ -23,7 +23,7 @@ DOTS = {0: "", 1: "\N{COMBINING DOT ABOVE}", 2: "\N{COMBINING DIAERESIS}"}
 
 
 def dotted(name: str) -> tuple[str, int]:
-    """A name without its ending ``_dot`` or ``_ddot``, and how many dots that ending stands for."""
+    """A name without its ending ``_dot`` or ``_ddot``, and the number of dots this ending stands for."""
     base, bracket, index = name.partition("[")
     for suffix, dots in ((ACCELERATION_SUFFIX, 2), (VELOCITY_SUFFIX, 1)):
         if base.endswith(suffix) and base != suffix:
@@ -48,7 +48,7 @@ def identifiers(names: Iterable[str], taken: Iterable[str] = ()) -> dict[str, st
     ``u[1,2]``; with underscores behind it where it is ``taken``, or another's or a word of Python."""
     found: dict[str, str] = {}
     used = set(taken)
-    for name in sorted(names, key=lambda one: "[" in one):  # those that may stay as they are first
+    for name in sorted(names, key=lambda one: "[" in one):  # names that need no change come first
         own = name.replace("[", "_").replace(",", "_").rstrip("]")
         while own in used or keyword.iskeyword(own):
             own += "_"

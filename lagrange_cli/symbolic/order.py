@@ -1,4 +1,4 @@
-"""In which order a textbook writes factors and terms.
+"""The textbook order of factors and terms.
 
 A product reads: numbers, parameters in the file's order, time and coordinates, their functions, velocities,
 accelerations. A sum reads: accelerations first, then squares and products of velocities, then the rest.
@@ -14,7 +14,7 @@ import sympy
 
 
 class Role(IntEnum):
-    """What a symbol stands for; the order is that of factors in a product."""
+    """The role of a symbol; roles are in the order of factors in a product."""
 
     PARAMETER = 0
     TIME = 1
@@ -25,14 +25,14 @@ class Role(IntEnum):
 
 @dataclass(frozen=True)
 class Order:
-    """The role and rank of every symbol and what follows from them; ``known`` and ``keys`` are caches."""
+    """The role and rank of every symbol, and the order of expressions; ``known`` and ``keys`` are caches."""
 
     ranks: dict[sympy.Symbol, tuple[Role, int]]
     known: dict[sympy.Expr, tuple[Role, tuple[int, ...]]] = field(default_factory=dict, compare=False)
     keys: dict[sympy.Expr, tuple[Any, ...]] = field(default_factory=dict, compare=False)
 
     def role(self, expression: sympy.Expr) -> Role:
-        """The fastest thing an expression depends on."""
+        """The highest role of the symbols of an expression."""
         return self.describe(expression)[0]
 
     def is_motion(self, base: sympy.Expr) -> bool:
@@ -60,7 +60,7 @@ class Order:
         role, ranks = self.describe(base)
         if base.is_Symbol:
             return (role, 0, ranks, 0, "")
-        if role is Role.PARAMETER:  # (m1 + m2) g l1: a sum stands where its first symbol would
+        if role is Role.PARAMETER:  # (m1 + m2) g l1: a sum takes the place of its first symbol
             return (role, 0, ranks, 1, str(base)) if ranks else (role, -1, ranks, 1, str(base))
         if base.is_Add and len(ranks) < 2:
             return (role, 1, ranks, 1, str(base))
@@ -101,8 +101,8 @@ class Order:
         )
 
     def sorted_terms(self, expression: sympy.Expr) -> list[sympy.Expr]:
-        """The terms of a sum in the order of reading. A positive term goes first where nothing moves, and a
-        positive constant goes before what moves: 1 - x_dot**2."""
+        """The terms of a sum in reading order. A positive term comes first in a constant sum, and a positive
+        constant precedes variable terms: 1 - x_dot**2."""
         terms = sorted(sympy.Add.make_args(expression), key=self.term_key)
         if is_negative(terms[0]):
             slow = Role.VELOCITY if self.role(expression) < Role.VELOCITY else Role.COORDINATE
@@ -120,5 +120,5 @@ def is_negative(term: sympy.Expr) -> bool:
 
 
 def base_and_exponent(factor: sympy.Expr) -> tuple[sympy.Expr, sympy.Expr]:
-    """A factor as base and exponent; unlike sympy's own, exp(x) is no power but a function."""
+    """A factor as base and exponent; unlike in sympy, exp(x) is a function and not a power."""
     return (factor.base, factor.exp) if factor.is_Pow else (factor, sympy.S.One)

@@ -14,7 +14,7 @@ from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 
 
 class Level(IntEnum):
-    """How tightly a piece of text holds together; looser pieces get parentheses."""
+    """The precedence of a piece of text; pieces of lower precedence get parentheses."""
 
     SUM = 0
     PRODUCT = 1
@@ -42,7 +42,7 @@ class Notation(ABC):
 
     @abstractmethod
     def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
-        """A quotient of two products; a numerator without factors is 1."""
+        """A quotient of two products; an empty numerator is 1."""
 
     @abstractmethod
     def power(self, base: str, exponent: str) -> str:
@@ -62,14 +62,14 @@ class Notation(ABC):
 
     @abstractmethod
     def rate(self, text: str) -> str:
-        """The time derivative of what ``text`` names."""
+        """The time derivative of the quantity ``text``."""
 
     @abstractmethod
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """A matrix; a column is a matrix of one column."""
 
     def inline(self, formula: str) -> str:
-        """A formula, already in this notation, as a part of a sentence."""
+        """A formula in this notation as part of a sentence."""
         return formula
 
     def words(self, text: str) -> str:
@@ -80,13 +80,13 @@ class Notation(ABC):
     """The circle constant."""
 
     powers_of_functions = False
-    """Whether the exponent goes to the function's name: sin^2(x)."""
+    """Whether an exponent is written at the function's name: sin^2(x)."""
 
     functions_last = False
-    """Whether functions follow all other factors, as they must where their arguments have no parentheses."""
+    """Whether functions follow all other factors, as is necessary if their arguments have no parentheses."""
 
     bars_enclose = False
-    """Whether the bar of a fraction holds together what stands above it and below it."""
+    """Whether the bar of a fraction makes parentheses around numerator and denominator unnecessary."""
 
 
 def render(expression: sympy.Expr, notation: Notation, order: Order) -> str:
@@ -95,19 +95,19 @@ def render(expression: sympy.Expr, notation: Notation, order: Order) -> str:
 
 
 class Renderer:
-    """The walk itself: every method gives text and the level at which it holds together."""
+    """The traversal of an expression: every method returns a text and its precedence."""
 
     def __init__(self, notation: Notation, order: Order) -> None:
         self.notation = notation
         self.order = order
 
     def at(self, expression: sympy.Expr, level: Level) -> str:
-        """Text that can stand where ``level`` is needed."""
+        """The text, in parentheses if its precedence is below ``level``."""
         text, own = self.piece(expression)
         return text if own >= level else self.notation.parentheses(text)
 
     def piece(self, expression: sympy.Expr) -> tuple[str, Level]:
-        """Text and level of an expression."""
+        """The text and precedence of an expression."""
         if expression.is_Add:
             return self.sum(expression), Level.SUM
         if is_negative(expression):
@@ -141,7 +141,7 @@ class Renderer:
         return text
 
     def quotient(self, expression: sympy.Expr) -> tuple[str, Level]:
-        """A product with its negative powers below the line."""
+        """A product, with negative powers in the denominator."""
         above: list[sympy.Expr] = []
         below: list[sympy.Expr] = []
         number = Fraction(1)
@@ -167,7 +167,7 @@ class Renderer:
         return (numerator or ["1"])[0], Level.ATOM
 
     def factors(self, factors: Sequence[sympy.Expr], *, alone: bool) -> list[str]:
-        """Each factor as text; ``alone`` says that no other stands on the same side of the fraction."""
+        """Each factor as text; ``alone`` means that it is the only one in its part of the fraction."""
         enclosed = alone and len(factors) == 1 and self.notation.bars_enclose
         return [self.at(factor, Level.SUM if enclosed else Level.POWER) for factor in factors]
 
@@ -177,7 +177,7 @@ class Renderer:
         return (last, *self.order.factor_key(base))
 
     def number(self, value: Fraction) -> tuple[list[str], list[str]]:
-        """What a positive rational puts above and below the line: 1/2 below, 9.81 above."""
+        """The factors of a positive rational in numerator and denominator: 2 below for 1/2, 9.81 above."""
         if value == 1:
             return [], []
         if value.denominator == 1 and value.numerator < 10**15:
@@ -208,7 +208,7 @@ class Renderer:
 
 
 def negated(expression: sympy.Expr) -> sympy.Expr:
-    """A term written with a minus sign, without it; a sum within the term stays together."""
+    """A term written with a minus sign, without this sign; a sum in the term is not expanded."""
     coefficient, rest = expression.as_coeff_Mul()
     if rest.is_Add and coefficient != -1:
         return sympy.Mul(-coefficient, rest, evaluate=False)
@@ -216,12 +216,12 @@ def negated(expression: sympy.Expr) -> sympy.Expr:
 
 
 def reads_as_fraction(value: Fraction) -> bool:
-    """Whether a textbook writes a fraction (1/2, 3/4, 1/3, 1/5) or a decimal number (9.81, 0.3)."""
+    """Whether a textbook writes a fraction (1/2, 3/4, 1/3, 1/5) rather than a decimal number (9.81, 0.3)."""
     rest = value.denominator
     for prime in (2, 5):
         while rest % prime == 0:
             rest //= prime
-    if rest != 1:  # no decimal number is this one: a fraction, unless it is absurdly long
+    if rest != 1:  # no decimal number equals it: a fraction, unless it is very long
         return max(value.numerator, value.denominator) < 10**15
     if value.denominator & (value.denominator - 1) == 0:
         return value.numerator < 10 and value.denominator <= 1024

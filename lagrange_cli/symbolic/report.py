@@ -1,4 +1,4 @@
-"""What is shown in each form, as sections of statements that every notation lays out in its own way."""
+"""The content of each form, as sections of statements. The notations lay them out."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _NAME = re.compile(r"[^\W\d]\w*(?:\[[\d,]+\])?")
 
 
 def plain(sentence: str) -> str:
-    """The sentence with its formulas as they are, without the backticks around them."""
+    """The sentence without the backticks around its formulas."""
     return sentence.replace("`", "")
 
 
@@ -36,7 +36,7 @@ class Statement:
 
 @dataclass(frozen=True)
 class Section:
-    """A title and what stands below it; ``verbal`` where the statements are sentences, not formulas."""
+    """A title and its statements; ``verbal`` where these are sentences, not formulas."""
 
     title: str
     statements: tuple[Statement, ...]
@@ -48,7 +48,7 @@ def sections(equations: Equations, form: str, notation: Notation) -> list[Sectio
     writer = Writer(notation, equations.order)
     if form == "explicit":
         if equations.accelerations is None:
-            raise UsageError("the explicit accelerations are too long to be read: use --form matrix, M a = f")
+            raise UsageError("the explicit accelerations are too long to print: use --form matrix (M a = f)")
         return [explicit_section(equations, writer)]
     if form == "hamilton":
         return hamilton_sections(equations, hamilton_form(equations), notation)
@@ -78,8 +78,7 @@ class Writer:
         return self.notation.rate(self.notation.parentheses(text) if " + " in quantity else text)
 
     def prose(self, sentence: str) -> str:
-        """A sentence whose formulas, such as `h = T + U`, stand between backticks: these are names joined by
-        signs."""
+        """A sentence with formulas between backticks, such as `h = T + U`: names joined by signs."""
 
         symbol, inline, words = self.notation.symbol, self.notation.inline, self.notation.words
         parts = sentence.split("`")
@@ -93,7 +92,7 @@ class Writer:
 
 
 def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
-    """Energies, L, momenta, Euler-Lagrange equations, accelerations, h, and what is conserved."""
+    """Energies, L, momenta, Euler-Lagrange equations, accelerations, h, and conserved quantities."""
     energies = [
         writer.statement(name, value)
         for name, value in (("T", equations.T), ("U", equations.U), ("L", equations.L))
@@ -111,16 +110,14 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
         Section("Equations of motion", tuple(equation_statements(equations, writer))),
     ]
     if equations.accelerations is None:
-        hint = "too long to be read once solved for; see `M a = f` (--form matrix)"
+        hint = "too long to print; --form matrix shows `M a = f`"
         found.append(Section("Accelerations", (Statement("", "", writer.prose(hint)),), True))
     else:
         found.append(explicit_section(equations, writer))
     found.append(Section("Energy function", (writer.statement("h", equations.h),)))
-    found.append(
-        Section("Conserved", tuple(conserved_statement(each, writer) for each in equations.conserved), True)
-        if equations.conserved
-        else Section("Conserved", (Statement("", "", "nothing that the Lagrangian shows"),), True)
-    )
+    conserved = tuple(conserved_statement(each, writer) for each in equations.conserved)
+    nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
+    found.append(Section("Conserved", conserved or (nothing,), True))
     if equations.changing:
         statements = tuple(changing_statement(each, writer) for each in equations.changing)
         found.append(Section("Not conserved", statements, True))
@@ -128,7 +125,7 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
 
 
 def equation_statements(equations: Equations, writer: Writer) -> Iterable[Statement]:
-    """The Euler-Lagrange equations, each with the factor it stands for once that is not 1."""
+    """The Euler-Lagrange equations, each with the factor by which it has been divided, unless that is 1."""
     for name, equation in zip(equations.coordinates, equations.equations, strict=True):
         remark = writer.prose(f"`{name}`")
         if equation.factor != 1:
@@ -188,10 +185,10 @@ def matrix_sections(equations: Equations, writer: Writer) -> list[Section]:
 
 
 def conserved_statement(each: Conserved, writer: Writer) -> Statement:
-    """``p_theta``, whose expression stands among the momenta, and why."""
+    """``p_theta`` (its expression is listed with the momenta) and the reason."""
     return Statement(writer.names(each.quantity), "", writer.prose(each.because))
 
 
 def changing_statement(each: Changing, writer: Writer) -> Statement:
-    """``dh/dt = ...``, and why."""
+    """``dh/dt = ...`` and the reason."""
     return Statement(writer.rate(each.quantity), writer.text(each.rate), writer.prose(each.because))

@@ -15,7 +15,7 @@ from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import render
 
 ARGUMENTS = frozenset({"q", "v", "p", "parameters"})
-"""Names of the functions' arguments: a symbol of that name gets another one."""
+"""Names of the functions' arguments: symbols with these names are renamed."""
 
 ELIMINATION = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -81,7 +81,7 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
 
 
 def plain(name: str) -> str:
-    """A name that can stand in a docstring."""
+    """The name, made safe for a docstring."""
     return " ".join(name.replace("\\", "/").replace('"', "'").split())
 
 

@@ -1,4 +1,4 @@
-"""Expressions as sums of monomials, the form in which like terms meet and cancel.
+"""Expressions as sums of monomials, in which like terms are collected.
 
 A monomial maps bases (symbols, functions, sums under a root or in a denominator) to rational exponents;
 ``Terms`` maps monomials to rational coefficients. The change of form is exact.
@@ -18,10 +18,10 @@ Terms: TypeAlias = dict[Monomial, Fraction]
 
 ONE: Monomial = frozenset()
 LARGEST = 4000
-"""Terms that a sum may have: beyond, expanding costs more than it makes plain."""
+"""The largest number of terms of a sum: longer ones are not expanded."""
 
 HIGHEST_POWER = 4
-"""The highest power of a sum that is written out; (x - l)**12 is not what anybody wants to see so."""
+"""The highest power of a sum that is expanded; (x - l)**12 would be unreadable."""
 
 
 class TooLargeError(Exception):
@@ -73,7 +73,7 @@ def power(base: sympy.Expr, exponent: Fraction) -> Terms:
 
 
 def primitive(base: sympy.Expr, terms: Terms) -> tuple[sympy.Expr, Monomial, Fraction]:
-    """``base`` as (base', content, number) with base = number * content * base', nothing left to take out."""
+    """``base`` as (base', content, number) with base = number * content * base', base' in lowest terms."""
     content, number = common_factor(terms)
     if not content and number == 1:
         return settled(base), ONE, Fraction(1)
@@ -81,7 +81,7 @@ def primitive(base: sympy.Expr, terms: Terms) -> tuple[sympy.Expr, Monomial, Fra
 
 
 def settled(expression: sympy.Expr) -> sympy.Expr:
-    """What stands inside a function or a root, contracted where that makes it shorter."""
+    """The argument of a function or root, contracted where that makes it shorter."""
     from lagrange_cli.symbolic.trigonometry import contract
 
     if not expression.args or (expression.is_Pow and not expression.exp.is_Rational):
@@ -94,12 +94,12 @@ def settled(expression: sympy.Expr) -> sympy.Expr:
 
 
 def size(expression: sympy.Expr) -> int:
-    """Leaves and operations of an expression."""
+    """The number of leaves and operations of an expression."""
     return 1 + sum(size(argument) for argument in expression.args)
 
 
 def from_terms(terms: Mapping[Monomial, Fraction]) -> sympy.Expr:
-    """The expression that is the sum of the terms, as it stands."""
+    """The sum of the terms as an expression."""
     return sympy.Add(*(term(monomial, coefficient) for monomial, coefficient in terms.items()))
 
 
@@ -114,7 +114,7 @@ def rational(value: Fraction) -> sympy.Rational:
 
 
 def add_into(total: Terms, terms: Mapping[Monomial, Fraction], factor: Fraction = Fraction(1)) -> None:
-    """Add ``factor * terms`` to ``total`` in place; what cancels goes. Raises ``TooLargeError``."""
+    """Add ``factor * terms`` to ``total`` in place, without terms that cancel. Raises ``TooLargeError``."""
     for monomial, coefficient in terms.items():
         value = total.get(monomial, 0) + factor * coefficient
         if value:
@@ -134,7 +134,7 @@ def multiply(left: Terms, right: Terms) -> Terms:
         for other, factor in right.items():
             joined = combine(monomial, other)
             if any(is_reducible(base, exponent) for base, exponent in joined):
-                # a root that met itself, sqrt(x + y)**2, is a sum or a number again
+                # a squared root, sqrt(x + y)**2, is a sum or a number again
                 add_into(product, to_terms(term(joined)), coefficient * factor)
             else:
                 add_into(product, {joined: coefficient * factor})
@@ -178,7 +178,7 @@ def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fractio
     for monomial in monomials:
         own = dict(monomial)
         for base in {*shared, *own}:
-            # a base that one term lacks stands there to the power 0
+            # a base that one term lacks has the power 0 there
             exponent = min(shared.get(base, Fraction(0)), own.get(base, Fraction(0)))
             shared[base] = exponent
     content = frozenset(item for item in shared.items() if item[1])
@@ -186,8 +186,8 @@ def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fractio
 
 
 def common_number(numbers: Iterable[Fraction]) -> Fraction:
-    """The number to take out of a sum: the common one of fractions such as 1/2 and 1/3, but 1 where decimals
-    stand in the sum, which would turn into long integers; negative where every term is."""
+    """The number to factor out of a sum: that of fractions such as 1/2 and 1/3, but 1 if the sum contains
+    decimals, which would become long integers; negative if every term is."""
     numbers = list(numbers)
     if not numbers:
         return Fraction(1)

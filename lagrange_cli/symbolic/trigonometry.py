@@ -1,4 +1,4 @@
-"""The textbook's trigonometric contractions, on sums of monomials.
+"""Trigonometric identities that shorten sums of monomials.
 
     sin^2 + cos^2 = 1        1 - sin^2 = cos^2        1 - cos^2 = sin^2
     cosh^2 - sinh^2 = 1
@@ -6,7 +6,7 @@
     sin a cos b - cos a sin b = sin(a - b)            sin a cos b + cos a sin b = sin(a + b)
 
 Each is applied only where it makes the sum shorter (or as long but of lower degree), so the process ends.
-The partner of a term is looked up, never searched for: the work grows with the number of terms alone.
+The partner of a term is looked up, not searched for: the work is proportional to the number of terms.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ PARTNERS = {
 
 
 def contract(terms: Terms) -> Terms:
-    """The same sum, contracted until no rule shortens it."""
+    """The sum, contracted until no rule shortens it."""
     terms = dict(terms)
     for rule in (contract_squares, contract_angles):
         changed = True
@@ -43,7 +43,7 @@ def contract(terms: Terms) -> Terms:
 
 
 def contract_squares(terms: Terms, monomial: Monomial) -> bool:
-    """Apply to one term, in place, a rule that two squares make one."""
+    """Apply a rule for squares to one term, in place."""
     for base, exponent in monomial:
         if type(base) not in PARTNERS or exponent < TWO:
             continue
@@ -67,7 +67,7 @@ def contract_squares(terms: Terms, monomial: Monomial) -> bool:
 
 
 def contract_angles(terms: Terms, monomial: Monomial) -> bool:
-    """Apply to one term, in place, an addition theorem."""
+    """Apply an addition theorem to one term, in place."""
     for first, second in wave_pairs(monomial):
         coefficient = terms[monomial]
         rest = combine(monomial, frozenset({(first, Fraction(-1)), (second, Fraction(-1))}))
@@ -96,7 +96,7 @@ def contract_angles(terms: Terms, monomial: Monomial) -> bool:
 def wave_pairs(monomial: Monomial) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     """Pairs of different sines and cosines of different angles in a monomial."""
     waves = [base for base, exponent in monomial if type(base) in WAVES and exponent >= 1]
-    waves.sort(key=sympy.default_sort_key)  # a set has no order of its own: the result must have one
+    waves.sort(key=sympy.default_sort_key)  # a set has no order, but the result must not depend on chance
     for index, first in enumerate(waves):
         for second in waves[index + 1 :]:
             if first.args != second.args:

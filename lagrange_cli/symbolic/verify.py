@@ -1,11 +1,11 @@
-"""Are the printed equations those that are integrated? Both are evaluated at random states and compared.
+"""Comparison of the printed equations with the compiled ones, at random states.
 
-The printed side is the printed text itself, read back by the expression language and evaluated with 30
-digits. A difference is divided by the *scale* of the printed expression: the change of its value when every
-sum, product and function in it is changed by one part, as rounding changes them (a running error bound;
-Higham, Accuracy and Stability of Numerical Algorithms, section 3.3), or, for accelerations, when the entries
-of M and f are, if that is more (Skeel's bound, the same book, section 7.2). So where large terms cancel or M
-is all but singular, what that alone costs in double precision does not count as a difference.
+The printed text itself is parsed as an expression of the system file and evaluated with 30 digits. A
+difference is divided by the *scale* of the printed expression, which bounds the effect of rounding errors in
+its sums, products and functions (a running error bound; Higham, Accuracy and Stability of Numerical
+Algorithms, section 3.3). For accelerations it is at least the effect of rounding errors in M and f (Skeel's
+bound, section 7.2). Rounding errors due to cancellation, or to an almost singular M, therefore do not count
+as a difference.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 
 BOUND = 1e-12
-"""The largest relative difference that counts as agreement."""
+"""The largest relative difference of equations that agree."""
 DIGITS = 30
 STATES = 20
 ATTEMPTS = 50
-"""Draws for each state: some may fall where the equations have no value."""
+"""Attempts to draw each state: at some states the equations may have no finite value."""
 
 Compiled = Callable[[Sequence[float], float, Sequence[float], Sequence[float]], tuple[Any, Any, float]]
 """(parameters, t, q, v) -> (accelerations, momenta, h), by the compiled program."""
@@ -40,8 +40,8 @@ Compiled = Callable[[Sequence[float], float, Sequence[float], Sequence[float]], 
 
 @dataclass(frozen=True)
 class Verification:
-    """How far printed and compiled equations are apart: ``difference`` is the largest relative difference,
-    found in ``quantity``, over ``states`` random states."""
+    """The difference of printed and compiled equations: ``difference`` is the largest relative difference
+    over ``states`` random states, found in ``quantity``."""
 
     difference: float
     quantity: str
@@ -62,7 +62,7 @@ class Verification:
 
 @dataclass(frozen=True)
 class Measured:
-    """A value and its scale, the size against which an error of it is measured; scale >= abs(value)."""
+    """A value and its scale, to which its errors are relative; scale >= abs(value)."""
 
     value: Any
     scale: Any
@@ -120,7 +120,7 @@ class MeasuredAlgebra:
         return Measured(+mpmath.pi, +mpmath.pi)
 
     def symbol(self, name: str) -> Measured:
-        raise NotImplementedError("symbols have values here, given by the scope")
+        raise NotImplementedError("symbols have values here, which the scope gives")
 
     def function(self, name: str, arguments: Sequence[Measured]) -> Measured:
         if name == "atan2":
@@ -144,7 +144,7 @@ class MeasuredAlgebra:
 
 @dataclass(frozen=True)
 class Printed:
-    """The printed equations, read back: accelerations (explicit, or None), M, f, p and h as trees."""
+    """The printed equations, parsed: accelerations (explicit, or None), M, f, p and h as trees."""
 
     accelerations: list[Tree] | None
     mass_matrix: list[list[Tree]]
@@ -163,7 +163,7 @@ def verify(
     """Compare printed and compiled equations at random states around the initial one.
 
     ``q`` and ``v`` are the initial state (length n each); parameters are varied by up to a tenth.
-    Raises ``UsageError`` where no state can be found at which the equations have a value.
+    Raises ``UsageError`` where no state is found at which the equations have finite values.
     """
     printed = read_back(equations)
     generator = random.Random(0)
@@ -178,7 +178,7 @@ def verify(
 
 
 def read_back(equations: Equations) -> Printed:
-    """The printed text of the equations, parsed. Raises ``UsageError`` where it is too long to be read."""
+    """The printed text of the equations, parsed. Raises ``UsageError`` where it is too long for that."""
 
     def tree(expression: Any) -> Tree:
         return parse(render(expression, Text(), equations.order))
@@ -188,7 +188,7 @@ def read_back(equations: Equations) -> Printed:
         if equations.accelerations is not None:
             accelerations = [tree(each) for each in equations.accelerations]
     except ExpressionError:
-        accelerations = None  # longer than any expression may be; M a = f says the same
+        accelerations = None  # longer than an expression may be; M a = f is equivalent
     try:
         return Printed(
             accelerations,
@@ -210,7 +210,7 @@ def compare_somewhere(
     q: Sequence[float],
     v: Sequence[float],
 ) -> list[tuple[str, float]]:
-    """The relative differences at one random state: the first drawn at which everything has a value."""
+    """The relative differences at one random state: the first one at which all values are finite."""
     for _ in range(ATTEMPTS):
         numbers = {name: value * generator.uniform(0.9, 1.1) for name, value in parameters.items()}
         t = generator.uniform(0, 1)
@@ -232,11 +232,11 @@ def compare_somewhere(
                 (name, relative_difference(each, number))
                 for (name, each), number in zip(exact, found, strict=True)
             ]
-    raise UsageError("no random state near the initial one gives the equations a value")
+    raise UsageError("the equations have no finite values at random states near the initial one")
 
 
 def relative_difference(exact: Measured, number: float) -> float:
-    """How far a compiled number is from the exact one; infinite where it is not a number."""
+    """The difference of a compiled number from the exact one, relative to its scale; infinite for nan."""
     difference = abs(number - exact.value) / (exact.scale or 1)
     return float(difference) if mpmath.isfinite(difference) else float("inf")
 

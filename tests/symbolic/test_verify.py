@@ -71,7 +71,7 @@ def test_states_outside_the_domain_are_drawn_again():
 
 def test_no_state_at_all():
     equations = derived("coordinates: {x: {initial: 0.2}}\nlagrangian: x_dot**2/2 + log(x)\n")
-    with pytest.raises(UsageError, match="no random state"):
+    with pytest.raises(UsageError, match="no finite values at random states"):
         verify(equations, stand_in(equations), {}, [-5.0], [0.0])
 
 
