@@ -15,12 +15,10 @@ The stages of the pipeline, each a function from one frozen object to the next:
 Each name is imported when it is first asked for, so that nothing is paid for what is not used.
 """
 
-from __future__ import annotations
-
-from importlib import import_module
-from typing import TYPE_CHECKING, Any
-
+TYPE_CHECKING = False  # as in typing, which takes longer to import than this package may (see __main__)
 if TYPE_CHECKING:
+    from typing import Any
+
     from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError, UsageError
     from lagrange_cli.expression.graph import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
@@ -65,8 +63,10 @@ _HOMES = {
 }
 
 
-def __getattr__(name: str) -> Any:
+def __getattr__(name: str) -> "Any":
     """Import a name of ``__all__`` from where it lives."""
+    from importlib import import_module
+
     if name not in _HOMES:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)

@@ -1,17 +1,24 @@
-"""The command ``lagrange``, and ``python -m lagrange_cli``."""
+"""The command ``lagrange``, and ``python -m lagrange_cli``.
 
-import signal
-from typing import NoReturn
+Up to ``run``, Ctrl-C is Python's own and shows a traceback. So nothing is imported before it that takes time:
+of ``signal`` only its compiled part, which the interpreter has loaded already.
+"""
+
+import _signal  # type: ignore[import-not-found]
+
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from typing import NoReturn
 
 
-def run() -> NoReturn:
+def run() -> "NoReturn":
     """Run the command line, and exit.
 
     While it is loaded, Ctrl-C ends the process as it does any other, and not with a traceback of what was
     loading.
     """
-    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)
+    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     from lagrange_cli.cli.main import run as run_commands
 
     run_commands()

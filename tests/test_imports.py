@@ -72,3 +72,11 @@ def test_the_package_itself_imports_nothing():
     modules = set(json.loads(run.stdout))
     assert not modules & HEAVY
     assert [name for name in modules if name.startswith("lagrange_cli")] == ["lagrange_cli"]
+
+
+def test_nothing_is_imported_before_ctrl_c_is_heeded():
+    """Until ``run`` is called, Ctrl-C shows a traceback, so that must not take long."""
+    probe = "import sys; before = set(sys.modules); import lagrange_cli.__main__ as m; m.run"
+    probe += "; print(sorted(set(sys.modules) - before))"
+    run = subprocess.run([sys.executable, "-c", probe], env=ENVIRONMENT, capture_output=True, text=True)
+    assert (run.stdout, run.stderr) == ("['lagrange_cli', 'lagrange_cli.__main__']\n", "")
