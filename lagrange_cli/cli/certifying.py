@@ -59,6 +59,11 @@ class Demand:
     digits: float
     target: float | None
 
+    def options_given(self) -> dict[str, str]:
+        """The options that say so, as ``Request`` has the others."""
+        target = {} if self.target is None else {"target-error": f"--target-error {self.target:g}"}
+        return {"digits": f"--certify --digits {self.digits:g}", **target}
+
     def attributes(self) -> dict[str, float]:
         """Those of the file that say what was asked."""
         return {

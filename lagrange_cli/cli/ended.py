@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.certifying import Demand, certified_shown
 from lagrange_cli.cli.report import count_of, finite
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.methods import DOUBLE
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.spec.spec import Spec
 
+MOST_COORDINATES = 3
+"""Coordinates whose final values are shown; where there are more, one less."""
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
 
@@ -42,6 +45,7 @@ def attributes(
         "message": outcome.message,
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
+        "final": json.dumps(finite(final_state(outcome))),
         **({} if warning is None else {"warning": warning}),
         **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
     }
@@ -54,6 +58,7 @@ def as_object(
     return {
         "name": spec.name,
         "output": start.target.shown,
+        "replaced": start.replaced,
         "status": outcome.ending.status,
         "message": outcome.message,
         "warning": doubt(outcome, settings),
@@ -62,6 +67,7 @@ def as_object(
         "steps": outcome.steps,
         "evaluations": outcome.evaluations,
         "t": outcome.t,
+        "final": final_state(outcome),
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
         "trusted_until": outcome.trusted_until,
@@ -69,6 +75,31 @@ def as_object(
         "resumed_from": start.reached,
         "seconds": watch.report(),
     }
+
+
+def final_state(outcome: Outcome) -> dict[str, Any] | None:
+    """The last sample, in terms of JSON."""
+    state = outcome.final
+    return None if state is None else {"t": state.t, "q": dict(state.q), "v": dict(state.v)}
+
+
+def final_shown(final: Mapping[str, Any] | None) -> list[str]:
+    """The line of the summary that has it: of many coordinates the first ones."""
+    if final is None:
+        return []
+    names = [*final["q"]]
+    count = len(names) if len(names) <= MOST_COORDINATES else MOST_COORDINATES - 1
+    shown = [
+        f"{name} = {'nan' if value is None else format(value, '.6g')}"
+        for coordinate in names[:count]
+        for name, value in (
+            (coordinate, final["q"][coordinate]),
+            (velocity_name(coordinate), final["v"][coordinate]),
+        )
+    ]
+    more = len(names) - count
+    rest = f" (and {more} coordinates more)" if more else ""
+    return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
 
 
 def ended(outcome: Outcome) -> str:
@@ -89,11 +120,18 @@ def as_text(
             f"  {ended(outcome)}",
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
+            *final_shown(final_state(outcome)),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *certified_shown(outcome, demand),
-            f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
+            wrote(start, seconds["total"]),
         )
     )
+
+
+def wrote(start: Start, seconds: float) -> str:
+    """The line of the summary that says what is written."""
+    replaced = " (replaced that of an earlier run of this file)" if start.replaced else ""
+    return f"  wrote {start.target.shown} in {seconds:.3f} s{replaced}"
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:

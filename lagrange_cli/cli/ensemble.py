@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.ended import drifts_shown
+from lagrange_cli.cli.ended import drifts_shown, wrote
 from lagrange_cli.cli.report import count_of, finite
 from lagrange_cli.cli.runs import origin, series_of, units_of
 from lagrange_cli.records import dataclass
@@ -146,6 +146,7 @@ def as_object(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch:
     return {
         "name": ensemble.spec.name,
         "output": start.target.shown,
+        "replaced": start.replaced,
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
         "members": ensemble.values.members,
@@ -176,6 +177,6 @@ def as_text(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch: S
             f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} in all, "
             f"method {settings.method}",
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
-            f"  wrote {start.target.shown} in {seconds['total']:.3f} s",
+            wrote(start, seconds["total"]),
         )
     )

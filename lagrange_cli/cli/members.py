@@ -41,6 +41,14 @@ class Draws:
     members: int | None = None
     seed: int = 0
 
+    def options_given(self) -> dict[str, str]:
+        """The options that say so, as ``Request`` has the others."""
+        single = {"table": self.table, "members": self.members, "seed": self.seed or None}
+        shown = {name: f"--{name} {value}" for name, value in single.items() if value is not None}
+        for option, pairs in (("over", self.over), ("random", self.random)):
+            shown |= {f"{option} {name}": f"--{option} {name}={text}" for name, text in pairs}
+        return shown
+
 
 @dataclass(frozen=True)
 class Members:

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.cli.ended import final_shown
 from lagrange_cli.cli.report import complain, emit, emit_json
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
@@ -27,6 +28,11 @@ class Start:
     made_by: Mapping[str, Any]
     earlier: Earlier | None = None
     finished: Finished | None = None
+
+    @property
+    def replaced(self) -> bool:
+        """Whether an earlier output of this system file is replaced."""
+        return self.target.replaces is not None
 
     @property
     def reached(self) -> Any:
@@ -66,11 +72,12 @@ def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Sta
     found = find_earlier(target, signature(made_by))
     if isinstance(found, Earlier):
         replacing = found.part < 0 or bool(found.checkpoint.head.get("replace"))
-        if target.path.exists() and not replacing:
+        if target.path.exists() and not replacing and target.replaces is None:
             raise FileError(
                 f"{target.shown} is newer than the run that was cut off, and is kept: move it away"
             )
-        return Start(replace(target, part=int(found.part == 0), force=replacing), made_by, earlier=found)
+        target = replace(target, part=int(found.part == 0), force=replacing, origin=None)
+        return Start(target, made_by, earlier=found)
     if found is not None and found.attributes.get("status") != "interrupted":
         return Start(target, made_by, finished=found)
     if found is None:
@@ -97,6 +104,17 @@ def make_room(target: Target) -> None:
     target.clear()
 
 
+def final_of(attributes: Mapping[str, Any]) -> Mapping[str, Any] | None:
+    """The final state that an output has among its attributes; None where it has none."""
+    try:
+        final = json.loads(attributes["final"])
+        numbers = [final["t"], *(final[kind][name] for kind in "qv" for name in final["q"])]
+    except (KeyError, TypeError, ValueError, RecursionError):
+        return None
+    known = type(final["t"]) in (float, int) and all(type(x) in (float, int, type(None)) for x in numbers)
+    return final if known else None
+
+
 def say_finished(found: Finished, shown: str, watch: Stopwatch, request: Request) -> int:
     """Say that there is nothing left to do, and how the run had ended; returns its exit status."""
     from lagrange_cli.cli.runs import EXIT_STATUS
@@ -106,8 +124,9 @@ def say_finished(found: Finished, shown: str, watch: Stopwatch, request: Request
         names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
         listed = {name: told[name] for name in names if name in told}
         where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
-        ends = {} if "members" in told else {"t": found.t}
+        ends = {} if "members" in told else {"t": found.t, "final": final_of(told)}
         emit_json({**listed, **where, **ends, "seconds": watch.report()})
     elif not request.quiet:
-        emit(f"{told['name']}: {shown} needs nothing more: {told['message']}")
+        said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
+        emit("\n".join([said, *final_shown(final_of(told))]))
     return EXIT_STATUS[told["status"]]

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import time
 from collections.abc import Callable, Mapping
 from functools import partial, wraps
 from pathlib import Path
@@ -11,7 +13,7 @@ import click
 
 import lagrange_cli
 from lagrange_cli.cli.options import Command, parse_outputs, shared_options
-from lagrange_cli.cli.report import INTERRUPTED, stem
+from lagrange_cli.cli.report import INTERRUPTED, STANDARD_INPUT, stem
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
 from lagrange_cli.cli.source import derive_system
 from lagrange_cli.cli.times import TIMES, with_times
@@ -103,6 +105,19 @@ class Request:
         asked = with_times(self.options, self.times, spec, parameters, exact=exact)
         return resolve_settings(spec, asked, self.precision, self.portable)
 
+    def options_given(self) -> dict[str, str]:
+        """The options that the result depends on, as they are shown, by what they set."""
+        given: dict[str, object] = {**self.times}
+        given |= {name: getattr(self.options, name) for name in ("samples", "method", "tolerance")}
+        given["outputs"] = None if self.options.outputs is None else ",".join(self.options.outputs)
+        given["precision"] = None if self.precision == DOUBLE else self.precision
+        shown = {name: f"--{name} {value}" for name, value in given.items() if value is not None}
+        if self.portable:
+            shown["portable"] = "--portable"
+        for option, pairs in (("set", self.overrides), ("size", self.sizes)):
+            shown |= {f"{option} {name}": f"--{option} {name}={text}" for name, text in pairs.items()}
+        return shown
+
 
 def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
     """The options of every command that integrates; the command gets them as one ``request``.
@@ -153,13 +168,19 @@ def output_name(system: str, output: str | None, suffix: str = "") -> str:
     return f"{stem(system)}{suffix}.h5" if output is None else output
 
 
-def find_output(system: str, name: str, *, force: bool, resume: bool) -> Target:
-    """The output, checked before any work is done for it."""
+def find_output(system: str, name: str, request: Request, options: Mapping[str, str]) -> Target:
+    """The output, checked before any work is done for it; ``options`` are those that the command has beyond
+    the request's."""
+    from lagrange_cli.store.notes import Origin
     from lagrange_cli.store.target import find_target
 
     if name == "-":
         raise UsageError("an HDF5 file cannot be written to standard output: give --output a name")
-    target = find_target(name, force=force, resume=resume)
+    made_by = None
+    if system != STANDARD_INPUT:
+        given = {**options, **request.options_given()}
+        made_by = Origin(os.path.realpath(system), given, time.monotonic(), request.cache)
+    target = find_target(name, force=request.force, resume=request.resume, origin=made_by)
     if target.path.exists() and Path(system).exists() and target.path.samefile(system):
         raise UsageError(f"{name} is the system file itself: give --output another name")
     return target

@@ -120,7 +120,8 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
     watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
     with watch.stage("import"):
         name = output_name(system, request.output)
-        target = find_output(system, name, force=request.force, resume=request.resume)
+        options = {} if demand is None else demand.options_given()
+        target = find_output(system, name, request, {"command": "'lagrange solve'", **options})
     spec, values, settings = read_motion(system, request, watch)
     made_by = origin(spec, settings, dict(values.parameters), initial_state(values))
     if demand is not None:
@@ -142,7 +143,8 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
         if request.timings:
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
-        complain(f"{spec.name}: {outcome.message}")
+        way_on = "; --resume goes on from there" if outcome.progress is not None else ""
+        complain(f"{spec.name}: {outcome.message}{way_on}")
     warning = doubt(outcome, settings)
     if warning is not None and not request.quiet:
         complain(f"{spec.name}: warning: {warning}")

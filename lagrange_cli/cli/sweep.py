@@ -132,7 +132,7 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
     watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
     with watch.stage("import"):
         name = output_name(system, request.output, "_sweep")
-        target = find_output(system, name, force=request.force, resume=request.resume)
+        target = find_output(system, name, request, {"command": "'lagrange sweep'", **draws.options_given()})
     ensemble = read_ensemble(system, request, draws, watch)
     with target.claimed():
         with watch.stage("import"):
@@ -156,7 +156,8 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
         if request.timings:
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if outcome.status != "complete":
-        complain(f"{ensemble.spec.name}: {sentence(ensemble, outcome)}")
+        way_on = "; --resume goes on with the others" if outcome.status == "interrupted" else ""
+        complain(f"{ensemble.spec.name}: {sentence(ensemble, outcome)}{way_on}")
     return EXIT_STATUS[outcome.status]
 
 

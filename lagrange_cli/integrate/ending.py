@@ -49,6 +49,15 @@ WAYS_OUT = {
 
 
 @dataclass(frozen=True)
+class State:
+    """Where a motion is at time ``t``: coordinates and velocities, both by coordinate."""
+
+    t: float
+    q: Mapping[str, float]
+    v: Mapping[str, float]
+
+
+@dataclass(frozen=True)
 class Outcome:
     """What came of a run.
 
@@ -58,6 +67,7 @@ class Outcome:
     conserved, else None, and ``h_size`` the size of what it is made of, 0 where that is not known;
     ``p_drift`` is the drift of each conserved momentum, by coordinate. ``unwatched`` is that of the
     ``Recording``. ``progress`` is what the run can be continued from, if it was interrupted.
+    ``final`` is the last sample, or where there is none the state at ``t``.
     ``trusted_until`` and ``error`` are those of its ``Certificate``, if it had one.
     """
 
@@ -73,3 +83,4 @@ class Outcome:
     progress: Progress | None = None
     trusted_until: float | None = None
     error: float | None = None
+    final: State | None = None

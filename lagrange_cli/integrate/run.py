@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.alongside import Behind
-from lagrange_cli.integrate.ending import Ending, Outcome
+from lagrange_cli.integrate.ending import Ending, Outcome, State
 from lagrange_cli.integrate.motion import Array, End, Keeper, Snapshot, aligned
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.progress import Keeping, Progress
@@ -56,13 +56,17 @@ def integrate(
         progress(t)
         return interrupted() or (certificate is not None and certificate.missed is not None)
 
+    final: State | None = None
     with Behind() as behind:
 
         def emit_behind(chunk: dict[str, Array]) -> None:
             behind.call(partial(emit, chunk if certificate is None else {**chunk, **certificate.errors}))
 
         def accept(times: Array, states: Array) -> None:
+            nonlocal final
             count = len(times) if certificate is None else certificate.judge(times, states, interrupted)
+            if count:
+                final = state_of(float(times[count - 1]), states[:, count - 1], prepared)
             samples.accept(times[:count], states[:, :count])
 
         samples = samples_of(prepared)(prepared, parameters, emit_behind)
@@ -93,7 +97,15 @@ def integrate(
         progress=None if end.snapshot is None else samples.progress(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
         error=None if certificate is None else certificate.error,
+        final=state_of(end.t, end.state, prepared) if final is None else final,
     )
+
+
+def state_of(t: float, state: Array, prepared: Prepared) -> State:
+    """A state by names; ``state`` (rows,) begins with q and v."""
+    names = prepared.recording.coordinates
+    q, v = state[: len(names)].tolist(), state[len(names) : 2 * len(names)].tolist()
+    return State(t, dict(zip(names, q)), dict(zip(names, v)))
 
 
 def samples_of(prepared: Prepared) -> type[Samples]:

@@ -50,14 +50,16 @@ class Entry:
 
 @dataclass(frozen=True)
 class Cache:
-    """Contents by key, in ``folder``, in at most ``largest`` bytes."""
+    """Contents by key, in ``folder``, in at most ``largest`` bytes; ``suffix`` tells kinds of them apart."""
 
     folder: str
     largest: int = LARGEST
+    suffix: str = SUFFIX
 
     def load(self, key: str) -> bytes | None:
         """What was kept under ``key``, if it is there and sound."""
-        with suppress(OSError), self._opened() as place, place.open(name_of(key), os.O_RDONLY) as descriptor:
+        name = name_of(key, self.suffix)
+        with suppress(OSError), self._opened() as place, place.open(name, os.O_RDONLY) as descriptor:
             check_private(os.fstat(descriptor), stat.S_ISREG)
             content = read(descriptor, self.largest)
             if os.utime in os.supports_fd:  # what was used last is evicted last
@@ -74,7 +76,7 @@ class Cache:
         with suppress(OSError):
             os.makedirs(self.folder, mode=0o700, exist_ok=True)
             with self._opened() as place:
-                place.write(name_of(key), content)
+                place.write(name_of(key, self.suffix), content)
                 self._evict(place)
 
     def entries(self) -> list[Entry]:
@@ -83,18 +85,18 @@ class Cache:
         Raises ``OSError`` where the folder cannot be used (``Refused`` with the reason), or is not there.
         """
         with self._opened() as place:
-            return place.entries(SUFFIX)
+            return place.entries(self.suffix)
 
     def clear(self) -> int:
         """Remove every entry; how many there were. Raises ``OSError`` as ``entries`` does."""
         with self._opened() as place:
-            found = place.entries(SUFFIX)
+            found = place.entries(self.suffix)
             for entry in (*found, *place.entries(UNFINISHED)):
                 place.remove(entry.name)
             return len(found)
 
     def _evict(self, place: _Place) -> None:
-        entries = place.entries(SUFFIX)
+        entries = place.entries(self.suffix)
         total = sum(entry.size for entry in entries)
         if total > self.largest:
             for entry in entries:
@@ -219,9 +221,9 @@ def read(descriptor: int, largest: int) -> bytes:
     return content
 
 
-def name_of(key: str) -> str:
+def name_of(key: str, suffix: str = SUFFIX) -> str:
     """The name of the entry of a key."""
-    return digest(key.encode()).hex() + SUFFIX
+    return digest(key.encode()).hex() + suffix
 
 
 def pack(key: str, payload: bytes) -> bytes:

@@ -81,7 +81,7 @@ class Output:
         self.sink.synchronize()
         self.check()
         self.sink.close()
-        self._target.publish()
+        self._target.publish(complete=attributes.get("status") == "complete")
 
     def abandon(self) -> None:
         """Close the unfinished file, and remove it unless there is a checkpoint to continue it from."""

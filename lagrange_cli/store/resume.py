@@ -147,6 +147,16 @@ def find_earlier(target: Target, run: Attributes) -> Earlier | Finished | None:
     return earlier
 
 
+def interrupted(path: Path) -> bool:
+    """Whether a file is the output of a run that was interrupted and can be continued."""
+    try:
+        with h5py.File(path, "r") as file:
+            beginning = isinstance(file.get(CHECKPOINT, getlink=True), h5py.HardLink)
+            return beginning and same(file.attrs.get("status"), "interrupted")
+    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError):
+        return False
+
+
 def read_output(target: Target) -> Earlier | Finished:
     """The output that stands under the name already."""
     shown = target.shown

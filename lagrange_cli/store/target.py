@@ -7,9 +7,13 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.store.notes import Origin, Stamp
 
 PARTS = 2
 """Unfinished files that there may be at a time: what is being written, and what it is continued from."""
@@ -22,12 +26,16 @@ class Target:
     ``shown`` is the name as the user knows it, ``path`` where it leads (links followed). Everything is
     written to ``temporary``, beside it and so on the same disk, and then renamed. That is the ``part``-th
     of the hidden files that may stand there; ``checkpoint`` says what one of them can be continued from.
+    ``origin`` is what makes the output, for a note on it. ``replaces`` is the stamp of an earlier output that
+    the run may replace, whether or not there is ``force``.
     """
 
     shown: str
     path: Path
     force: bool
     part: int = 0
+    origin: Origin | None = None
+    replaces: Stamp | None = None
 
     @property
     def temporary(self) -> Path:
@@ -68,15 +76,17 @@ class Target:
             atexit.unregister(unlock)
             unlock(place, held)
 
-    def publish(self) -> None:
-        """Give the finished temporary file its name, and remove what it could have been continued from.
+    def publish(self, *, complete: bool) -> None:
+        """Give the finished temporary file its name, and remove what it could have been continued from; a run
+        that is ``complete`` is noted.
 
         Raises ``FileError``; where another file has meanwhile taken the name, the result is left in
         ``temporary`` and the message says so.
         """
-        if self.path.exists() and not self.force:
+        if self.path.exists() and not self.force and not self.replaceable():
+            how = "appeared" if self.replaces is None else "was changed"
             raise FileError(
-                f"{self.shown} appeared while this run was computing and is kept; "
+                f"{self.shown} {how} while this run was computing and is kept; "
                 f"the result is whole in {self.temporary}"
             )
         try:
@@ -84,7 +94,19 @@ class Target:
         except OSError as error:
             where = f"; the result is whole in {self.temporary}" if self.temporary.exists() else ""
             raise FileError(f"{unwritable(self.shown, error)}{where}") from error
+        if complete and self.origin is not None:
+            self.origin.note(self.path)
         self.clear()
+
+    def replaceable(self) -> bool:
+        """Whether what stands under the name is still the earlier output that may be replaced."""
+        if self.replaces is None:
+            return False
+        from lagrange_cli.store.notes import stamp_of
+
+        with suppress(OSError):
+            return stamp_of(self.path) == self.replaces
+        return False
 
     def clear(self) -> None:
         """Remove everything unfinished."""
@@ -98,20 +120,26 @@ class Target:
             self.temporary.unlink(missing_ok=True)
 
 
-def find_target(name: str, *, force: bool, resume: bool = False) -> Target:
+def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin | None = None) -> Target:
     """The target called ``name``, checked before any work is done for it.
 
-    Raises ``FileError`` where something exists under the name (and neither ``force`` nor ``resume`` is
-    given, or it is no plain file), or where no file can be made there.
+    Raises ``FileError`` where no file can be made there, where what exists under the name is no plain file,
+    and where it is one that a run of this ``origin`` may not replace, unless ``force`` or ``resume`` is
+    given.
     """
+    replaces: Stamp | None = None
     try:
         path = Path(os.path.realpath(name))
         if path.is_dir():
             raise FileError(f"{name} is a directory: name a file in it, as {Path(name) / 'NAME.h5'}")
         if path.exists() and not path.is_file():
             raise FileError(f"{name} is no plain file and cannot be replaced by one")
-        if path.exists() and not (force or resume):
-            raise FileError(f"{name} exists and is kept: --force replaces it, --output names another")
+        if path.exists():
+            found = "" if origin is None else origin.judge(path)
+            if not isinstance(found, str):
+                replaces = found
+            elif not (force or resume):
+                raise kept(name, path, found)
         folder = path.parent
         if not folder.is_dir():
             raise FileError(f"{name} cannot be written: there is no directory {folder}")
@@ -119,7 +147,19 @@ def find_target(name: str, *, force: bool, resume: bool = False) -> Target:
             raise FileError(f"{name} cannot be written: no permission to write in {folder}")
     except (OSError, ValueError) as error:  # a name too long, or with a NUL in it
         raise FileError(f"{name!r} cannot be written: {error}") from error
-    return Target(name, path, force)
+    return Target(name, path, force, origin=origin, replaces=replaces)
+
+
+def kept(name: str, path: Path, why: str) -> FileError:
+    """The error of an existing output that is not replaced: what it is, as far as that is known."""
+    from lagrange_cli.store.resume import interrupted
+
+    if interrupted(path):
+        return FileError(
+            f"{name} is of a run that was interrupted, and is kept: --resume goes on with it, "
+            "--force replaces it, --output names another"
+        )
+    return FileError(f"{name} exists and is kept{why}: --force replaces it, --output names another")
 
 
 def unwritable(name: str, error: Exception) -> FileError:

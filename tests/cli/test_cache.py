@@ -52,7 +52,7 @@ def test_other_numbers_are_served_by_the_same_program(capsys):
 
 def test_a_damaged_program_is_rebuilt_in_silence(capsys, folder):
     _, written = solve(capsys)
-    (entry,) = folder.iterdir()
+    (entry,) = folder.glob("*.code")
     sound = entry.read_bytes()
     middle = len(sound) // 2
     for damaged in (b"", sound[:middle], sound[:middle] + bytes([sound[middle] ^ 1]) + sound[middle + 1 :]):
@@ -85,7 +85,7 @@ def test_info_counts_and_clear_removes(capsys, folder):
     assert not folder.exists()
     solve(capsys)
     full = info(capsys)
-    assert (full["entries"], full["bytes"]) == (1, sum(path.stat().st_size for path in folder.iterdir()))
+    assert (full["entries"], full["bytes"]) == (1, sum(path.stat().st_size for path in folder.glob("*.code")))
     assert main(["cache", "clear"]) == 0
     assert capsys.readouterr().out == "removed 1 compiled program\n"
     assert main(["cache", "clear", "--json"]) == 0

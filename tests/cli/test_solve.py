@@ -34,6 +34,7 @@ ROOT_ATTRIBUTES = [
     "message",
     "h_drift",
     "p_drift",
+    "final",
 ]
 
 
@@ -88,6 +89,22 @@ def test_the_json_object_says_what_the_file_says(tmp_path):
         h, p = file["diagnostics/h"][()], file["diagnostics/p/theta"][()]
         assert np.abs(h - h[0]).max() <= answer["h_drift"] * (1 + 1e-12)
         assert np.abs(p - p[0]).max() <= answer["p_drift"]["theta"] * (1 + 1e-12)
+
+
+def test_the_final_state_is_that_of_the_last_sample(tmp_path):
+    answer = solve_json(SYSTEMS / "n_pendulum.yaml", "--stop", "1", "--outputs", "q,v", cwd=tmp_path)
+    with h5py.File(tmp_path / "n_pendulum.h5") as file:
+        assert answer["final"]["t"] == file["t"][-1] == 1
+        for kind in "qv":
+            values = answer["final"][kind]
+            assert list(values) == [f"theta[{i}]" for i in range(5)]
+            assert list(values.values()) == file[f"{kind}/theta"][-1].tolist()
+        assert json.loads(file.attrs["final"]) == answer["final"]
+    run = lagrange("solve", SYSTEMS / "n_pendulum.yaml", "--stop", "1", "--outputs", "h", cwd=tmp_path)
+    assert run.returncode == 5  # it was made with other outputs
+    run = lagrange("solve", SYSTEMS / "n_pendulum.yaml", "--stop", "1", "-o", "h.h5", cwd=tmp_path)
+    line = next(line for line in run.stdout.splitlines() if "at t = 1: " in line)
+    assert f"theta_dot[1] = {answer['final']['v']['theta[1]']:.6g} (and 3 coordinates more)" in line
 
 
 def test_all_outputs_of_a_system_of_particles(tmp_path):
@@ -207,7 +224,6 @@ BAD = {
     "set to no number": ([PENDULUM, "--set", "m=nan"], 2, "nan"),
     "a mass of zero": ([PENDULUM, "--set", "m=0"], 2, "mass"),
     "a negative mass": ([PENDULUM, "--set", "m=-1"], 2, "mass"),
-    "stop before start": ([PENDULUM, "--stop", "-1"], 2, "stop after it starts"),
     "stop is no number": ([PENDULUM, "--stop", "nan"], 2, "finite"),
     "stop is no word": ([PENDULUM, "--stop", "soon"], 2, "soon"),
     "zero samples": ([PENDULUM, "--samples", "0"], 2, "at least 2 samples"),

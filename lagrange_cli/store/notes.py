@@ -1,0 +1,96 @@
+"""Notes on outputs, by which a later run of the same system file knows an output that it may replace.
+
+A note says which system file an output came from, which options were given, how long it took, and what
+shows that the output has not been touched since (its size, time and inode). Notes are kept in the cache's
+folder and not in the output, whose bytes depend on the run alone. Where there is no such folder, or a note
+is lost, nothing is replaced.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Mapping
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from lagrange_cli.native.cache import Cache, find_cache
+from lagrange_cli.records import dataclass, replace
+
+SUFFIX = ".note"
+LARGEST = 2**20
+"""Bytes that all notes together may take: some thousands of them."""
+LONG = 60.0
+"""Seconds: the output of a run that took longer is not replaced unless that is asked for."""
+
+Stamp = tuple[int, int, int]
+
+
+@dataclass(frozen=True)
+class Origin:
+    """What makes an output: the ``system`` file (its real path) and the ``options`` given, as they are shown
+    by what they set. ``began`` is when the run did, on the clock ``time.monotonic``. Notes are only ``kept``
+    where the cache may be used."""
+
+    system: str
+    options: Mapping[str, str]
+    began: float
+    kept: bool = True
+
+    def note(self, output: Path) -> None:
+        """Keep a note on an output that is complete. (Nothing here fails.)"""
+        cache = notes() if self.kept else None
+        with suppress(OSError):
+            stamp, seconds = stamp_of(output), time.monotonic() - self.began
+            content = {
+                "system": self.system, "options": dict(self.options), "seconds": seconds, "stamp": stamp,
+            }  # fmt: skip
+            if cache is not None:
+                cache.store(str(output), json.dumps(content).encode())
+
+    def judge(self, output: Path) -> Stamp | str:
+        """The stamp of an existing output, if this run may replace it; else what is known against that, as a
+        clause that follows ``it is kept``, or nothing."""
+        content = read_note(output)
+        if content is None or content["system"] != self.system:
+            return ""
+        try:
+            stamp = stamp_of(output)
+        except OSError:
+            return ""
+        if list(stamp) != content["stamp"]:
+            return ""
+        other = [text for name, text in content["options"].items() if self.options.get(name) != text]
+        if other:
+            return f", as it was made with {', '.join(other)}"
+        if content["seconds"] > LONG:
+            return f", as it took {content['seconds']:.0f} s"
+        return stamp
+
+
+def notes() -> Cache | None:
+    """Where notes are kept."""
+    cache = find_cache()
+    return None if cache is None else replace(cache, largest=LARGEST, suffix=SUFFIX)
+
+
+def read_note(output: Path) -> Mapping[str, Any] | None:
+    """The note on an output, if there is one and it is sound."""
+    cache = notes()
+    payload = None if cache is None else cache.load(str(output))
+    if payload is None:
+        return None
+    with suppress(ValueError, RecursionError):
+        content = json.loads(payload)
+        kinds = {"system": str, "options": dict, "seconds": float, "stamp": list}
+        if isinstance(content, dict) and all(type(content.get(key)) is kind for key, kind in kinds.items()):
+            return content
+    return None
+
+
+def stamp_of(file: Path) -> Stamp:
+    """What shows that a file has been written to, or replaced by another."""
+    status = os.stat(file)
+    return status.st_size, status.st_mtime_ns, status.st_ino
