@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.ended import drifts_shown, wrote
 from lagrange_cli.cli.report import count_of, finite
-from lagrange_cli.cli.runs import origin, series_of, units_of
+from lagrange_cli.cli.runs import origin, series_of
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.model.quantities import Units
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
     from lagrange_cli.store.layout import Dimension, Series
@@ -35,42 +36,47 @@ class Ensemble:
     families: tuple[Family, ...]
 
 
-def series(ensemble: Ensemble, prepared: Prepared) -> tuple[Series, ...]:
+def series(ensemble: Ensemble, prepared: Prepared, units: Units) -> tuple[Series, ...]:
     """The datasets of the ensemble, in the file's order."""
+    from lagrange_cli.expression.vocabulary import family_name
     from lagrange_cli.integrate.ensemble_outcome import STATUS
     from lagrange_cli.integrate.members import drift_path
     from lagrange_cli.records import replace
     from lagrange_cli.store.layout import Series
 
-    spec, units = ensemble.spec, units_of(ensemble.spec)
     swept = {name for name, values in ensemble.members.axes if not isinstance(values, int)}
     found = [
-        Series(f"parameters/{one.name}", unit=one.unit, long_name=one.description or f"parameter {one.name}")
-        for one in spec.parameters
+        Series(path, unit=units.of(path), long_name=one.description or f"parameter {one.name}")
+        for one in ensemble.spec.parameters
         if one.name in ensemble.values.differing and one.name not in swept
+        for path in (f"parameters/{one.name}",)
     ]
     for kind, text in (("q", "coordinate {}"), ("v", "velocity d{}/dt")):
         for family in ensemble.families:
-            unit, name = units.get(f"{kind}/{family.name}", ""), f"initial {text.format(family.label)}"
+            unit, name = units.of(f"{kind}/{family.name}"), f"initial {text.format(family.label)}"
             found.append(Series(f"initial/{kind}/{family.name}", family.shape, unit, name, axes=family.axes))
     change = "max |{0} - {0}(0)|" if ensemble.sampled else "|{0} - {0}(0)| at the end"
     found += [
-        Series("t_end", long_name="time at which the member ended"),
+        Series("t_end", unit=units.of("t"), long_name="time at which the member ended"),
         Series("steps", long_name="steps taken", kind="i8"),
         Series("status", long_name="how the member ended, in a word", kind=STATUS),
-        *(Series(drift_path(name), (), "", change.format(name)) for name in prepared.recording.conserved),
+        *(
+            Series(path, (), units.of(family_name(path.replace("drift/", "", 1))), change.format(name))
+            for name in prepared.recording.conserved
+            for path in (drift_path(name),)
+        ),
     ]
-    made = [replace(one, sampled=ensemble.sampled) for one in series_of(spec, prepared)]
+    made = [replace(one, sampled=ensemble.sampled) for one in series_of(units, prepared)]
     return (*(replace(one, sampled=False) for one in found), *made)
 
 
-def dimensions(ensemble: Ensemble) -> tuple[Dimension, ...]:
+def dimensions(ensemble: Ensemble, units: Units) -> tuple[Dimension, ...]:
     """The dimensions that the members span: a parameter's has its name, that of an initial value ``_0``
     behind it; ``row`` counts those of a table, ``draw`` the random ones."""
     from lagrange_cli.expression.vocabulary import family_name, velocity_name
     from lagrange_cli.store.layout import Dimension
 
-    spec, units, found = ensemble.spec, units_of(ensemble.spec), []
+    spec, found = ensemble.spec, []
     parameters = {one.name: one for one in spec.parameters}
     paths = {each.name: f"q/{family_name(each.name)}" for each in spec.coordinates}
     paths |= {velocity_name(each.name): f"v/{family_name(each.name)}" for each in spec.coordinates}
@@ -79,11 +85,10 @@ def dimensions(ensemble: Ensemble) -> tuple[Dimension, ...]:
             text = "row of the table" if name == "row" else "draw of the random numbers"
             found.append(Dimension(name, values, long_name=text))
         elif name in parameters:
-            one = parameters[name]
-            text = one.description or f"parameter {name}"
-            found.append(Dimension(name, len(values), values, one.unit, text, f"parameters/{name}"))
+            text, path = parameters[name].description or f"parameter {name}", f"parameters/{name}"
+            found.append(Dimension(name, len(values), values, units.of(path), text, path))
         else:
-            unit = units.get(paths[name], "")
+            unit = units.of(paths[name])
             found.append(Dimension(f"{name}_0", len(values), values, unit, f"initial {name}"))
     return tuple(found)
 

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.model.quantities import Units
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
     from lagrange_cli.store.target import Target
@@ -218,16 +219,15 @@ def prepare_run(
     )
 
 
-def series_of(spec: Spec, prepared: Prepared) -> tuple[Series, ...]:
-    """The datasets of the run, with the units the file gives."""
+def series_of(units: Units, prepared: Prepared) -> tuple[Series, ...]:
+    """The datasets of the run, with their units."""
     from lagrange_cli.store.layout import Series
 
-    units = units_of(spec)
     found = [
         Series(
             dataset.path,
             dataset.shape,
-            units.get(dataset.path, ""),
+            units.of(dataset.path),
             dataset.long_name,
             dataset.axes,
             dataset.components,
@@ -243,14 +243,6 @@ def series_of(spec: Spec, prepared: Prepared) -> tuple[Series, ...]:
             replace(one, path=LOW + one.path, long_name=text.format(one.long_name, one.path)) for one in found
         ]
     return tuple(found)
-
-
-def units_of(spec: Spec) -> dict[str, str]:
-    """The units of coordinates and velocities, by path."""
-    from lagrange_cli.expression.vocabulary import family_name
-
-    units = {f"q/{family_name(each.name)}": each.unit for each in spec.coordinates}
-    return units | {f"v/{family_name(each.name)}": f"{each.unit}/s" for each in spec.coordinates if each.unit}
 
 
 def origin(

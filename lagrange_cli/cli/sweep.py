@@ -188,6 +188,7 @@ def import_the_rest() -> None:
     """Load what the run needs from here on."""
     import lagrange_cli.integrate.lanes
     import lagrange_cli.integrate.members
+    import lagrange_cli.model.quantities
     import lagrange_cli.store.ensemble  # noqa: F401
 
 
@@ -217,6 +218,7 @@ def follow_and_write(
     from lagrange_cli.integrate.ensemble_outcome import UNFINISHED, EnsembleOutcome
     from lagrange_cli.integrate.members import follow_ensemble
     from lagrange_cli.integrate.progress import Clock, Keeping
+    from lagrange_cli.model.quantities import find_units
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout
 
@@ -224,12 +226,13 @@ def follow_and_write(
     progress = Counter(ensemble.spec.name, members, "members", quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
+            units = find_units(ensemble.spec)
             writer = EnsembleWriter(
                 start.target,
-                Layout(series(ensemble, prepared)),
+                Layout(series(ensemble, prepared, units), time_unit=units.of("t")),
                 members=members,
                 times=times.chunk(0, times.count) if sampled else None,
-                dimensions=dimensions(ensemble),
+                dimensions=dimensions(ensemble, units),
             )
 
         def write(index: np.ndarray, values: dict[str, Any]) -> None:

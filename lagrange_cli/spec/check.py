@@ -10,7 +10,7 @@ from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name, velocity_name
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.defaults import solve_defaults
+from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.names import Kind, Names, range_hint, scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import Declared, Draft, Entry, Written
@@ -49,6 +49,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         solve=solve_defaults(draft, problems),
         sizes=sizes,
         families=draft.families,
+        time_unit=time_unit(draft, problems),
     )
 
 

@@ -11,6 +11,7 @@ def solve_defaults(draft: Draft, problems: Problems) -> SolveDefaults:
     """The section as it is, if its numbers make sense together."""
     given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
     places = draft.solve_places
+    given.pop("unit", None)  # of t: see ``time_unit``
     solve = SolveDefaults(**given, places=places)
     start = 0.0 if solve.start is None else solve.start
     if solve.stop is not None and solve.stop == start:
@@ -31,3 +32,15 @@ def solve_defaults(draft: Draft, problems: Problems) -> SolveDefaults:
     if solve.samples is not None and solve.step is not None:
         problems.add(places["step"], "'samples' and 'step' cannot both be given", "leave one of them out")
     return solve
+
+
+def time_unit(draft: Draft, problems: Problems) -> str:
+    """The unit of t, which may stand in either of two places."""
+    unit, other = draft.time, draft.solve.get("unit", "")
+    if unit and other and unit != other:
+        problems.add(
+            draft.solve_places["unit"],
+            f"the unit of t is '{other}' in solve and '{unit}' in time",
+            "leave one of them out",
+        )
+    return unit or other

@@ -97,6 +97,7 @@ class Draft:
     generalized_forces: tuple[Entry, ...] = ()
     dissipation: Expression | None = None
     observables: tuple[Entry, ...] = ()
+    time: str = ""
     solve: Mapping[str, Any] = field(default_factory=dict)
     solve_places: Mapping[str, Place] = field(default_factory=dict)
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
@@ -222,6 +223,13 @@ def _read_solve(node: Node, where: str, problems: Problems) -> Mapping[str, Any]
     return _read_table(node, SOLVE, "solve", problems)
 
 
+def _read_time(node: Node, where: str, problems: Problems) -> str:
+    """The unit of t: ``time: d`` or ``time: {unit: d}``."""
+    if isinstance(node, nodes.Mapping):
+        return str(_read_table(node, TIME, where, problems).get("unit", ""))
+    return read_text(node, where, problems)
+
+
 def _read_table(
     node: nodes.Mapping, table: Mapping[str, Reader], where: str, problems: Problems
 ) -> dict[str, Any]:
@@ -247,6 +255,7 @@ COORDINATE: dict[str, Reader] = {
     "unit": read_text,
     "description": read_text,
 }
+TIME: dict[str, Reader] = {"unit": read_text}
 SOLVE: dict[str, Reader] = {
     "start": read_number,
     "stop": read_number,
@@ -255,6 +264,7 @@ SOLVE: dict[str, Reader] = {
     "method": read_text,
     "tolerance": read_number,
     "outputs": read_words,
+    "unit": read_text,
 }
 SECTIONS: dict[str, Reader] = {
     "name": read_text,
@@ -271,6 +281,7 @@ SECTIONS: dict[str, Reader] = {
     "generalized_forces": _entries(read_scalar, "generalized_forces", "generalized force"),
     "dissipation": read_scalar,
     "observables": _entries(read_scalar, "observables", "observable"),
+    "time": _read_time,
     "solve": _read_solve,
 }
 LATER: dict[str, str] = {

@@ -109,6 +109,7 @@ class Spec:
 
     Families are written out: everything goes by the names of members, such as ``theta[3]``, and
     ``families`` has them by section and name. ``sizes`` are the whole numbers they were written with.
+    ``time_unit`` is the unit of t, empty where the file does not say it.
     """
 
     filename: str
@@ -129,3 +130,4 @@ class Spec:
     solve: SolveDefaults
     sizes: Mapping[str, int] = field(default_factory=dict)
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
+    time_unit: str = ""

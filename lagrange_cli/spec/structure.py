@@ -9,7 +9,7 @@ from lagrange_cli.spec.spec import Expression, Family, Spec
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Of these only the names count: parameters and the initial state are given to compiled code as it runs."""
-OUTSIDE = frozenset({"filename", "text", "name", "description", "solve"})
+OUTSIDE = frozenset({"filename", "text", "name", "description", "solve", "time_unit"})
 """These have no part in the equations."""
 
 

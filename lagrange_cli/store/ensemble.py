@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 NUMBERS = Dimension("member", 0, long_name="member of the ensemble")
 MESSAGE = "message"
-TIME = Series("t", long_name="time")
+TIME = "t"
 PIECE = 2**24
 """Bytes that are read back at a time."""
 BLOCK = 65536
@@ -57,7 +57,7 @@ class EnsembleWriter(Output):
     ) -> None:
         self._members = members
         names = name_dimensions(layout, dimensions)
-        layout = replace(layout, scales=names if times is None else (*names, TIME.path))
+        layout = replace(layout, scales=names if times is None else (*names, TIME))
 
         def create(sink: Sink) -> Any:
             file = open_file(sink, BLOCK)
@@ -74,9 +74,9 @@ class EnsembleWriter(Output):
                     attach(self._numbers, axis, scale)
             self._time = None
             if times is not None:
-                self._time = file.create_dataset(TIME.path, data=times)
-                describe(self._time, TIME)
-                self._time.make_scale(TIME.path)
+                self._time = file.create_dataset(TIME, data=times)
+                describe(self._time, layout.time)
+                self._time.make_scale(TIME)
             self._scales = Scales(file, layout)
             self._datasets = {one.path: self._create(file, one) for one in layout.series}
             for scale, dimension in zip(self._leading, dimensions):
@@ -181,7 +181,7 @@ def name_dimensions(layout: Layout, dimensions: Sequence[Dimension]) -> tuple[st
     """What the dimensions are called in the file, and behind them what numbers the members: their names, with
     underscores behind those that something else has."""
     groups = {part for one in dimensions for part in one.path.split("/")[:-1]}
-    taken = layout.taken() | groups | {TIME.path, MESSAGE, CHECKPOINT}
+    taken = layout.taken() | groups | {TIME, MESSAGE, CHECKPOINT}
     taken |= {AXES[:size] for size in layout.vector_sizes()}
     names: list[str] = []
     for name in (*(one.name for one in dimensions), NUMBERS.name):

@@ -65,16 +65,22 @@ class Dimension:
 
 @dataclass(frozen=True)
 class Layout:
-    """The series of a file; the scales of their first axes, such as the sample times ``/t``, are not among
-    them."""
+    """The series of a file; the scales of their first axes, such as the sample times ``/t`` in units of
+    ``time_unit``, are not among them."""
 
     series: tuple[Series, ...]
     scales: tuple[str, ...] = ("t",)
+    time_unit: str = ""
 
     def chunk_rows(self, expected: int) -> int:
         """Samples per chunk for about ``expected`` samples: large, but bounded over all series."""
         row = BYTES * (1 + sum(math.prod(series.shape) for series in self.series))
         return max(1, min(ROWS, expected, max(64, MEMORY // row)))
+
+    @property
+    def time(self) -> Series:
+        """The sample times."""
+        return Series("t", unit=self.time_unit, long_name="time")
 
     def vector_sizes(self) -> tuple[int, ...]:
         """The numbers of components that occur among vectors of up to three, in ascending order."""

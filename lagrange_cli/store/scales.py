@@ -6,6 +6,7 @@ from typing import Any
 
 import h5py
 
+from lagrange_cli.model.units import udunits
 from lagrange_cli.store.layout import AXES, Layout, Series
 
 
@@ -43,9 +44,13 @@ def link(group: Any, scale: Any) -> None:
 
 
 def describe(dataset: Any, series: Series) -> None:
-    """Give a dataset its unit and name as attributes."""
+    """Give a dataset its name and unit as attributes: ``unit`` as the system file writes it, and ``units`` as
+    the CF conventions do, where UDUNITS knows it."""
     if series.unit:
         dataset.attrs["unit"] = series.unit
+        spelled = udunits(series.unit)
+        if spelled:
+            dataset.attrs["units"] = spelled
     if series.long_name:
         dataset.attrs["long_name"] = series.long_name
 

@@ -17,7 +17,7 @@ from lagrange_cli.store.target import Target
 if TYPE_CHECKING:
     from lagrange_cli.store.checkpoint import Checkpoint
 
-TIME = Series("t", long_name="time")
+TIME = "t"
 
 
 class Writer(Output):
@@ -40,14 +40,14 @@ class Writer(Output):
             return file
 
         super().__init__(target, create)
-        self.shapes = {TIME.path: (), **{one.path: one.shape for one in layout.series}}
+        self.shapes = {TIME: (), **{one.path: one.shape for one in layout.series}}
         self._places = {path: [] for path in self.shapes}
         self._sums = {path: [] for path in self.shapes}
         self._rest = {path: np.zeros((self.rows, *shape)) for path, shape in self.shapes.items()}
 
     def append(self, chunk: Mapping[str, np.ndarray]) -> None:
         """Add the samples of a chunk: ``chunk[path]`` has shape (c, *shape) for ``t`` and every series."""
-        done, count = 0, len(chunk[TIME.path])
+        done, count = 0, len(chunk[TIME])
         while done < count:
             part = slice(done, min(count, done + self.rows - self._filled))
             taken = part.stop - part.start
@@ -108,10 +108,10 @@ class Writer(Output):
 
 def create_datasets(file: Any, layout: Layout, rows: int) -> dict[str, Any]:
     """The datasets of the layout by path, ``t`` first: empty, and growing in chunks of ``rows`` samples."""
-    times = create_series(file, TIME, rows)
-    times.make_scale(TIME.path)
+    times = create_series(file, layout.time, rows)
+    times.make_scale(TIME)
     scales = Scales(file, layout)
-    datasets = {TIME.path: times}
+    datasets = {TIME: times}
     for series in layout.series:
         datasets[series.path] = create_series(file, series, rows)
         scales.attach(datasets[series.path], series, times)
