@@ -83,7 +83,7 @@ def find_units(spec: Spec) -> Units:
 
 
 def time_of(stated: str, written: Iterable[str]) -> tuple[Unit | None, bool]:
-    """The unit of t, and whether the file states it: otherwise the one unit of time that the units ``written``
+    """The unit of t, and whether the file states it: otherwise the one unit of time that those ``written``
     in it contain.
 
     None if it is not known, ``UNNAMED_TIME`` if no unit has to do with time.

@@ -18,7 +18,7 @@ EMBEDDING = "[l*sin(theta), -l*cos(theta)]"
 BAD = [
     # keys
     ("potential", "potental", [(12, "potental", "unknown key 'potental'", "did you mean 'potential'?")]),
-    ("name", "caption", [(1, "caption", "unknown key 'caption'", "known: name, description, parameters")]),
+    ("name", "logo", [(1, "logo", "unknown key 'logo'", "known: name, description, parameters")]),
     ("unit: m", "units: m", [(4, "units", "unknown key 'units' in parameter 'l'", "'unit'")]),
     ("initial", "start", [(7, "start", "unknown key 'start' in coordinate 'theta'", "known: initial")]),
     ("  g: 9.81", "  g: 9.81\n  m: 2", [(6, "m", "the key 'm' comes twice", "line 3")]),
