@@ -9,10 +9,12 @@ import click
 
 from lagrange_cli.cli.options import shared_options, systems_argument
 from lagrange_cli.cli.progress import Waiting
-from lagrange_cli.cli.report import count_of, emit, emit_json, run_each, stem
+from lagrange_cli.cli.report import complain, count_of, emit, emit_json, run_each, stem
 
 if TYPE_CHECKING:
+    from lagrange_cli.errors import Problem
     from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.spec.spec import Spec
 
 MOST_LINES = 20
 """Entries of one list that are shown."""
@@ -27,7 +29,7 @@ def check(
     """Validate system files and say what kind of systems they describe.
 
     Degrees of freedom, scleronomic or rheonomic, cyclic coordinates, what is conserved and why, and what
-    'solve' will skip and why. Nothing is integrated or written.
+    'solve' will skip and why. Warns where units contradict each other. Nothing is integrated or written.
     """
     return run_each(
         systems,
@@ -54,14 +56,29 @@ def check_system(
         )
     with waiting.stage("deriving the equations of motion"):
         residual = derive_system(spec)
+    warnings = contradicting_units(spec)
     if as_json:
-        emit_json(as_object(spec.name, residual, skipped(residual)))
+        emit_json(as_object(spec.name, residual, skipped(residual), warnings))
     elif not quiet:
         emit(as_text(spec.name, residual, skipped(residual)))
+        for warning in warnings[:MOST_LINES]:
+            complain(warning.render(spec.filename))
     return 0
 
 
-def as_object(name: str, residual: Residual, skipped: tuple[str, ...]) -> dict[str, Any]:
+def contradicting_units(spec: Spec) -> list[Problem]:
+    """A warning for each place of the file where units contradict each other."""
+    from lagrange_cli.model.quantities import find_units
+    from lagrange_cli.spec.source import Source
+
+    conflicts = find_units(spec).conflicts
+    source = Source(spec.filename, spec.text) if conflicts else None
+    return [source.problem(one.place, f"warning: {one.message}", one.hint) for one in conflicts if source]
+
+
+def as_object(
+    name: str, residual: Residual, skipped: tuple[str, ...], warnings: Sequence[Problem] = ()
+) -> dict[str, Any]:
     """The facts for ``--json``."""
     return {
         "name": name,
@@ -75,6 +92,10 @@ def as_object(name: str, residual: Residual, skipped: tuple[str, ...]) -> dict[s
         "skipped": list(skipped),
         "formulation": residual.formulation,
         "convolutions": dict(residual.costs),
+        "warnings": [
+            {"line": each.line, "column": each.column, "message": each.message, "hint": each.hint}
+            for each in warnings
+        ],
     }
 
 

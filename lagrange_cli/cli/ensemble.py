@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.ended import drifts_shown, wrote
@@ -17,7 +18,6 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.model.quantities import Units
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
     from lagrange_cli.store.layout import Dimension, Series
@@ -36,7 +36,7 @@ class Ensemble:
     families: tuple[Family, ...]
 
 
-def series(ensemble: Ensemble, prepared: Prepared, units: Units) -> tuple[Series, ...]:
+def series(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> tuple[Series, ...]:
     """The datasets of the ensemble, in the file's order."""
     from lagrange_cli.expression.vocabulary import family_name
     from lagrange_cli.integrate.ensemble_outcome import STATUS
@@ -46,22 +46,22 @@ def series(ensemble: Ensemble, prepared: Prepared, units: Units) -> tuple[Series
 
     swept = {name for name, values in ensemble.members.axes if not isinstance(values, int)}
     found = [
-        Series(path, unit=units.of(path), long_name=one.description or f"parameter {one.name}")
+        Series(path, unit=units.get(path, ""), long_name=one.description or f"parameter {one.name}")
         for one in ensemble.spec.parameters
         if one.name in ensemble.values.differing and one.name not in swept
         for path in (f"parameters/{one.name}",)
     ]
     for kind, text in (("q", "coordinate {}"), ("v", "velocity d{}/dt")):
         for family in ensemble.families:
-            unit, name = units.of(f"{kind}/{family.name}"), f"initial {text.format(family.label)}"
+            unit, name = units.get(f"{kind}/{family.name}", ""), f"initial {text.format(family.label)}"
             found.append(Series(f"initial/{kind}/{family.name}", family.shape, unit, name, axes=family.axes))
     change = "max |{0} - {0}(0)|" if ensemble.sampled else "|{0} - {0}(0)| at the end"
     found += [
-        Series("t_end", unit=units.of("t"), long_name="time at which the member ended"),
+        Series("t_end", unit=units.get("t", ""), long_name="time at which the member ended"),
         Series("steps", long_name="steps taken", kind="i8"),
         Series("status", long_name="how the member ended, in a word", kind=STATUS),
         *(
-            Series(path, (), units.of(family_name(path.replace("drift/", "", 1))), change.format(name))
+            Series(path, (), units.get(family_name(path.replace("drift/", "", 1)), ""), change.format(name))
             for name in prepared.recording.conserved
             for path in (drift_path(name),)
         ),
@@ -70,7 +70,7 @@ def series(ensemble: Ensemble, prepared: Prepared, units: Units) -> tuple[Series
     return (*(replace(one, sampled=False) for one in found), *made)
 
 
-def dimensions(ensemble: Ensemble, units: Units) -> tuple[Dimension, ...]:
+def dimensions(ensemble: Ensemble, units: Mapping[str, str]) -> tuple[Dimension, ...]:
     """The dimensions that the members span: a parameter's has its name, that of an initial value ``_0``
     behind it; ``row`` counts those of a table, ``draw`` the random ones."""
     from lagrange_cli.expression.vocabulary import family_name, velocity_name
@@ -86,9 +86,9 @@ def dimensions(ensemble: Ensemble, units: Units) -> tuple[Dimension, ...]:
             found.append(Dimension(name, values, long_name=text))
         elif name in parameters:
             text, path = parameters[name].description or f"parameter {name}", f"parameters/{name}"
-            found.append(Dimension(name, len(values), values, units.of(path), text, path))
+            found.append(Dimension(name, len(values), values, units.get(path, ""), text, path))
         else:
-            unit = units.of(paths[name])
+            unit = units.get(paths[name], "")
             found.append(Dimension(f"{name}_0", len(values), values, unit, f"initial {name}"))
     return tuple(found)
 

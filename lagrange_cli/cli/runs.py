@@ -20,13 +20,12 @@ from lagrange_cli.cli.times import TIMES, with_times
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.integrate.methods import DOUBLE
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.spec.spec import SolveDefaults
+from lagrange_cli.spec.spec import SolveDefaults, has_units
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.model.quantities import Units
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
     from lagrange_cli.store.target import Target
@@ -219,7 +218,16 @@ def prepare_run(
     )
 
 
-def series_of(units: Units, prepared: Prepared) -> tuple[Series, ...]:
+def units_of(spec: Spec) -> Mapping[str, str]:
+    """The units of datasets by path; a file without any unit does not even import what finds them."""
+    if not has_units(spec):
+        return {}
+    from lagrange_cli.model.quantities import find_units
+
+    return find_units(spec).texts
+
+
+def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...]:
     """The datasets of the run, with their units."""
     from lagrange_cli.store.layout import Series
 
@@ -227,7 +235,7 @@ def series_of(units: Units, prepared: Prepared) -> tuple[Series, ...]:
         Series(
             dataset.path,
             dataset.shape,
-            units.of(dataset.path),
+            units.get(dataset.path, ""),
             dataset.long_name,
             dataset.axes,
             dataset.components,

@@ -33,6 +33,7 @@ from lagrange_cli.cli.runs import (
     prepare_run,
     run_options,
     series_of,
+    units_of,
 )
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
@@ -199,7 +200,6 @@ def import_the_rest() -> None:
     """Load what the run needs from here on; numpy and h5py are the most of it."""
     import lagrange_cli.integrate.run
     import lagrange_cli.integrate.taylor
-    import lagrange_cli.model.quantities
     import lagrange_cli.store.writer  # noqa: F401
 
 
@@ -217,7 +217,6 @@ def integrate_and_write(
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
     from lagrange_cli.integrate.progress import Clock, Keeping
     from lagrange_cli.integrate.run import Times, integrate
-    from lagrange_cli.model.quantities import find_units
     from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.writer import Writer
 
@@ -225,11 +224,11 @@ def integrate_and_write(
     shown = ProgressLine(spec.name, settings.start, settings.stop, quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
-            units = find_units(spec)
+            units = units_of(spec)
             series = series_of(units, prepared)
             if companions:
                 series = series_of_errors(series, series_of(units, companions[0]))
-            layout = Layout(series, time_unit=units.of("t"))
+            layout = Layout(series, time_unit=units.get("t", ""))
             writer = Writer(start.target, layout, expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:

@@ -31,6 +31,7 @@ from lagrange_cli.cli.runs import (
     output_name,
     prepare_run,
     run_options,
+    units_of,
 )
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
@@ -188,7 +189,6 @@ def import_the_rest() -> None:
     """Load what the run needs from here on."""
     import lagrange_cli.integrate.lanes
     import lagrange_cli.integrate.members
-    import lagrange_cli.model.quantities
     import lagrange_cli.store.ensemble  # noqa: F401
 
 
@@ -218,7 +218,6 @@ def follow_and_write(
     from lagrange_cli.integrate.ensemble_outcome import UNFINISHED, EnsembleOutcome
     from lagrange_cli.integrate.members import follow_ensemble
     from lagrange_cli.integrate.progress import Clock, Keeping
-    from lagrange_cli.model.quantities import find_units
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout
 
@@ -226,10 +225,10 @@ def follow_and_write(
     progress = Counter(ensemble.spec.name, members, "members", quiet=request.quiet)
     with Interrupts() as interrupted:
         with watch.stage("write"):
-            units = find_units(ensemble.spec)
+            units = units_of(ensemble.spec)
             writer = EnsembleWriter(
                 start.target,
-                Layout(series(ensemble, prepared, units), time_unit=units.of("t")),
+                Layout(series(ensemble, prepared, units), time_unit=units.get("t", "")),
                 members=members,
                 times=times.chunk(0, times.count) if sampled else None,
                 dimensions=dimensions(ensemble, units),

@@ -38,11 +38,12 @@ one unit into another."""
 
 class Contradiction(ArithmeticError):
     """Raised where an operation makes no sense with these units; its text says why. ``units`` are two that
-    should be the same."""
+    should be the same, ``hint`` is a way out."""
 
-    def __init__(self, text: str, *units: Unit) -> None:
+    def __init__(self, text: str, *units: Unit, hint: str = "") -> None:
         super().__init__(text)
         self.units = units
+        self.hint = hint
 
 
 @dataclass(frozen=True)
@@ -165,7 +166,9 @@ class QuantityAlgebra:
             return Quantity(RADIAN)
         unit = arguments[0].unit
         if unit is not None and not unit.pure and name != "log":  # log(r) is log(r/r0) up to a constant
-            raise Contradiction(f"{name} is taken of a quantity in {unit}")
+            angle = name in ("sin", "cos", "tan") and "deg" in unit.symbols
+            hint = f"{name} takes radians: multiply by pi/180" if angle else ""
+            raise Contradiction(f"{name} is taken of a quantity in {unit}", hint=hint)
         return Quantity(RADIAN) if name in ("asin", "acos", "atan") else PURE
 
 

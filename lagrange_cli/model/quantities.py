@@ -37,7 +37,7 @@ from lagrange_cli.model.units import (
 )
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec
+from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, has_units
 
 UNNAMED = "the unit of t"
 """Stands for the unit of t where the file has no unit of time at all."""
@@ -60,26 +60,29 @@ class Units:
     texts: Mapping[str, str] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()
 
-    def of(self, path: str) -> str:
-        """The unit of a dataset; empty where it is not known."""
-        return self.texts.get(path, "")
-
 
 def find_units(spec: Spec) -> Units:
-    """The units of the system's quantities; none where the file names none, which takes no time."""
-    written = {one.unit for one in spec.parameters} | {one.unit for one in spec.coordinates}
-    if not spec.time_unit and not any(written):
+    """The units of the system's quantities."""
+    if not has_units(spec):
         return Units()
+    written = {one.unit for one in spec.parameters} | {one.unit for one in spec.coordinates}
     time, stated = time_of(spec.time_unit, written)
     survey = Survey(spec, time)
-    if survey.conflicts and not stated and time not in (None, UNNAMED_TIME):
-        hint = f"t is taken to be in {time}: 'time: {{unit: ...}}' says otherwise"
-        conflicts = [replace(one, hint=one.hint or hint) for one in survey.conflicts]
-        broken, survey = survey.energy.broken, Survey(spec, None)  # the unit of t was no more than a guess
-        if broken:
-            survey.energy = BROKEN
-        return Units(survey.texts(), tuple(conflicts))
-    return Units(survey.texts(), tuple(survey.conflicts))
+    conflicts = survey.conflicts
+    if conflicts and time is not None and not stated:  # the unit of t is a conclusion that may be wrong
+        without = Survey(spec, None)
+        if len(without.conflicts) < len(conflicts):
+            conflicts = [one if one in without.conflicts else doubted(one, time) for one in conflicts]
+            energy, survey = survey.energy, without
+            survey.energy = energy if energy.broken else survey.energy
+    return Units(survey.texts(), tuple(conflicts))
+
+
+def doubted(conflict: Conflict, time: Unit) -> Conflict:
+    """A conflict that there is only if t is in ``time``, which the file does not say."""
+    if time == UNNAMED_TIME:
+        return conflict
+    return replace(conflict, hint=f"if t is not in {time}, add 'time: {{unit: ...}}'")
 
 
 def time_of(stated: str, written: Iterable[str]) -> tuple[Unit | None, bool]:
@@ -123,7 +126,7 @@ class Survey:
         """The quantity of an expression; what contradicts in it is noted."""
 
         def note(error: Contradiction, span: Span) -> None:
-            self.conflicts.append(Conflict(expression.at(span), f"{error} in {where}"))
+            self.conflicts.append(Conflict(expression.at(span), f"{error} in {where}", error.hint))
 
         counts = (*self.spec.sizes, *expression.indices)
         return Walk(self.values, lambda one: one / self.time, note, counts).value(expression.tree)
@@ -276,9 +279,10 @@ class Survey:
         for parameter in spec.parameters:
             unit = parameter.unit or told(self.parameters[family_name(parameter.name)])
             found[f"parameters/{parameter.name}"] = unit
-        for coordinate in spec.coordinates:
-            if coordinate.unit and found[f"q/{family_name(coordinate.name)}"]:
-                found[f"q/{family_name(coordinate.name)}"] = coordinate.unit
+        for name, members in by_family((one.name, one) for one in spec.coordinates).items():
+            written = {one.unit for one in members}
+            if len(written) == 1:
+                found[f"q/{name}"] = written.pop() or found[f"q/{name}"]
         return {path: text for path, text in found.items() if text}
 
 

@@ -131,3 +131,10 @@ class Spec:
     sizes: Mapping[str, int] = field(default_factory=dict)
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     time_unit: str = ""
+
+
+def has_units(spec: Spec) -> bool:
+    """Whether the file gives any unit."""
+    if spec.time_unit:
+        return True
+    return any(one.unit for one in spec.parameters) or any(one.unit for one in spec.coordinates)

@@ -6,7 +6,6 @@ from typing import Any
 
 import h5py
 
-from lagrange_cli.model.units import udunits
 from lagrange_cli.store.layout import AXES, Layout, Series
 
 
@@ -47,6 +46,8 @@ def describe(dataset: Any, series: Series) -> None:
     """Give a dataset its name and unit as attributes: ``unit`` as the system file writes it, and ``units`` as
     the CF conventions do, where UDUNITS knows it."""
     if series.unit:
+        from lagrange_cli.model.units import udunits
+
         dataset.attrs["unit"] = series.unit
         spelled = udunits(series.unit)
         if spelled:
