@@ -10,6 +10,7 @@ import pytest
 
 from lagrange_cli.cli import settings
 from lagrange_cli.expression.vocabulary import FUNCTIONS, VECTOR_FUNCTIONS
+from lagrange_cli.model.quantities import find_units
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
 
@@ -38,17 +39,20 @@ def test_what_is_made_from_the_commands_is_up_to_date():
 
 def test_the_page_of_the_output_file_names_every_output():
     page = (ROOT / "docs" / "output-file.md").read_text(encoding="utf-8")
-    column = re.findall(r"^\| .*\| (.*?) \|$", page.partition("## Attributes")[0], re.MULTILINE)
+    column = re.findall(r"^\| .*\| (.*?) \|$", page.partition("## Units")[0], re.MULTILINE)
     assert set(re.findall(r"`(\w+)`", " ".join(column))) == set(settings.OUTPUTS)
 
 
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
-    example, chain, pieces, attraction = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    example, chain, pieces, attraction, units = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     spec = read_spec(chain, "chain.yaml", {"N": "3"})
     assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]
     assert len(read_spec(chain + pieces, "chain.yaml").definitions) == 20
+    units += "masses: {planet: m}\nembedding: {planet: [x]}\npotential: -m*mu/x\n"
+    found = find_units(read_spec(units, "units.yaml"))
+    assert found.texts["v/x"] == "AU/d" and not found.conflicts
     body = attraction.removeprefix("potential: ").strip()
     assert body in (ROOT / "systems" / "figure_eight.yaml").read_text(encoding="utf-8")
 
