@@ -14,12 +14,15 @@ import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
+from textwrap import fill
 
 import click
 
 from lagrange_cli.cli.main import lagrange
 
 ROOT = Path(__file__).resolve().parent.parent
+WIDTH = 118
+"""Characters in a line of a page."""
 SESSIONS = (ROOT / "README.md",)
 BLOCK = re.compile(
     r"^```(?P<language>sh|python)\n(?P<code>.*?)^```\n(?:\n```text\n(?P<shown>.*?)^```\n)?",
@@ -37,38 +40,44 @@ VARYING = re.compile(
 MISTAKE = re.compile(r"\S+:\d+:\d+: ")
 """How the output of a command begins that is shown for a mistake in a file."""
 
-EXIT_STATUS = """## Exit status
+EXIT_STATUS = """## Exit status and output streams
+
+Every command ends with one of these exit statuses:
 
 | status | meaning |
 |---|---|
-| 0 | done |
-| 1 | a fault of lagrange itself; please report it (`LAGRANGE_DEBUG=1` shows where it happened) |
-| 2 | wrong usage: an option, its value, a `--set` of an unknown name |
-| 3 | the system file is wrong; every mistake is shown with its place and a way out |
-| 4 | the motion could not be continued (what was computed is kept), or `--verify` found a difference |
+| 0 | success |
+| 1 | a fault in lagrange itself; please report it (`LAGRANGE_DEBUG=1` shows the traceback) |
+| 2 | wrong usage: an option, its value, or an unknown name in `--set` |
+| 3 | an error in the system file; every mistake is reported with its place and a way to correct it |
+| 4 | the motion could not be continued (the results so far are kept), or `--verify` found a difference |
 | 5 | a file could not be read or written |
-| 130 | interrupted (what was computed is kept, `--resume` goes on; a second Ctrl-C gives up at once) |
+| 130 | interrupted; the results so far are kept, and `--resume` continues (a second Ctrl-C quits at once) |
 
-`LAGRANGE_LIMITS=seconds=60,memory=2000` ends a command as Ctrl-C does, or with status 4, where it takes more;
-[these and the other limits](security.md#the-limits) are for files from elsewhere.
+With several systems, the exit status is the highest of theirs. An error in one system does not stop the
+others.
 
-With several systems: the highest of theirs; the others still run. Results go to standard output; progress (on
-a terminal only), warnings and errors to standard error. With `--json` a system that fails has an object of
-its own too: `name`, `status` ("failed"), `message` and `exit_code`. In JSON a number that does not exist,
-as the drift of an h that is not conserved, is `null`. A reader that hangs up (`| head -1`) does not disturb
-the work.
+Results are written to standard output. Progress (on a terminal only), warnings and errors are written to
+standard error. The commands may be used in a pipe that closes early, as with `| head -1`.
+
+With `--json`, a system that fails has an object too, with `name`, `status` ("failed"), `message` and
+`exit_code`. A number that does not exist, such as the drift of an h that is not conserved, is `null`.
+
+`LAGRANGE_LIMITS=seconds=60,memory=2000` limits the time of a command in seconds and its memory in MB. When the
+time is over, the command is interrupted (status 130). Without memory it ends with status 4. These and the
+other [limits](security.md#the-limits) are meant for system files from elsewhere.
 """
 
 
 def paragraphs(text: str | None) -> str:
-    """Help text as Markdown: paragraphs on one line each, lists of commands as code."""
+    """Help text as Markdown: wrapped paragraphs, and lists of commands as code."""
     parts = []
     for part in (text or "").strip().split("\n\n"):
         lines = [line.strip() for line in part.splitlines()]
         if lines[0] == "\b":
             parts.append("```sh\n" + "\n".join(lines[1:]) + "\n```")
         else:
-            parts.append(" ".join(lines))
+            parts.append(fill(" ".join(lines), WIDTH, break_long_words=False, break_on_hyphens=False))
     return "\n\n".join(parts)
 
 
@@ -93,7 +102,7 @@ def section(name: str, command: click.Command) -> str:
         return "\n\n".join([f"## lagrange {name} COMMAND", paragraphs(command.help), *inner])
     arguments = [p.metavar or (p.name or "").upper() for p in command.params if isinstance(p, click.Argument)]
     usage = " ".join(["lagrange", name, "[OPTIONS]", *arguments])
-    table = ["| option | |", "|---|---|", *options(command)]
+    table = ["| option | effect |", "|---|---|", *options(command)]
     return "\n\n".join(
         [f"## {usage}", paragraphs(command.help), *(["\n".join(table)] if len(table) > 2 else [])]
     )
