@@ -63,9 +63,9 @@ standard error. The commands may be used in a pipe that closes early, as with `|
 With `--json`, a system that fails has an object too, with `name`, `status` ("failed"), `message` and
 `exit_code`. A number that does not exist, such as the drift of an h that is not conserved, is `null`.
 
-`LAGRANGE_LIMITS=seconds=60,memory=2000` limits the time of a command in seconds and its memory in MB. When the
-time is over, the command is interrupted (status 130). Without memory it ends with status 4. These and the
-other [limits](security.md#the-limits) are meant for system files from elsewhere.
+`LAGRANGE_LIMITS=seconds=60,memory=2000` limits the time of a command in seconds and its memory in MB. When
+the time is over, the command is interrupted (status 130). If it needs more memory, it ends with status 4.
+These and the other [limits](security.md#the-limits) are meant for system files from elsewhere.
 """
 
 
