@@ -48,6 +48,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.progress import Progress
     from lagrange_cli.integrate.run import Outcome
+    from lagrange_cli.integrate.times import Times
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.checkpoint import Checkpoint
@@ -216,7 +217,8 @@ def integrate_and_write(
 ) -> Outcome:
     """Integrate chunk by chunk into the output file, whatever way the motion ends."""
     from lagrange_cli.integrate.progress import Clock, Keeping
-    from lagrange_cli.integrate.run import Times, integrate
+    from lagrange_cli.integrate.run import integrate
+    from lagrange_cli.integrate.times import Times
     from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.writer import Writer
 
@@ -248,7 +250,7 @@ def integrate_and_write(
             begin = None
             if start.earlier is not None:
                 with watch.stage("write"):
-                    begin = replay(start.earlier, writer, prepared)
+                    begin = replay(start.earlier, writer, prepared, times)
             steps = 0 if begin is None else begin.snapshot.steps
             clock = Clock(request.checkpoint, request.checkpoint_count, steps)
             keeping = Keeping(begin, clock, keep) if demand is None else None
@@ -263,16 +265,17 @@ def integrate_and_write(
     return outcome
 
 
-def replay(earlier: Earlier, writer: Writer, prepared: Prepared) -> Progress:
+def replay(earlier: Earlier, writer: Writer, prepared: Prepared, times: Times) -> Progress:
     """Append the samples of an earlier run, and say how far it had come."""
     from lagrange_cli.integrate.progress import Progress
     from lagrange_cli.store.checkpoint import damaged
 
-    for chunk in earlier.chunks(writer.rows, writer.shapes):
-        writer.append(chunk)
     checkpoint, program = earlier.checkpoint, prepared.machine.program
     data, memory = checkpoint.head.get("progress"), checkpoint.arrays.get("memory")
     try:
-        return Progress.from_data(data, memory, program, prepared.recording.conserved, writer.samples)
+        progress = Progress.from_data(data, memory, program, prepared.recording.conserved, times)
     except ValueError as error:
         raise damaged(earlier.shown) from error
+    for chunk in earlier.chunks(writer.rows, writer.shapes, progress.snapshot.samples):
+        writer.append(chunk)
+    return progress

@@ -3,7 +3,6 @@ bits."""
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, Generic, TypeVar
@@ -11,6 +10,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from lagrange_cli.integrate.motion import Array, Snapshot
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass
 
@@ -44,19 +44,22 @@ class Progress:
 
     @classmethod
     def from_data(
-        cls, data: Any, memory: Array | None, program: Interface, conserved: Iterable[str], samples: int
+        cls, data: Any, memory: Array | None, program: Interface, conserved: Iterable[str], times: Times
     ) -> Progress:
-        """What ``as_data`` gave, for a run of ``program`` of which so many ``samples`` are there; raises
-        ``ValueError`` where it is nothing of the kind."""
+        """What ``as_data`` gave, for a run of ``program`` through ``times``; raises ``ValueError`` where it
+        is nothing of the kind."""
         try:
-            t, steps = float(data["t"]), int(data["steps"])
+            t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
             size = float(data["size"])
-            sound = int(data["samples"]) == samples and steps >= 0 and math.isfinite(t)
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
-        if memory is None or memory.shape != (program.memory,) or memory.dtype != np.float64 or not sound:
+        if memory is None or memory.shape != (program.memory,) or memory.dtype != np.float64:
             raise ValueError("not of this program")
+        within = min(times.start, times.stop) <= t <= max(times.start, times.stop)
+        within &= abs(float(memory[program.time])) == abs(t)  # backward it is -t
+        if not within or steps < 0 or not 0 <= samples <= times.count:
+            raise ValueError("not of this run")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
         return cls(Snapshot(memory, t, steps, samples), first, drift, size)

@@ -118,7 +118,7 @@ class Stepper:
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
         self._memory, self._work = aligned(program.memory), aligned(program.work)
         self._trial = aligned(program.trial)
-        self._clock = 2 * program.width
+        self._clock = program.time
         for part, given in enumerate(state.reshape(program.parts, -1)):
             self._memory[part * program.width :][: self._rows] = given
         self._memory[self._clock] = times.start

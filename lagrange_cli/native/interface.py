@@ -79,6 +79,11 @@ class Interface:
         return width_of(self.rows)
 
     @property
+    def time(self) -> int:
+        """Where the state has t."""
+        return 2 * self.width
+
+    @property
     def memory(self) -> int:
         """Doubles of the state: the rows, their low parts, what ``stepper`` says of the clock, some room."""
         return 3 * self.width + CLOCK

@@ -19,14 +19,17 @@ import numpy as np
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
+from lagrange_cli.store.contents import sound
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 MAGIC = b"lagrange checkpoint 1\n"
 DIGEST = 32
-LARGEST = 2**30
-"""Bytes that a checkpoint may have."""
+LARGEST = 2**29
+"""Bytes that a checkpoint may have: more than samples of 50,000 coordinates take that do not fill a chunk."""
+LARGEST_HEAD, MOST_ITEMS = 2**24, 2**21
+"""Bytes of its head, and values in it, which take some 80 bytes each when read."""
 KINDS = ("f8", "i8", "i1")
 """The types of arrays that a checkpoint may hold."""
 
@@ -37,7 +40,7 @@ class Unusable(FileError):
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """``head`` in terms of JSON, and arrays by name."""
+    """``head`` in terms of JSON, and arrays by name (what they may be: ``contents``)."""
 
     head: Mapping[str, Any]
     arrays: Mapping[str, NDArray[Any]]
@@ -47,7 +50,7 @@ class Checkpoint:
         from hashlib import sha256
 
         listed = [[name, one.dtype.str.lstrip("<|"), one.shape] for name, one in self.arrays.items()]
-        head = json.dumps([self.head, listed]).encode()
+        head = json.dumps([self.head, listed], ensure_ascii=False).encode("utf-8", "surrogatepass")
         parts = (np.ascontiguousarray(one).tobytes() for one in self.arrays.values())
         rest = b"".join((len(head).to_bytes(8, "little"), head, *parts))
         return MAGIC + sha256(rest).digest() + rest
@@ -62,17 +65,20 @@ class Checkpoint:
         if content[:start] != MAGIC + sha256(rest).digest():
             raise damaged(shown)
         length = int.from_bytes(rest[:8], "little")
+        written = bytes(rest[8 : 8 + min(length, LARGEST_HEAD)])
+        if len(written) < length or sum(map(written.count, (b",", b"[", b"{"))) > MOST_ITEMS:
+            raise damaged(shown)
         try:
-            head, listed = json.loads(bytes(rest[8 : 8 + length]))
+            head, listed = json.loads(written)
             arrays, place = {}, 8 + length
             for name, kind, shape in listed:
-                if kind not in KINDS or not all(type(n) is int and n >= 0 for n in shape):
+                if kind not in KINDS or not all(type(n) is int and 0 <= n <= LARGEST for n in shape):
                     raise ValueError
                 size = int(kind[1:]) * math.prod(shape)
                 part = rest[place : place + size]
                 arrays[str(name)] = np.frombuffer(part, dtype=kind).reshape(shape)
                 place += size
-            if place != len(rest) or not isinstance(head, dict):
+            if place != len(rest) or not sound(head):
                 raise ValueError
         except (ValueError, TypeError, RecursionError) as error:
             raise damaged(shown) from error

@@ -6,13 +6,12 @@ import binascii
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 
 from lagrange_cli.records import replace
 from lagrange_cli.store.checkpoint import damaged
 from lagrange_cli.store.layout import AXES, Dimension, Layout, Series, free_name
-from lagrange_cli.store.output import CHECKPOINT, Output, open_file
+from lagrange_cli.store.output import CHECKPOINT, Output, in_one_piece, open_file
 from lagrange_cli.store.scales import Scales, attach, describe, link
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target
@@ -151,8 +150,8 @@ class EnsembleWriter(Output):
 
     def restore(self, earlier: Earlier, ended: NDArray[np.bool_]) -> None:
         """Give the members that have ``ended`` in an earlier run what it had; raises ``Unusable``."""
-        places = earlier.checkpoint.head.get("regions")
-        if not isinstance(places, dict) or list(places) != list(self._datasets):
+        places = earlier.checkpoint.head.get("regions", {})
+        if list(places) != list(self._datasets):
             raise damaged(earlier.shown)
         for path, dataset in self._datasets.items():
             (place, expected), size, checksum = places[path], self._size(dataset), 0
@@ -230,12 +229,3 @@ def pieces(ended: NDArray[np.bool_], size: int) -> Iterator[range]:
         most = max(1, PIECE // size)
         for first in range(start, stop, most):
             yield range(first, min(first + most, stop))
-
-
-def in_one_piece() -> Any:
-    """The properties of a dataset that has its place in the file from the start, and is not filled there."""
-    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
-    properties.set_layout(h5py.h5d.CONTIGUOUS)
-    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
-    properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
-    return properties

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from types import TracebackType
@@ -32,6 +33,8 @@ class Output:
     def __init__(self, target: Target, create: Callable[[Sink], Any]) -> None:
         self._target = target
         self._kept = False
+        self.last = float("nan")
+        """The last sample time, where there is one for all."""
         target.discard()  # what was left behind, or put there to lead elsewhere
         try:
             self.sink = Sink(target.temporary)
@@ -70,18 +73,31 @@ class Output:
 
         With a ``checkpoint`` the file says how the run can be continued.
         """
+        from lagrange_cli.store.checkpoint import Checkpoint
+        from lagrange_cli.store.trusted import sealed
+
         if checkpoint is not None:
-            content = np.frombuffer(checkpoint.pack(), dtype="u1")
-            dataset = self.file.create_dataset(CHECKPOINT, data=content)
-            dataset.attrs["long_name"] = "what lagrange --resume goes on from"
-            dataset.make_scale(CHECKPOINT)
+            self._put_inside(checkpoint.pack())
         for name, value in attributes.items():
             self.file.attrs[name] = value
         self.file.close()
+        if checkpoint is None:
+            record = Checkpoint({"attributes": dict(attributes), "t": self.last}, {})
+            self.sink.write(sealed(record.pack(), self.sink.seek(0, os.SEEK_END)))
         self.sink.synchronize()
         self.check()
         self.sink.close()
         self._target.publish(complete=attributes.get("status") == "complete")
+
+    def _put_inside(self, packed: bytes) -> None:
+        """Make a record a dataset, as it must lie there (see ``trusted``)."""
+        from lagrange_cli.store.trusted import sealed
+
+        size = len(sealed(packed, 0))
+        dataset = self.file.create_dataset(CHECKPOINT, shape=(size,), dtype="u1", dcpl=in_one_piece())
+        dataset[:] = np.frombuffer(sealed(packed, dataset.id.get_offset()), dtype="u1")
+        dataset.attrs["long_name"] = "what lagrange --resume goes on from"
+        dataset.make_scale(CHECKPOINT)
 
     def abandon(self) -> None:
         """Close the unfinished file, and remove it unless there is a checkpoint to continue it from."""
@@ -100,6 +116,15 @@ class Output:
     ) -> None:
         if not self.sink.closed:
             self.abandon()
+
+
+def in_one_piece() -> Any:
+    """The properties of a dataset that has its place in the file from the start, and is not filled there."""
+    properties = h5py.h5p.create(h5py.h5p.DATASET_CREATE)
+    properties.set_layout(h5py.h5d.CONTIGUOUS)
+    properties.set_alloc_time(h5py.h5d.ALLOC_TIME_EARLY)
+    properties.set_fill_time(h5py.h5d.FILL_TIME_NEVER)
+    return properties
 
 
 def open_file(sink: Sink, cache: int) -> Any:

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import binascii
 import math
+import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
 from lagrange_cli.store.checkpoint import LARGEST, Checkpoint, damaged
-from lagrange_cli.store.output import CHECKPOINT
-from lagrange_cli.store.target import PARTS, Target
+from lagrange_cli.store.target import Target
+from lagrange_cli.store.trusted import open_plain, read_exactly, read_record
 
 Attributes = Mapping[str, Any]
 
@@ -51,35 +51,35 @@ class Earlier:
 
     def check(self, run: Attributes) -> None:
         """Raise ``FileError`` unless it is an earlier part of ``run``."""
-        head = self.checkpoint.head
-        check_same(self.shown, head.get("run"), run)
-        if type(head.get("reached")) not in (int, float):
-            raise damaged(self.shown)
+        check_same(self.shown, self.checkpoint.head["run"], run)
 
     def read(self, place: int, size: int, checksum: int | None = None) -> bytes:
         """A piece of the file; raises ``Unusable`` where it is not there, or is not what it was."""
         try:
-            with open(self.source, "rb") as file:
-                file.seek(place)
-                piece = file.read(size)
+            with open_plain(self.source) as file:
+                piece = read_exactly(file, place, size)
         except (OSError, ValueError, OverflowError) as error:
             raise damaged(self.shown) from error
-        if len(piece) < size or (checksum is not None and binascii.crc32(piece) != checksum):
+        if checksum is not None and binascii.crc32(piece) != checksum:
             raise damaged(self.shown)
         return piece
 
-    def chunks(self, rows: int, shapes: Mapping[str, tuple[int, ...]]) -> Iterator[dict[str, np.ndarray]]:
-        """The samples, in chunks of ``rows`` and then the rest; ``shapes`` are those of the series'
+    def chunks(
+        self, rows: int, shapes: Mapping[str, tuple[int, ...]], count: int
+    ) -> Iterator[dict[str, np.ndarray]]:
+        """The ``count`` samples, in chunks of ``rows`` and then the rest; ``shapes`` are those of the series'
         samples."""
         arrays = self.checkpoint.arrays
+        whole, rest = divmod(count, rows)
         for path, shape in shapes.items():
-            places, rest = arrays.get(f"places/{path}"), arrays.get(f"rest/{path}")
-            if (
-                places is None or rest is None or places.shape != (len(arrays["places/t"]), 2)
-                or rest.shape != (len(arrays["rest/t"]), *shape) or (places < 0).any()
-            ):  # fmt: skip
-                raise damaged(self.shown)
-        for number in range(len(arrays["places/t"])):
+            for name, kind, size in (
+                (f"places/{path}", "i8", (whole, 2)),
+                (f"rest/{path}", "f8", (rest, *shape)),
+            ):
+                found = arrays.get(name)
+                if found is None or found.dtype != kind or found.shape != size:
+                    raise damaged(self.shown)
+        for number in range(whole):
             chunk = {}
             for path, shape in shapes.items():
                 place, checksum = map(int, arrays[f"places/{path}"][number])
@@ -91,7 +91,7 @@ class Earlier:
 
 @dataclass(frozen=True)
 class Finished:
-    """An output that needs nothing more: the attributes of its root, and the last sample time."""
+    """An output that needs nothing more: the attributes of its root, and the last sample time (nan: none)."""
 
     attributes: Attributes
     t: float
@@ -105,8 +105,8 @@ def unfinished(target: Target) -> Earlier | None:
     if not target.checkpoint.is_file():
         return None
     checkpoint = Checkpoint.unpack(read_file(target.checkpoint, target.shown), target.shown)
-    part = checkpoint.head.get("part")
-    if type(part) is not int or not 0 <= part < PARTS:
+    part = checkpoint.head.get("part", -1)
+    if part < 0:
         raise damaged(target.shown)
     source = target.part_file(part)
     return Earlier(target.shown, source, checkpoint) if source.is_file() else None
@@ -115,9 +115,13 @@ def unfinished(target: Target) -> Earlier | None:
 def read_file(place: Path, shown: str) -> bytes:
     """All of a file."""
     try:
-        if place.stat().st_size > LARGEST:
-            raise damaged(shown)
-        return place.read_bytes()
+        with open_plain(place) as file:
+            size = os.fstat(file.fileno()).st_size
+            if size > LARGEST:
+                raise damaged(shown)
+            return read_exactly(file, 0, size)
+    except ValueError as error:
+        raise damaged(shown) from error
     except OSError as error:
         raise FileError(
             f"what an earlier run left for {shown} could not be read: {error.strerror}"
@@ -135,7 +139,7 @@ def find_earlier(target: Target, run: Attributes) -> Earlier | Finished | None:
     if isinstance(output, Finished):
         asked = {name: value for name, value in run.items() if name != "machine"}
         if difference(output.attributes, asked) is None:
-            if beside is None or difference(beside.checkpoint.head.get("run"), run) is None:
+            if beside is None or difference(beside.checkpoint.head["run"], run) is None:
                 target.clear()  # a process was killed when the output had just got its name
             return output
         if beside is None:
@@ -150,34 +154,19 @@ def find_earlier(target: Target, run: Attributes) -> Earlier | Finished | None:
 def interrupted(path: Path) -> bool:
     """Whether a file is the output of a run that was interrupted and can be continued."""
     try:
-        with h5py.File(path, "r") as file:
-            beginning = isinstance(file.get(CHECKPOINT, getlink=True), h5py.HardLink)
-            return beginning and same(file.attrs.get("status"), "interrupted")
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError):
+        return "attributes" not in read_record(path, path.name).head
+    except FileError:
         return False
 
 
 def read_output(target: Target) -> Earlier | Finished:
-    """The output that stands under the name already."""
-    shown = target.shown
-    try:
-        with h5py.File(target.path, "r") as file:
-            attributes = dict(file.attrs)
-            kept = file.get(CHECKPOINT)
-            if kept is not None and (kept.dtype != np.uint8 or kept.ndim != 1 or len(kept) > LARGEST):
-                raise damaged(shown)
-            content = None if kept is None else kept[()].tobytes()
-            last = float(file["t"][-1]) if "t" in file and len(file["t"]) else math.nan
-    except (OSError, KeyError, ValueError, TypeError, AttributeError, RuntimeError) as error:
-        raise FileError(
-            f"{shown} is damaged, or no output of lagrange: --force replaces it, --output names another"
-        ) from error
-    if content is not None:
-        checkpoint = Checkpoint.unpack(content, shown)
-        if checkpoint.head.get("part") != -1:
-            raise damaged(shown)
-        return Earlier(shown, target.path, checkpoint)
-    return Finished(attributes, last)
+    """The output that stands under the name already, by its record alone (see ``trusted``)."""
+    record = read_record(target.path, target.shown)
+    if "attributes" in record.head:
+        return Finished(record.head["attributes"], record.head["t"])
+    if record.head["part"] != -1:
+        raise damaged(target.shown)
+    return Earlier(target.shown, target.path, record)
 
 
 def check_same(shown: str, earlier: Any, run: Attributes) -> None:

@@ -48,6 +48,8 @@ class Writer(Output):
     def append(self, chunk: Mapping[str, np.ndarray]) -> None:
         """Add the samples of a chunk: ``chunk[path]`` has shape (c, *shape) for ``t`` and every series."""
         done, count = 0, len(chunk[TIME])
+        if count:
+            self.last = float(chunk[TIME][-1])
         while done < count:
             part = slice(done, min(count, done + self.rows - self._filled))
             taken = part.stop - part.start

@@ -1,0 +1,120 @@
+"""What a checkpoint or a record may say: of every part the type and the range, in one place.
+
+Whoever can write to the folder can write a checkpoint with the right digest. What passes here leads to a
+wrong output at most: no number is too large for what is done with it, nothing is of another type.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+Check = Callable[[Any], bool]
+
+MOST = 2**53
+"""Of what is counted."""
+PARTS = 2
+STATUSES = ("complete", "stopped", "failed", "interrupted")
+"""How a run may have ended."""
+
+
+def text(value: Any) -> bool:
+    return type(value) is str
+
+
+def flag(value: Any) -> bool:
+    return type(value) is bool
+
+
+def count(value: Any) -> bool:
+    return type(value) is int and 0 <= value < MOST
+
+
+def number(value: Any) -> bool:
+    """A double, nan and infinities among them."""
+    return type(value) is float or (type(value) is int and abs(value) < MOST)
+
+
+def finite(value: Any) -> bool:
+    return number(value) and math.isfinite(value)
+
+
+def nothing(value: Any) -> bool:
+    return value is None
+
+
+def either(*checks: Check) -> Check:
+    """What one of them passes."""
+    return lambda value: any(check(value) for check in checks)
+
+
+def pair(first: Check, second: Check) -> Check:
+    """A list of two."""
+    return lambda value: type(value) is list and len(value) == 2 and first(value[0]) and second(value[1])
+
+
+def table(check: Check) -> Check:
+    """Anything by name."""
+    return lambda value: type(value) is dict and all(map(check, value.values()))
+
+
+def fields(required: Mapping[str, Check], optional: Mapping[str, Check] | None = None) -> Check:
+    """Exactly these, by name."""
+    optional = optional or {}
+
+    def check(value: Any) -> bool:
+        if type(value) is not dict or not required.keys() <= value.keys():
+            return False
+        known = {**required, **optional}
+        return all(name in known and known[name](one) for name, one in value.items())
+
+    return check
+
+
+def drifts(value: Any) -> bool:
+    """JSON: numbers by name."""
+    try:
+        return text(value) and table(either(number, nothing))(json.loads(value))
+    except (ValueError, RecursionError):
+        return False
+
+
+attribute = either(text, number)
+made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
+"""What makes a run; of the machine it is a list."""
+
+progress = fields(
+    {
+        "t": finite, "steps": count, "samples": count, "size": number,
+        "first": table(number), "drift": table(number),
+    }
+)  # fmt: skip
+outcome = fields(
+    {
+        "failed": either(nothing, pair(count, text)), "steps": count,
+        "h_drift": either(nothing, number), "p_drift": table(number),
+    }
+)  # fmt: skip
+common: dict[str, Check] = {
+    "run": made_by, "part": lambda value: type(value) is int and -1 <= value < PARTS,
+    "replace": flag, "reached": finite,
+}  # fmt: skip
+motion = fields({**common, "progress": progress})
+"""The head of the checkpoint of a motion,"""
+sweep = fields({**common, "outcome": outcome, "regions": table(pair(count, count))})
+"""of a sweep's,"""
+
+
+def ending(value: Any) -> bool:
+    """and of the record of a run that has ended."""
+    if not fields({"attributes": table(attribute), "t": number})(value):
+        return False
+    said = value["attributes"]
+    texts = all(text(said.get(name)) for name in ("generator", "name", "spec", "method", "message"))
+    return texts and said.get("status") in STATUSES and drifts(said.get("p_drift"))
+
+
+sound = either(motion, sweep, ending)
+"""Any of these."""

@@ -1,0 +1,126 @@
+"""What is believed of a file that stands under an output's name: the record that this program put into it.
+
+An output may be anybody's file, and HDF5's library is no reader for those: links lead to other files and to
+pipes, a chunk may ask for any memory, damaged structures can hang it. So it is never opened with that
+library. Every output holds a *record* instead: a ``Checkpoint`` with a digest, and behind it where it lies
+and how long it is. Of a run that has ended, the record says how; it lies behind the end of the HDF5 file,
+where other programs do not look for anything. Of one that was interrupted, it is what the run can be
+continued from, in the dataset ``/checkpoint``. ``read_record`` finds either by the last bytes alone:
+
+    record = read_record(target.path, target.shown)  # FileError where it is no output of this program
+    record.head["attributes"]["status"]              # all attributes of the root, where the run has ended
+    "attributes" in record.head                      # False: interrupted, --resume can go on with it
+"""
+
+from __future__ import annotations
+
+import io
+import os
+import stat
+from collections.abc import Iterator
+from pathlib import Path
+
+from lagrange_cli.errors import FileError
+from lagrange_cli.store.checkpoint import LARGEST, Checkpoint, Unusable
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+END = b"\nend of lagrange record 1\n"
+NUMBER = 8
+"""Bytes of the place and of the length."""
+REACH, PIECE = 2**24, 2**20
+"""The record is looked for in so many bytes at the end, in pieces; behind it are only the descriptions of
+datasets, and what another program has added."""
+TRIES = 8
+"""So many ends of records are tried: others are text that looks like one."""
+PLAIN = ("O_NONBLOCK", "O_NOFOLLOW", "O_CLOEXEC", "O_BINARY")
+
+
+def sealed(packed: bytes, place: int) -> bytes:
+    """A packed record as it is to lie at ``place``."""
+    return packed + place.to_bytes(NUMBER, "little") + len(packed).to_bytes(NUMBER, "little") + END
+
+
+def open_plain(path: Path) -> io.FileIO:
+    """Open a plain file for reading: no link is followed, no pipe waited for, no device touched.
+
+    Raises ``OSError``.
+    """
+    flags = os.O_RDONLY
+    for name in PLAIN:
+        flags |= getattr(os, name, 0)
+    file = io.FileIO(os.open(path, flags))
+    if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+        file.close()
+        raise OSError(0, "no plain file")
+    return file
+
+
+def read_exactly(file: io.FileIO, place: int, size: int) -> bytes:
+    """A piece of a file; raises ``ValueError`` where it ends before."""
+    file.seek(place)
+    piece = bytearray(size)
+    view, done = memoryview(piece), 0
+    while done < size:
+        count = file.readinto(view[done:])
+        if not count:
+            raise ValueError("the file ends before")
+        done += count
+    return bytes(piece) if size < PIECE else piece  # type: ignore[return-value]
+
+
+def read_record(path: Path, shown: str) -> Checkpoint:
+    """The record of the output at ``path``, links resolved: how the run ended (its head has the keys
+    ``attributes``, all of the root, and ``t``, the last sample time), or what it is continued from.
+
+    Memory and time are bounded whatever the file is, and nothing else is opened. Raises ``FileError`` where
+    it is no output of this program, or cannot be read.
+    """
+    try:
+        with open_plain(path) as file:
+            size = os.fstat(file.fileno()).st_size
+            if read_exactly(file, 0, min(size, len(HDF5))) != HDF5:
+                raise foreign(shown)
+            for end in ends(file, size):
+                record = record_before(file, end, shown)
+                if record is not None and ("attributes" not in record.head or end + len(END) == size):
+                    return record
+    except (OSError, ValueError, OverflowError) as error:
+        raise foreign(shown) from error
+    raise foreign(shown)
+
+
+def ends(file: io.FileIO, size: int) -> Iterator[int]:
+    """Where a record may end (its ``END`` begins), the last one first."""
+    found, least = 0, max(0, size - REACH)
+    stop = size
+    while stop > least and found < TRIES:
+        start = max(least, stop - PIECE)
+        piece = read_exactly(file, start, min(size, stop + len(END) - 1) - start)
+        at = piece.rfind(END)
+        while at >= 0 and found < TRIES:
+            yield start + at
+            found += 1
+            at = piece.rfind(END, 0, at + len(END) - 1)
+        stop = start
+
+
+def record_before(file: io.FileIO, end: int, shown: str) -> Checkpoint | None:
+    """The record that ends there, if there is one."""
+    if end < 2 * NUMBER:
+        return None
+    numbers = read_exactly(file, end - 2 * NUMBER, 2 * NUMBER)
+    place, length = (int.from_bytes(numbers[i : i + NUMBER], "little") for i in (0, NUMBER))
+    if length > LARGEST or place + length != end - 2 * NUMBER:
+        return None
+    try:
+        return Checkpoint.unpack(read_exactly(file, place, length), shown)
+    except Unusable:
+        return None
+
+
+def foreign(shown: str) -> FileError:
+    """The error of a file that is none of this program's."""
+    return FileError(
+        f"{shown} is damaged, was changed by another program, or is no output of lagrange: "
+        "--force replaces it, --output names another"
+    )
