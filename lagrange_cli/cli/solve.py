@@ -38,7 +38,7 @@ from lagrange_cli.cli.runs import (
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods import DOUBLE, PRECISIONS
+from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -68,7 +68,7 @@ if TYPE_CHECKING:
     "--precision",
     type=click.Choice(PRECISIONS),
     default=DOUBLE,
-    help="Digits of all numbers: some 16, or 31 at about fifty times the time [double].",
+    help=f"About 16 digits, or 31 in {DOUBLE_DOUBLE_COST} times the time [{DOUBLE}].",
 )
 @click.option(
     "--portable",

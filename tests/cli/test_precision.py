@@ -1,6 +1,7 @@
 """``lagrange solve --precision``: what is written, what is refused, and going on with it."""
 
 import json
+import re
 
 import h5py
 import pytest
@@ -8,7 +9,8 @@ import pytest
 from lagrange_cli.cli import solve as solving
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
-from tests.cli.command import SYSTEMS, lagrange
+from lagrange_cli.integrate.methods import DOUBLE_DOUBLE_COST
+from tests.cli.command import ROOT, SYSTEMS, lagrange
 
 DOUBLE_PENDULUM = str(SYSTEMS / "double_pendulum.yaml")
 LONG = ("--precision", "double-double")
@@ -68,6 +70,20 @@ def test_what_is_refused(folder, options, message, capsys):
     assert main(["solve", DOUBLE_PENDULUM, *LONG, "--stop", "1", *options]) == 2
     assert message in capsys.readouterr().err
     assert not list(folder.iterdir())
+
+
+def test_what_it_costs_is_one_figure():
+    cost = f"{DOUBLE_DOUBLE_COST} times the time"
+    assert cost in " ".join(next(p.help for p in solving.solve.params if p.name == "precision").split())
+    pages = [ROOT / "README.md", *ROOT.glob("docs/*.md")]
+    said = {
+        found
+        for page in pages
+        for found in re.findall(
+            r"double-double.{,99}?(\w+ to \w+|\w+) times the time", page.read_text("utf-8")
+        )
+    }
+    assert said == {DOUBLE_DOUBLE_COST}
 
 
 def test_a_sweep_has_no_such_precision(folder, capsys):
