@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from lagrange_cli.cli.completing import comma_list, files
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import shared_options, system_argument
 from lagrange_cli.cli.progress import ContestProgress, Waiting
@@ -21,13 +22,13 @@ from lagrange_cli.cli.settings import (
     resolve_tolerance,
 )
 from lagrange_cli.cli.source import derive_system, read_bytes, read_run
-from lagrange_cli.cli.standings import Standings, as_object, as_text, curves_of
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
+    from lagrange_cli.cli.standings import Standings
     from lagrange_cli.contest.contest import Contender, Result, Rules
     from lagrange_cli.contest.following import Followed
     from lagrange_cli.integrate.prepared import Prepared
@@ -71,7 +72,12 @@ def parse_tolerances(
     help="Recommend the fastest that reaches this error of q, relative to its size.",
 )
 @click.option("--stop", type=float, help="The time at which the motion ends.")
-@click.option("--methods", metavar="LIST", help=f"A comma list of {', '.join(METHODS)} [all].")
+@click.option(
+    "--methods",
+    metavar="LIST",
+    shell_complete=comma_list(METHODS),
+    help=f"A comma list of {', '.join(METHODS)} [all].",
+)
 @click.option(
     "--tolerances",
     metavar="LIST",
@@ -92,7 +98,12 @@ def parse_tolerances(
     show_default=True,
     help="Seconds for all runs of one method at one tolerance, once it is compiled.",
 )
-@click.option("--plot", metavar="FILE.svg", help="Draw time against error (.svg, .pdf or .png).")
+@click.option(
+    "--plot",
+    metavar="FILE.svg",
+    shell_complete=files("svg", "pdf", "png"),
+    help="Draw time against error (.svg, .pdf or .png).",
+)
 @shared_options
 def bench(
     system: str,
@@ -142,6 +153,8 @@ def bench(
         standings = compete(
             spec, values, stop, wanted, entries, Rules(runs, budget), waiting, progress, interrupted
         )
+    from lagrange_cli.cli.standings import as_object, as_text, curves_of
+
     progress.clear()
     if as_json:
         emit_json(as_object(standings))
@@ -189,6 +202,7 @@ def compete(
     interrupted: Callable[[], bool],
 ) -> Standings:
     """Find the reference, and measure every contender against it."""
+    from lagrange_cli.cli.standings import Standings
     from lagrange_cli.contest.contest import hold
     from lagrange_cli.contest.following import SAMPLES, follow
     from lagrange_cli.contest.reference import TOLERANCES as OF_REFERENCE

@@ -7,7 +7,7 @@ import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
-from typing import NoReturn
+from typing import TYPE_CHECKING, NoReturn
 
 import click
 
@@ -16,6 +16,9 @@ from lagrange_cli import limits
 from lagrange_cli.cli.interrupts import heed_endings
 from lagrange_cli.cli.report import INTERRUPTED, complain, describe, discard_output
 
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
 COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
     "sweep": "Integrate many motions, over grids, tables or random numbers.",
@@ -23,7 +26,8 @@ COMMANDS = {
     "check": "Validate; say what kind of system it is and what is skipped.",
     "bench": "Measure run time against error over methods and tolerances.",
     "cache": "Say what compiled programs are kept on disk, or clear them.",
-    "systems": "List the systems that are shipped, or write one out.",
+    "systems": "List the example systems, or print one of them.",
+    "completion": "Print the script that completes the command in bash, zsh or fish.",
 }
 """Each command, with its purpose. It lives under its name in the module of that name beside this one."""
 
@@ -40,6 +44,13 @@ class LazyGroup(click.Group):
         command = getattr(import_module(f"lagrange_cli.cli.{name}"), name)
         assert isinstance(command, click.Command)
         return command
+
+    def shell_complete(self, context: click.Context, incomplete: str) -> list[CompletionItem[str]]:
+        from click.shell_completion import CompletionItem
+
+        found = [CompletionItem(name, help=purpose) for name, purpose in COMMANDS.items()]
+        options = click.Command.shell_complete(self, context, incomplete)
+        return [one for one in found if one.value.startswith(incomplete)] + options
 
     def format_commands(self, context: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -58,6 +69,10 @@ def lagrange() -> None:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status; every error ends here, with a message."""
+    if "_LAGRANGE_COMPLETE" in os.environ:
+        from lagrange_cli.cli.completing import answer
+
+        return answer(lagrange)
     try:
         status = lagrange.main(arguments, prog_name="lagrange", standalone_mode=False)
         flush_output()

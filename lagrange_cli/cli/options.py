@@ -7,6 +7,11 @@ from typing import Any, TypeVar
 
 import click
 
+from lagrange_cli.cli.completing import SYSTEMS, files, names
+
+SETTABLE = names("parameters", "coordinates")
+"""Completes what ``--set`` takes."""
+
 Command = TypeVar("Command", bound=Callable[..., Any])
 
 
@@ -54,12 +59,14 @@ def parse_outputs(
 
 def system_argument(command: Command) -> Command:
     """One system file, or ``-`` for standard input, as ``system``."""
-    return click.argument("system", metavar="SYSTEM.yaml")(command)
+    return click.argument("system", metavar="SYSTEM.yaml", shell_complete=files(*SYSTEMS))(command)
 
 
 def systems_argument(command: Command) -> Command:
     """One or more system files (``-``: standard input), as ``systems``."""
-    return click.argument("systems", metavar="SYSTEM.yaml...", nargs=-1, required=True)(command)
+    return click.argument(
+        "systems", metavar="SYSTEM.yaml...", nargs=-1, required=True, shell_complete=files(*SYSTEMS)
+    )(command)
 
 
 def shared_options(command: Command) -> Command:
@@ -72,6 +79,7 @@ def shared_options(command: Command) -> Command:
                 metavar="NAME=VALUE",
                 multiple=True,
                 callback=parse_overrides,
+                shell_complete=SETTABLE,
                 help="Change a parameter, or the initial state (theta, theta_dot); repeatable. "
                 "VALUE is a number or an expression in parameters.",
             ),
@@ -81,6 +89,7 @@ def shared_options(command: Command) -> Command:
                 metavar="NAME=N",
                 multiple=True,
                 callback=parse_overrides,
+                shell_complete=names("sizes"),
                 help="Change one of the file's sizes, as in N=50; repeatable.",
             ),
             click.option(

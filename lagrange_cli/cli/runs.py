@@ -12,9 +12,17 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import lagrange_cli
+from lagrange_cli.cli.completing import comma_list, files, word
 from lagrange_cli.cli.options import Command, parse_outputs, shared_options
 from lagrange_cli.cli.report import INTERRUPTED, STANDARD_INPUT, stem
-from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, DEFAULT_SAMPLES, METHODS, OUTPUTS, resolve_settings
+from lagrange_cli.cli.settings import (
+    ALL,
+    DEFAULT_OUTPUTS,
+    DEFAULT_SAMPLES,
+    METHODS,
+    OUTPUTS,
+    resolve_settings,
+)
 from lagrange_cli.cli.source import derive_system
 from lagrange_cli.cli.times import TIMES, with_times
 from lagrange_cli.errors import MotionError, UsageError
@@ -51,7 +59,12 @@ OPTIONS = (
     click.option(
         "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
     ),
-    click.option("--method", metavar="NAME", help=f"One of {', '.join(METHODS)} [{METHODS[0]}]."),
+    click.option(
+        "--method",
+        metavar="NAME",
+        shell_complete=word(METHODS),
+        help=f"One of {', '.join(METHODS)} [{METHODS[0]}].",
+    ),
     click.option(
         "--resume",
         is_flag=True,
@@ -148,8 +161,14 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
         decorated: Any = shared_options(gathered)
         for option in (
             *reversed(OPTIONS),
-            click.option("--outputs", metavar="LIST", callback=parse_outputs, help=outputs),
-            click.option("-o", "--output", metavar="FILE.h5", help=output),
+            click.option(
+                "--outputs",
+                metavar="LIST",
+                callback=parse_outputs,
+                shell_complete=comma_list((*OUTPUTS, ALL)),
+                help=outputs,
+            ),
+            click.option("-o", "--output", metavar="FILE.h5", shell_complete=files(), help=output),
         ):
             decorated = option(decorated)
         return decorated  # type: ignore[no-any-return]

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from lagrange_cli.cli.completing import files
 from lagrange_cli.cli.ensemble import (
     Ensemble,
     as_object,
@@ -19,7 +20,7 @@ from lagrange_cli.cli.ensemble import (
     series,
 )
 from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.options import parse_pairs, system_argument
+from lagrange_cli.cli.options import SETTABLE, parse_pairs, system_argument
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, run_each, stem
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
@@ -59,6 +60,7 @@ LARGEST = 2**26
     metavar="NAME=VALUES",
     multiple=True,
     callback=parse_pairs,
+    shell_complete=SETTABLE,
     help="Run every value of START:STOP:COUNT (both ends included), log:START:STOP:COUNT or a list such as "
     "1,2,5; repeatable, for every combination, the first slowest. NAME is one that --set takes.",
 )
@@ -67,6 +69,7 @@ LARGEST = 2**26
     metavar="NAME=DISTRIBUTION",
     multiple=True,
     callback=parse_pairs,
+    shell_complete=SETTABLE,
     help="Draw normal(mean,deviation), uniform(low,high), lognormal(median,sigma) or loguniform(low,high) "
     "for each member; repeatable.",
 )
@@ -82,6 +85,7 @@ LARGEST = 2**26
 @click.option(
     "--table",
     metavar="FILE.csv",
+    shell_complete=files("csv"),
     help="Run a member for every row; the first line has the names, as in theta,theta_dot,theta[0].",
 )
 @click.option(

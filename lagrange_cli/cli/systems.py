@@ -5,13 +5,14 @@ from __future__ import annotations
 import click
 
 from lagrange_cli.cli import shipped
+from lagrange_cli.cli.completing import word
 from lagrange_cli.cli.report import emit
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
 
 
 @click.command("systems")
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=lambda *asked: word(shipped.names())(*asked))
 def systems(name: str | None) -> None:
     """List the systems that are shipped, or write the one called NAME to standard output.
 

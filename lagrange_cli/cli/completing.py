@@ -1,0 +1,163 @@
+"""What the shell offers when a user presses Tab: files, words of comma lists, names in a system file.
+
+The shell runs the command with ``_LAGRANGE_COMPLETE`` set, at every Tab: so little is imported, and nothing
+that goes wrong is said.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import suppress
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from click.shell_completion import CompletionItem
+
+    from lagrange_cli.spec.nodes import Node
+
+VARIABLE = "_LAGRANGE_COMPLETE"
+SYSTEMS = ("yaml", "yml")
+"""The endings of system files."""
+SHELLS = ("bash", "zsh", "fish")
+LARGEST = 200_000
+"""Bytes of a system file in which names are still looked for."""
+
+Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem[str]]"]
+
+
+def item(value: str) -> CompletionItem[str]:
+    """Something that is offered as it is."""
+    from click.shell_completion import CompletionItem
+
+    return CompletionItem(value)
+
+
+def files(*endings: str) -> Complete:
+    """Files with these endings, and directories; all files where there are no such ones."""
+
+    def complete(
+        context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[str]]:
+        from click.shell_completion import CompletionItem
+
+        return [CompletionItem(incomplete, type="file", endings=endings)]
+
+    return complete
+
+
+def word(words: Iterable[str]) -> Complete:
+    """One of the words, in any case of letters."""
+
+    def complete(
+        context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[str]]:
+        return [item(one) for one in words if one.lower().startswith(incomplete.lower())]
+
+    return complete
+
+
+def comma_list(words: Iterable[str]) -> Complete:
+    """The next word of a comma list, of those that it does not have yet."""
+
+    def complete(
+        context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[str]]:
+        before, comma, last = incomplete.rpartition(",")
+        given = before.split(",")
+        left = (one for one in words if one not in given and one.lower().startswith(last.lower()))
+        return [item(before + comma + one) for one in left]
+
+    return complete
+
+
+def names(*sections: str) -> Complete:
+    """``NAME=`` for the names in these sections of the system file on the command line. What has several
+    values ends in ``[``; a coordinate stands for its velocity, too."""
+
+    def complete(
+        context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[str]]:
+        found: dict[str, None] = {}
+        for system in systems_typed() if "=" not in incomplete else ():
+            with suppress(Exception):
+                found |= dict.fromkeys(names_in(system, sections))
+        return [item(name) for name in found if name.startswith(incomplete)]
+
+    return complete
+
+
+def systems_typed() -> Iterator[str]:
+    """The system files on the command line. (click has parsed it no further than to the option whose value
+    is missing.)"""
+    from click.shell_completion import split_arg_string
+
+    for text in split_arg_string(os.environ.get("COMP_WORDS", "")):
+        path = os.path.expanduser(text)
+        if path.endswith(SYSTEMS) and os.path.isfile(path):
+            yield path
+
+
+def names_in(system: str, sections: Sequence[str]) -> Iterator[str]:
+    """The beginnings of ``NAME=VALUE`` that a system file allows."""
+    from lagrange_cli.spec.nodes import Mapping, Sequence, compose, decode
+    from lagrange_cli.spec.problems import Problems
+
+    with open(system, "rb") as file:
+        content = file.read(LARGEST + 1)
+    if len(content) > LARGEST:
+        return
+    source = decode(content, system)
+    root = compose(source, Problems(source))
+    for key, node in root.entries if isinstance(root, Mapping) else ():
+        if key.text not in sections:
+            continue
+        entries: Iterable[tuple[str, Node | None]] = ()
+        if isinstance(node, Mapping):
+            entries = ((name.text, value) for name, value in node.entries)
+        elif isinstance(node, Sequence):
+            entries = ((name.text, None) for name in node.items if hasattr(name, "text"))
+        for name, value in entries:
+            family, bracket, _ = name.partition("[")
+            end = "[" if bracket or isinstance(value, Sequence) else "="
+            yield family + end
+            if key.text == "coordinates":
+                yield f"{family}_dot{end}"
+
+
+def answer(cli: click.Command) -> int:
+    """Say what the shell has asked for in its variables, and nothing else."""
+    from click.shell_completion import shell_complete
+
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        stderr, sys.stderr = sys.stderr, nowhere
+        try:
+            with suppress(Exception):
+                register()
+                shell_complete(cli, {}, "lagrange", VARIABLE, os.environ[VARIABLE])
+        finally:
+            sys.stderr = stderr
+    return 0
+
+
+def script(cli: click.Command, shell: str) -> str:
+    """The script that has the shell ask."""
+    from click.shell_completion import get_completion_class
+
+    register()
+    kind = get_completion_class(shell)
+    assert kind is not None
+    return kind(cli, {}, "lagrange", VARIABLE).source()
+
+
+def register() -> None:
+    """Have click use the shells of ``shells``."""
+    from click.shell_completion import add_completion_class
+
+    from lagrange_cli.cli.shells import Bash, Zsh
+
+    add_completion_class(Bash)
+    add_completion_class(Zsh)

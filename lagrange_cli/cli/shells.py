@@ -1,0 +1,94 @@
+"""How bash and zsh ask for completions and complete files; click's own scripts offer every file."""
+
+from __future__ import annotations
+
+from typing import Any, ClassVar
+
+from click.shell_completion import BashComplete, CompletionItem, ShellComplete, ZshComplete
+
+BASH = r"""%(complete_func)s() {
+    local IFS=$'\n' current=${COMP_WORDS[COMP_CWORD]} kind value match files=
+    COMPREPLY=()
+    [[ $current == '=' ]] && current=
+    while IFS=, read -r kind value; do
+        if [[ $kind == plain ]]; then
+            COMPREPLY+=("$value")
+            [[ $value == *[=[] ]] && compopt -o nospace
+        elif [[ $kind == ending ]]; then
+            files=1
+            while IFS= read -r match; do
+                COMPREPLY+=("$match")
+            done < <(compgen -f -X "!*.$value" -- "$current")
+        elif [[ $kind == dir ]]; then
+            files=1
+            while IFS= read -r match; do
+                COMPREPLY+=("$match")
+            done < <(compgen -d -- "$current")
+        elif [[ $kind == file ]]; then
+            files=1
+        fi
+    done < <(
+        COMP_WORDS="${COMP_WORDS[*]}" COMP_CWORD=$COMP_CWORD %(complete_var)s=bash_complete "$1" 2>/dev/null
+    )
+    if [[ $files ]]; then
+        compopt -o filenames
+        [[ ${#COMPREPLY[@]} == 0 ]] && compopt -o default
+    fi
+    return 0
+}
+
+complete -o nosort -F %(complete_func)s %(prog_name)s 2>/dev/null ||
+    complete -F %(complete_func)s %(prog_name)s
+"""
+
+
+class Bash(BashComplete):
+    """Bash, which takes ``--method=taylor`` and ``m=1`` for three words each."""
+
+    name: ClassVar[str] = "bash"
+    source_template: ClassVar[str] = BASH
+
+    def source(self) -> str:
+        return ShellComplete.source(self)  # click's also runs bash, to look at its version
+
+    def get_completion_args(self) -> tuple[list[str], str]:
+        before, last = super().get_completion_args()
+        words: list[str] = []
+        for word in [*before, last]:
+            if words and (word == "=" or words[-1].endswith("=")):
+                words[-1] += word
+            else:
+                words.append(word)
+        return words[:-1], words[-1]
+
+    def format_completion(self, item: CompletionItem[Any]) -> str:
+        if item.type == "file" and item.endings:
+            return "\n".join([*(f"ending,{ending}" for ending in item.endings), "dir,"])
+        return super().format_completion(item)
+
+
+ZSH = (
+    ZshComplete.source_template.replace("_path_files -f", '_files -g "$key"')
+    .replace("%(prog_name)s)}", "%(prog_name)s 2>/dev/null)}")
+    .replace(
+        "compadd -U -V unsorted -a completions",
+        """local -a open
+        open=(${(M)completions:#*[=\\[]})
+        completions=(${completions:#*[=\\[]})
+        compadd -U -S '' -V unsorted -a open
+        compadd -U -V unsorted -a completions""",
+    )
+)
+
+
+class Zsh(ZshComplete):
+    """Zsh, which is given the pattern of the files."""
+
+    name: ClassVar[str] = "zsh"
+    source_template: ClassVar[str] = ZSH
+
+    def format_completion(self, item: CompletionItem[Any]) -> str:
+        if item.type == "file":
+            pattern = f"*.({'|'.join(item.endings)})" if item.endings else "*"
+            item = CompletionItem(pattern, type="file")
+        return super().format_completion(item)
