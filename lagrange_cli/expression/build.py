@@ -112,7 +112,7 @@ class Builder:
         try:
             return self.scope(identifier)
         except NoMember as error:
-            message = f"there is no '{identifier}'{known_indices(tree, indices)}"
+            message = f"no member '{identifier}'{known_indices(tree, indices)}"
             raise ExpressionError(tree.span, message, str(error)) from error
 
     def _whole(self, tree: Tree, indices: Indices) -> Value:
@@ -133,7 +133,7 @@ class Builder:
         if self._terms > MAX_TERMS:
             raise ExpressionError(
                 tree.span,
-                f"the sums have more than {MAX_TERMS} terms in all",
+                f"more than {MAX_TERMS} terms in all sums together",
                 f"make the sizes smaller, {way_out('terms')}",
             )
         terms = [] if total is None else [total]
@@ -174,5 +174,7 @@ class Builder:
         except ArithmeticError as error:
             raise arithmetic(tree, error, indices) from error
         raise ExpressionError(
-            tree.body.span, "the terms of this sum are not all of one kind", "give all as many components"
+            tree.body.span,
+            "the terms of the sum differ in kind",
+            "give all terms the same number of components",
         )

@@ -32,7 +32,7 @@ OPERATIONS: dict[str, Callable[[int, int], int]] = {
 COMPARISONS: dict[str, Callable[[int, int], bool]] = {
     "==": eq, "!=": ne, "<": lt, "<=": le, ">": gt, ">=": ge,
 }  # fmt: skip
-_MADE_OF = "write whole numbers, sizes and indices, combined by + - * // %"
+_MADE_OF = "use whole numbers, sizes and indices with + - * // %"
 
 
 def integer(tree: Tree, indices: Indices) -> int:
@@ -71,7 +71,9 @@ def counted(loop: Sum | Axis, indices: Indices) -> range:
     """The values that the index of a sum or of a key runs through."""
     bounds = [integer(bound, indices) for bound in loop.bounds]
     if len(bounds) == 3 and bounds[2] == 0:
-        raise ExpressionError(loop.bounds[2].span, "the step of a range must not be 0", "leave it out, or 1")
+        raise ExpressionError(
+            loop.bounds[2].span, "the step of a range must not be 0", "leave it out, or write 1"
+        )
     return range(*bounds)
 
 
@@ -86,7 +88,7 @@ def _operand(tree: Tree, indices: Indices) -> int:
         if not tree.text.replace("_", "").isdecimal():
             raise ExpressionError(tree.span, f"{tree.text} is not a whole number", _MADE_OF)
         if len(tree.text) > 16:
-            raise ExpressionError(tree.span, "this whole number is too large", f"the largest is {LARGEST}")
+            raise ExpressionError(tree.span, "whole number too large", f"the largest is {LARGEST}")
         return _bounded(tree, int(tree.text))
     if isinstance(tree, Name):
         if not tree.indices and tree.identifier in indices:
@@ -100,26 +102,26 @@ def _operand(tree: Tree, indices: Indices) -> int:
     if isinstance(tree, Negative):
         return -integer(tree.operand, indices)
     if isinstance(tree, Comparison | Logic):
-        raise ExpressionError(tree.span, "a condition is no number", "write it after 'if'")
-    raise ExpressionError(tree.span, "this is no whole number", _MADE_OF)
+        raise ExpressionError(tree.span, "expected a whole number, found a condition", "write it after 'if'")
+    raise ExpressionError(tree.span, "expected a whole number", _MADE_OF)
 
 
 def _combined(tree: Binary, left: int, right: int, indices: Indices) -> int:
     operation = OPERATIONS.get(tree.operator)
     if operation is None:
-        hint = "write // for the quotient without its remainder" if tree.operator == "/" else _MADE_OF
-        raise ExpressionError(tree.span, f"'{tree.operator}' does not make a whole number", hint)
+        hint = "write // for the quotient without remainder" if tree.operator == "/" else _MADE_OF
+        raise ExpressionError(tree.span, f"'{tree.operator}' is not allowed between whole numbers", hint)
     try:
         return operation(left, right)
     except ZeroDivisionError as error:
         raise ExpressionError(
             tree.span,
             f"division by zero{known_indices(tree, indices)}",
-            "what is divided by must not be 0",
+            "the divisor must not be 0",
         ) from error
 
 
 def _bounded(tree: Tree, value: int) -> int:
     if abs(value) > LARGEST:
-        raise ExpressionError(tree.span, "this whole number is too large", f"the largest is {LARGEST}")
+        raise ExpressionError(tree.span, "whole number too large", f"the largest is {LARGEST}")
     return value

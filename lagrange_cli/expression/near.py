@@ -11,6 +11,12 @@ _MOST = 200
 
 def near_hint(name: str, known: Iterable[str]) -> str:
     """``did you mean 'theta'?``, or nothing where no known name is near."""
+    match = near_match(name, known)
+    return f"did you mean '{match}'?" if match else ""
+
+
+def near_match(name: str, known: Iterable[str]) -> str:
+    """The known name that is nearest to ``name``, or nothing where none is near."""
     import difflib
 
     if len(name) > _LONGEST:
@@ -18,9 +24,8 @@ def near_hint(name: str, known: Iterable[str]) -> str:
     candidates = [word for word in known if abs(len(word) - len(name)) <= _FARTHEST][:_MOST]
     by_lower_case = {word.lower(): word for word in reversed(candidates)}
     if name.lower() in by_lower_case:
-        return f"did you mean '{by_lower_case[name.lower()]}'?"
-    matches = difflib.get_close_matches(name, candidates, n=1, cutoff=0.6)
-    return f"did you mean '{matches[0]}'?" if matches else ""
+        return by_lower_case[name.lower()]
+    return next(iter(difflib.get_close_matches(name, candidates, n=1, cutoff=0.6)), "")
 
 
 def known_hint(known: Iterable[str], limit: int = 16) -> str:

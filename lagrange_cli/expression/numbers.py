@@ -71,11 +71,9 @@ def evaluate(tree: Tree, scope: Scope | None = None) -> float:
 def finite(tree: Tree, value: Any) -> float:
     """``value``, which ``tree`` was built to, if it is a finite number; raises ``ExpressionError`` else."""
     if isinstance(value, tuple):
-        raise ExpressionError(
-            tree.span, "this is a vector, and a number is due", "take a component or norm()"
-        )
+        raise ExpressionError(tree.span, "expected a number, found a vector", "take a component or norm()")
     if not math.isfinite(value):
         raise ExpressionError(
-            tree.span, f"the value is not a finite number ({value})", "change what makes it up"
+            tree.span, f"the value is not a finite number ({value})", "check the numbers it is computed from"
         )
     return float(value)

@@ -33,7 +33,9 @@ def cross(left: tuple[Any, ...], right: tuple[Any, ...]) -> tuple[Any, ...]:
 def component(tree: Tree, value: Value) -> Any:
     """The value of ``tree`` as a component of a vector."""
     if isinstance(value, tuple):
-        raise ExpressionError(tree.span, "a component of a vector cannot be a vector", "write a scalar here")
+        raise ExpressionError(
+            tree.span, "a component of a vector cannot be a vector itself", "write a scalar here"
+        )
     return value
 
 
@@ -43,13 +45,13 @@ def call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
         if tree.function in FUNCTIONS and isinstance(value, tuple):
             raise ExpressionError(
                 argument.span,
-                f"'{tree.function}' needs a scalar, and this is a vector",
+                f"'{tree.function}' needs a scalar, not a vector",
                 "take a component or norm()",
             )
         if tree.function not in FUNCTIONS and not isinstance(value, tuple):
             raise ExpressionError(
                 argument.span,
-                f"'{tree.function}' needs a vector, and this is a scalar",
+                f"'{tree.function}' needs a vector, not a scalar",
                 "write a vector as (x, y, z)",
             )
     if tree.function in FUNCTIONS:
@@ -73,7 +75,7 @@ def _same_length(tree: Tree, left: tuple[Any, ...], right: tuple[Any, ...]) -> N
     if len(left) != len(right):
         raise ExpressionError(
             tree.span,
-            f"vectors of {len(left)} and {len(right)} components do not go together",
+            f"vectors of {len(left)} and {len(right)} components cannot be combined",
             "give both the same number of components",
         )
 
@@ -97,7 +99,7 @@ def _sum(operation: Callable[[Any, Any], Any]) -> Callable[[Value, Value, Binary
 def _product(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(left, tuple) and isinstance(right, tuple):
         raise ExpressionError(
-            tree.span, "'*' does not multiply two vectors", "write dot(a, b) or cross(a, b)"
+            tree.span, "two vectors cannot be multiplied by '*'", "write dot(a, b) or cross(a, b)"
         )
     if isinstance(left, tuple):
         return tuple(item * right for item in left)
@@ -108,7 +110,7 @@ def _product(left: Value, right: Value, tree: Binary) -> Value:
 
 def _quotient(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(right, tuple):
-        raise ExpressionError(tree.right.span, "nothing can be divided by a vector", "divide by its norm()")
+        raise ExpressionError(tree.right.span, "division by a vector", "divide by its norm()")
     if isinstance(left, tuple):
         return tuple(truediv(item, right) for item in left)
     return left / right
@@ -116,9 +118,7 @@ def _quotient(left: Value, right: Value, tree: Binary) -> Value:
 
 def _power(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(left, tuple) or isinstance(right, tuple):
-        raise ExpressionError(
-            tree.span, "'**' needs scalars, and this is a vector", "write dot(a, a) for a square"
-        )
+        raise ExpressionError(tree.span, "a vector cannot stand in a power", "write dot(a, a) for a square")
     power = left**right
     if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")
@@ -138,7 +138,7 @@ def arithmetic(tree: Tree, error: ArithmeticError, indices: Indices) -> Expressi
     """What an algebra could not do, at its place, with the values of the indices there."""
     where = known_indices(tree, indices)
     if isinstance(error, ZeroDivisionError):
-        return ExpressionError(tree.span, f"division by zero{where}", "what is divided by must not be 0")
+        return ExpressionError(tree.span, f"division by zero{where}", "the divisor must not be 0")
     if isinstance(error, OverflowError):
-        return ExpressionError(tree.span, f"this number is too large{where}", "the largest is about 1.8e308")
+        return ExpressionError(tree.span, f"number too large{where}", "the largest is about 1.8e308")
     return ExpressionError(tree.span, f"{error}{where}", "write it another way")

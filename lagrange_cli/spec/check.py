@@ -162,25 +162,26 @@ class _Checker:
         if "lagrangian" in places:
             for other in ("masses", "embedding", "potential"):
                 if other in places:
+                    word = draft.positions if other == "embedding" else other
                     self.problems.add(
                         places[other],
-                        f"'{other}' cannot be given together with 'lagrangian'",
-                        "the lagrangian takes the place of masses, embedding and potential",
+                        f"'{word}' cannot be given together with 'lagrangian'",
+                        "a Lagrangian replaces masses, positions and potential: leave one or the other out",
                     )
             return
         if "masses" not in places and "embedding" not in places:
             self.problems.add(
                 WHOLE_FILE,
-                "the system has neither 'masses' with an 'embedding' nor a 'lagrangian'",
-                "give one of the two",
+                "the system has no masses and no Lagrangian",
+                "write 'masses' with 'positions' (or 'embedding'), or 'lagrangian'",
             )
             return
         masses, embedding = _by_name(draft.masses), _by_name(draft.embedding)
-        self._partners(masses, embedding, "a mass but no embedding", "embedding: {%s: [x, y]}")
-        self._partners(embedding, masses, "an embedding but no mass", "masses: {%s: 1.0}")
+        self._partners(masses, embedding, "a mass but no position", f"{draft.positions}: {{%s: [x, y]}}")
+        self._partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}")
         if not masses and not embedding and not self.problems.found:
             place = places.get("masses", places.get("embedding", WHOLE_FILE))
-            self.problems.add(place, "the system has no particle", "write 'masses: {bead: m}'")
+            self.problems.add(place, "the system has no particles", "write 'masses: {bead: m}'")
 
     def _partners(
         self, entries: dict[str, Entry], partners: dict[str, Entry], what: str, example: str
@@ -201,7 +202,7 @@ class _Checker:
         for entry in self.draft.embedding:
             bounds = None
             if entry.value is not None:
-                _, bounds = self.names.check(entry.value, "embedding", f"embedding '{entry.key.label}'")
+                _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
                 found[entry.name] = entry.value
             vector = (bounds,) if bounds is not None and not isinstance(bounds, tuple) else bounds
             meaning = self.names.table.get(family_name(entry.name))
@@ -210,7 +211,7 @@ class _Checker:
                 self.problems.add_once(
                     entry.place,
                     f"'{entry.name}' has {_components(len(vector))}, other members {len(first)}",
-                    "give all members of a family as many components",
+                    "give all members of a family the same number of components",
                 )
             self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
         return found
@@ -224,11 +225,11 @@ class _Checker:
                 self.problems.add_once(
                     entry.place,
                     f"unknown particle '{entry.name}' in forces",
-                    hint or "a system given by its lagrangian has 'generalized_forces' only",
+                    hint or "with a 'lagrangian', forces are written under 'generalized_forces'",
                 )
             if entry.value is None:
                 continue
-            where = f"force '{entry.key.label}'"
+            where = f"force on '{entry.key.label}'"
             _, bounds = self.names.check(entry.value, "forces", where)
             found[entry.name] = entry.value
             position = self.names.values.get(entry.name)
@@ -238,7 +239,7 @@ class _Checker:
             if given != due:
                 self.problems.add_once(
                     entry.value.place,
-                    f"{where} has {_components(given)}, and '{entry.key.label}' moves in {due}",
+                    f"{where} has {_components(given)}, its position {due}",
                     f"write {_components(due)}",
                 )
         return found

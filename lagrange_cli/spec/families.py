@@ -72,7 +72,7 @@ def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems
 def _size(tree: Tree, known: Mapping[str, int]) -> int:
     value = integer(tree, known)
     if value <= 0:
-        raise ExpressionError(tree.span, f"the value is {value}", "a size is a whole number greater than 0")
+        raise ExpressionError(tree.span, f"the value is {value}", "sizes are whole numbers greater than 0")
     return value
 
 
@@ -126,8 +126,8 @@ class _Expander:
             if len(piece.key.axes) != axes or (len(pieces) > 1 and not axes):
                 self.problems.add(
                     piece.place,
-                    f"'{piece.key.label}' does not go together with '{pieces[0].key.label}'",
-                    "give all members of a family as many indices",
+                    f"'{piece.key.label}' and '{pieces[0].key.label}' have different numbers of indices",
+                    "give all members of a family the same number of indices",
                 )
                 return None
             for place, member in self._piece(piece):
@@ -164,7 +164,7 @@ class _Expander:
         if piece.key.axes:
             self.problems.add(
                 piece.place,
-                f"the members of '{piece.key.label}' are lists",
+                f"lists as members of the family '{piece.key.label}'",
                 f"write '{piece.name}: [...]' for a list, or one expression for each member",
             )
             return []
@@ -190,12 +190,12 @@ class _Expander:
                 values = range(value, value + 1)
             if not values:
                 raise ExpressionError(
-                    axis.span, f"this range is empty{self._shown(axis)}", "a family has one member at least"
+                    axis.span, f"empty range{self._shown(axis)}", "a family has at least one member"
                 )
             smallest = min(values[0], values[-1])  # min would walk through a range of any length
             if smallest < 0:
                 raise ExpressionError(
-                    axis.span, f"the index {smallest} is negative{self._shown(axis)}", "count from 0"
+                    axis.span, f"negative index {smallest}{self._shown(axis)}", "indices count from 0"
                 )
         except ExpressionError as error:
             self._report(piece, axis, error)
@@ -223,7 +223,7 @@ class _Expander:
         if self.members > MAX_MEMBERS >= before:
             self.problems.add(
                 piece.place,
-                f"the families of this file have more than {MAX_MEMBERS} members in all",
+                f"more than {MAX_MEMBERS} members in all families together",
                 f"make the sizes smaller, {way_out('members')}",
             )
         return self.members <= MAX_MEMBERS
@@ -237,7 +237,7 @@ class _Expander:
             self.problems.add(
                 pieces[0].place,
                 f"the family '{name}' has no member '{member_name(name, missing)}'",
-                "a family counts from 0 and leaves nothing out, as in range(N)",
+                "declare all members from 0 on, as in range(N)",
             )
             return None
         names = tuple(members[place].name for place in sorted(members))

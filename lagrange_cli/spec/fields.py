@@ -7,10 +7,11 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from lagrange_cli.expression.confusions import DEGREES, RADIANS, quantity
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
-from lagrange_cli.expression.parse import parse, parse_key
-from lagrange_cli.expression.syntax import ExpressionError, Key, Span, Tree, Vector, names
+from lagrange_cli.expression.parse import parse_key, read
+from lagrange_cli.expression.syntax import ExpressionError, Key, Number, Span, Tree, Vector, names
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
@@ -77,28 +78,50 @@ def _parsed(
     text = "(" if vector else ""
     passages: list[tuple[int, Passage]] = []
     trees: list[Tree] = []
-    whole = True
+    sound = True
     for scalar in scalars:
         if passages:
             text += ", "
         passages.append((len(text), scalar.passage))
-        draft = Expression(scalar.text, Vector((), Span(0, 0)), scalar.place, ((len(text), scalar.passage),))
-        try:
-            span = Span(len(text), len(text) + max(1, len(scalar.text)))
-            if scalar.empty:
-                raise ExpressionError(span, "a value is missing", "write an expression")
-            if scalar.text.lower().lstrip("+-") in _NOT_FINITE:
-                raise ExpressionError(span, f"'{scalar.text}' is not a finite number", "write a number")
-            trees.append(parse(scalar.text, len(text)))
-        except ExpressionError as error:
+        tree, errors = _tree(scalar, len(text))
+        draft = Expression(scalar.text, tree, scalar.place, ((len(text), scalar.passage),))
+        for error in errors:
             problems.add_expression(draft, error, where)
-            whole = False
+        sound = sound and not errors
+        trees.append(tree)
         text += scalar.text
-    if not whole:
-        return None
     text += (",)" if len(scalars) == 1 else ")") if vector else ""
     tree = Vector(tuple(trees), Span(0, len(text))) if vector else trees[0]
+    if not sound:
+        problems.distrust(tree)
     return Expression(text, tree, scalars[0].place, tuple(passages))
+
+
+def _tree(scalar: Scalar, offset: int) -> tuple[Tree, list[ExpressionError]]:
+    """What a scalar was probably meant to be, and all that is wrong with it."""
+    text, span = scalar.text, Span(offset, offset + max(1, len(scalar.text)))
+    unit = quantity(text)
+    if scalar.empty:
+        error = ExpressionError(span, "missing value", "write a number or an expression")
+    elif text.lower().lstrip("+-") in _NOT_FINITE:
+        error = ExpressionError(span, f"'{text}' is not a finite number", "write a number")
+    elif unit and unit[1] not in DEGREES | RADIANS:
+        error = ExpressionError(span, "number with a unit", _quantity_hint(*unit))
+    else:
+        return read(text, offset)
+    return Number("1", span), [error]
+
+
+def unreadable(place: Place, problems: Problems) -> Expression:
+    """What stands for a value that could not be read: it is not missing."""
+    expression = Expression("0", Number("0", Span(0, 1)), place)
+    problems.distrust(expression.tree)
+    return expression
+
+
+def _quantity_hint(number: str, unit: str) -> str:
+    hint = f"write {{value: {number}, unit: {unit}}} for a parameter, else only {number}"
+    return f"{hint}; or {number}*{unit} for a product" if unit.isidentifier() and len(unit) < 3 else hint
 
 
 def read_number(node: Node, where: str, problems: Problems) -> float | None:
@@ -106,17 +129,20 @@ def read_number(node: Node, where: str, problems: Problems) -> float | None:
     expression = read_scalar(node, where, problems)
     if expression is None:
         return None
+    for name in names(expression.tree):
+        if name.identifier != "pi":
+            special = name.identifier.lower() in ("nan", "inf", "infinity")
+            shown_name = f"'{name.identifier}'"
+            message = (
+                f"{shown_name} is not a finite number"
+                if special
+                else f"expected a number, found {shown_name}"
+            )
+            error = ExpressionError(name.span, message, "write a number")
+            problems.add_expression(expression, error, where)
+    if not problems.trusts(expression.tree):
+        return None
     try:
-        for name in names(expression.tree):
-            if name.identifier != "pi":
-                special = name.identifier.lower() in ("nan", "inf")
-                raise ExpressionError(
-                    name.span,
-                    f"'{name.identifier}' is not a finite number"
-                    if special
-                    else f"a number is due, not '{name.identifier}'",
-                    "write a number",
-                )
         return evaluate(expression.tree)
     except ExpressionError as error:
         problems.add_expression(expression, error, where)
@@ -169,6 +195,6 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
     problems.add(
         key.place,
         f"the {what} cannot be called {shown(key.text)}",
-        "a name is letters, digits and _, begins with a letter, and is no word of Python",
+        "a name begins with a letter and has only letters, digits and _",
     )
     return None

@@ -8,10 +8,11 @@ from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
+from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
+from lagrange_cli.expression.confusions import NAMES, parameter_example, rate_of
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
-    ACCELERATION_SUFFIX,
     CALLABLE,
     COMPONENTS,
     CONSTANTS,
@@ -20,6 +21,7 @@ from lagrange_cli.expression.vocabulary import (
     VELOCITY_COMPONENTS,
     family_name,
     member_name,
+    velocity_name,
 )
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.order import Needs
@@ -73,14 +75,14 @@ _CONFIGURATION = _CONSTANT | {Kind.COORDINATE, Kind.TIME}
 _STATE = _CONFIGURATION | {Kind.VELOCITY}
 _ALL = _STATE | {Kind.PARTICLE}
 RULES: dict[str, Rule] = {
-    "parameters": Rule(_CONSTANT, "a parameter is made of numbers and other parameters"),
-    "coordinates": Rule(_CONSTANT, "an initial value is made of numbers and parameters"),
-    "masses": Rule(_CONSTANT, "a mass is made of numbers and parameters"),
+    "parameters": Rule(_CONSTANT, "parameters may use numbers and other parameters"),
+    "coordinates": Rule(_CONSTANT, "initial values may use numbers and parameters"),
+    "masses": Rule(_CONSTANT, "masses may use numbers and parameters"),
     "definitions": Rule(
-        _STATE, "a definition is made of coordinates, velocities, t, parameters, definitions"
+        _STATE, "definitions may use coordinates, velocities, t, parameters and other definitions"
     ),
-    "embedding": Rule(_CONFIGURATION, "an embedding is r(q, t): coordinates, t and parameters only"),
-    "lagrangian": Rule(_STATE, "a lagrangian is L(q, q_dot, t)"),
+    "embedding": Rule(_CONFIGURATION, "a position is r(q, t): coordinates, t and parameters only"),
+    "lagrangian": Rule(_STATE, "a Lagrangian is L(q, q_dot, t): coordinates, velocities, t and parameters"),
     "potential": Rule(_ALL, ""),
     "forces": Rule(_ALL, ""),
     "generalized_forces": Rule(_ALL, ""),
@@ -193,8 +195,8 @@ class Names:
             try:
                 self.check_index(loop.index, loop.index_span)
                 if loop.index in around | expression.indices.keys():
-                    message = f"the index '{loop.index}' is in use around this sum"
-                    raise ExpressionError(loop.index_span, message, "call the index another name")
+                    message = f"the index '{loop.index}' is already used by an enclosing sum"
+                    raise ExpressionError(loop.index_span, message, "give the index another name")
             except ExpressionError as error:
                 self.problems.add_expression(expression, error, where)
                 sound = False
@@ -219,7 +221,7 @@ class Names:
         if other is not None and index not in self._clashes:
             self._clashes.add(index)
             message = f"the index '{index}' has the name of a {other.what.value}"
-            raise ExpressionError(span, message, "call the index another name")
+            raise ExpressionError(span, message, "give the index another name")
 
     def _look_up(self, name: Name, section: str, expression: Expression) -> Meaning:
         base, _, component = name.identifier.partition(".")
@@ -252,45 +254,52 @@ class Names:
             return
         example = member_name(name.identifier, "ijklmn"[:due]) if due else name.identifier
         if not due:
-            message = f"'{name.base}' is no family and has no members"
+            message = f"'{name.base}' is not a family and takes no index"
         elif not name.indices:
-            message, example = f"'{name.base}' is a family", f"{example} for one of its members"
+            message, example = f"missing index on the family '{name.base}'", f"{example} for one member"
         else:
-            message = f"'{name.base}' has {due} {'index' if due == 1 else 'indices'}, not {len(name.indices)}"
+            message = f"wrong number of indices on '{name.base}': {len(name.indices)} instead of {due}"
         raise ExpressionError(name.span, message, f"write {example}")
 
     def _check_component(self, name: Name, meaning: Meaning, base: str, component: str) -> None:
         if not isinstance(meaning.value, tuple):
+            hint = f"write {base}"
+            if meaning.what is Kind.COORDINATE:
+                hint += f", or {velocity_name(base)} for its velocity"
             raise ExpressionError(
-                name.span, f"'{base}' is a scalar and has no component '{component}'", f"write {base}"
+                name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
             )
         label = meaning.family.label if meaning.family else base
         known = COMPONENTS[: len(meaning.value)]
         if meaning.what is Kind.PARTICLE:
             known += VELOCITY_COMPONENTS[: len(meaning.value)]
         if component not in known:
+            meant = CONFUSED_COMPONENTS.get(component, "")
             raise ExpressionError(
                 name.span,
-                f"'{base}' has no component '{component}'",
-                known_hint(f"{label}.{one}" for one in known),
+                f"the {meaning.what.value} '{base}' has no component '{component}'",
+                f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known),
             )
 
     def _unknown(self, name: str, indices: Mapping[str, int]) -> tuple[str, str]:
         message = f"unknown name {shown(name)}"
         if name in indices or name in CONSTANTS:
-            return f"'{name}' is a number and has neither members nor components", f"write {name}"
+            return f"'{name}' is a number: it takes no index and has no components", f"write {name}"
         if name in (*CALLABLE, *FAMILY_WORDS):
-            return f"the function '{name}' needs parentheses", f"write {name}(...)"
+            return f"missing parentheses after '{name}'", f"write {name}(...)"
         if name.lower() in ("nan", "inf", "infinity"):
             return f"'{name}' is not a finite number", "write a number"
-        if name.endswith(ACCELERATION_SUFFIX) and name.removesuffix(ACCELERATION_SUFFIX) in self.table:
-            return f"the acceleration '{name}' cannot be used", "coordinates and velocities determine it"
-        if name in ("π", "Pi", "PI"):
-            return message, "write pi"
-        if name in ("e", "E"):
-            return message, "write exp(1) for Euler's number, or add it to the parameters"
+        coordinates = [one for one, meaning in self.table.items() if meaning.what is Kind.COORDINATE]
+        coordinate, order = rate_of(name, coordinates)
+        if order > 1:
+            return f"the acceleration '{name}' cannot be used", "the equations of motion determine it"
+        if order:
+            return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
+        if name in NAMES:
+            return message, f"write {NAMES[name]}"
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])
-        return message, near or known_hint(self._words()) or "add it to the parameters"
+        declare = f"or add it to the parameters: '{parameter_example(name)}'"
+        return message, near or f"{known_hint(self._words())}; {declare}"
 
     def _words(self) -> list[str]:
         """All names as they may be written, families with an index."""
@@ -300,10 +309,9 @@ class Names:
 def range_hint(name: str, family: Family) -> str:
     """Where the members of a family are, for one who looked for another."""
     if "-" in name:
-        return "members count from 0; an index wraps round in u[(i - 1) % N]"
+        return "indices count from 0; write u[(i - 1) % N] for a ring"
     first, last = family.members[0], family.members[-1]
-    count = " x ".join(map(str, family.shape))
-    return f"there is only {first}" if first == last else f"there are {count}, {first} to {last}"
+    return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
 
 
 def scalar() -> Bounds:

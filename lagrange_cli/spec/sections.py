@@ -9,8 +9,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from lagrange_cli.expression.near import known_hint, near_hint, shown
+from lagrange_cli.expression.confusions import STATE, meant_key
+from lagrange_cli.expression.near import known_hint, near_match, shown
 from lagrange_cli.expression.syntax import Key, Span
+from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.fields import (
@@ -23,6 +25,7 @@ from lagrange_cli.spec.fields import (
     read_text,
     read_vector,
     read_words,
+    unreadable,
     words_of,
 )
 from lagrange_cli.spec.nodes import Node, Scalar
@@ -83,6 +86,8 @@ class Draft:
     """
 
     places: Mapping[str, Place]
+    positions: str = "positions"
+    """The word that the file has for ``embedding``."""
     name: str = ""
     description: str = ""
     sizes: tuple[Entry, ...] = ()
@@ -113,18 +118,24 @@ def read_draft(root: Node, problems: Problems) -> Draft:
         problems.stop_if_any()
         raise AssertionError("unreachable")
     sections = _read_table(root, SECTIONS, "", problems)
-    places = {key.text: key.place for key, _ in root.entries}
+    places = {ALIASES.get(key.text, key.text): key.place for key, _ in root.entries}
+    if any(meant_key("", key.text)[1] == STATE for key, _ in root.entries if key.text not in SECTIONS):
+        sections["coordinates"] = tuple(  # their initial values are not missing
+            replace(one, fields={"initial": unreadable(one.place, problems), **one.fields})
+            for one in sections.get("coordinates", ())
+        )
     solve = next((node for key, node in root.entries if key.text == "solve"), None)
     inner = solve.entries if isinstance(solve, nodes.Mapping) else ()
     solve_places = {key.text: node.place for key, node in inner}
     for key, node in inner:
         if key.text == "outputs":
             solve_places |= {f"outputs {word}": place for word, place in words_of(node)}
-    return Draft(places=places, **sections, solve_places=solve_places)
+    word = next((key.text for key, _ in root.entries if key.text in ("embedding", *ALIASES)), "positions")
+    return Draft(places=places, positions=word, **sections, solve_places=solve_places)
 
 
 def _entries(
-    reader: Reader, section: str, what: str, free: bool = False, families: bool = True
+    reader: Reader, what: str, free: bool = False, families: bool = True
 ) -> Callable[[Node, str, Problems], tuple[Entry, ...]]:
     """A section of ``name: expression``; the names may be ``free`` texts, and stand for ``families``."""
 
@@ -132,13 +143,13 @@ def _entries(
         if isinstance(node, Scalar) and node.empty:
             return ()
         if not isinstance(node, nodes.Mapping):
-            problems.add(node.place, f"{section} must be 'name: expression' for each {what}", "one a line")
+            problems.add(node.place, f"{where} must be 'name: expression' for each {what}", "one a line")
             return ()
         found = []
         for key, value in node.entries:
             name = Key(key.text, key.text) if free else read_key(key, problems, what, families)
             if name is not None:
-                expression = reader(value, f"{what} '{name.label}'", problems)
+                expression = reader(value, f"{PHRASES.get(what, what)} '{name.label}'", problems)
                 found.append(Entry(name.name, key.place, name, key.passage, expression))
         return tuple(found)
 
@@ -147,7 +158,7 @@ def _entries(
 
 def _read_potential(node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
     if isinstance(node, nodes.Mapping):
-        return _entries(read_scalar, where, "potential", free=True)(node, where, problems)
+        return _entries(read_scalar, "potential", free=True)(node, where, problems)
     key = Key("potential", "potential")
     return (Entry(key.name, node.place, key, None, read_scalar(node, where, problems)),)
 
@@ -184,6 +195,7 @@ def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Decla
                 continue
             label = name.label
             fields: Mapping[str, Any] = {}
+            before = len(problems.found)
             if isinstance(value, nodes.Mapping):
                 fields = _read_table(value, COORDINATE, f"coordinate '{label}'", problems)
             elif not (isinstance(value, Scalar) and value.empty):
@@ -192,6 +204,8 @@ def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Decla
                     f"coordinate '{label}' must be a mapping",
                     f"write {name.text}: {{initial: 0.1}}",
                 )
+            if len(problems.found) > before and fields.get("initial") is None:
+                fields = {**fields, "initial": unreadable(key.place, problems)}
             found.append(Declared(name.name, key.place, name, key.passage, fields))
     elif isinstance(node, nodes.Sequence):
         seen: set[str] = set()
@@ -233,21 +247,53 @@ def _read_time(node: Node, where: str, problems: Problems) -> str:
 def _read_table(
     node: nodes.Mapping, table: Mapping[str, Reader], where: str, problems: Problems
 ) -> dict[str, Any]:
-    """Each key by the reader its table has for it."""
+    """Each key by the reader its table has for it; an unknown one as the key that was probably meant."""
     found: dict[str, Any] = {}
-    within = f" in {where}" if where else ""
+    written = {ALIASES.get(key.text, key.text) for key, _ in node.entries}
     for key, value in node.entries:
-        if table is SECTIONS and key.text in LATER:
-            problems.add(key.place, f"'{key.text}' is not supported yet", LATER[key.text])
-        elif key.text not in table:
-            hint = near_hint(key.text, table) or known_hint(table)
-            problems.add(key.place, f"unknown key {shown(key.text)}{within}", hint)
-        else:
-            name = f"{key.text} of {where}" if where else key.text
-            found[key.text] = table[key.text](value, name, problems)
+        name = ALIASES.get(key.text, key.text) if table is SECTIONS else key.text
+        if name not in table:
+            name = _unknown_key(key, value, table, where, problems)
+            if name in written:
+                name = ""
+            if not name and isinstance(value, nodes.Mapping):  # what it declares may be used elsewhere
+                problems.broken |= {inner.text.partition("[")[0].strip() for inner, _ in value.entries}
+        elif name in found:
+            message = "'embedding' and 'positions' are two words for the same section"
+            problems.add(key.place, message, "leave one of them out")
+            name = ""
+        if name:
+            label = key.text if key.text in ALIASES else name
+            found[name] = table[name](value, f"{label} of {where}" if where else label, problems)
     return found
 
 
+def _unknown_key(
+    key: Scalar, value: Node, table: Mapping[str, Reader], where: str, problems: Problems
+) -> str:
+    """Note an unknown key; the key that was meant, or nothing."""
+    text = key.text
+    if table is SECTIONS and text in LATER:
+        problems.add(key.place, f"'{text}' is not supported yet", LATER[text])
+        return ""
+    if text.isdecimal() and isinstance(value, Scalar) and value.text == "":
+        meant, hint = "", "a decimal point is a point: write 0.5, not 0,5"
+    elif table is COORDINATE and text.endswith(VELOCITY_SUFFIX):
+        meant, hint = "velocity", "write 'velocity'"
+    else:
+        meant, hint = meant_key("" if table is SECTIONS else where.partition(" ")[0], text)
+    if not hint:
+        meant = near_match(text, [*table, *(ALIASES if table is SECTIONS else ())])
+        meant = ALIASES.get(meant, meant)
+        hint = f"did you mean '{meant}'?" if meant else known_hint(table)
+    problems.add(key.place, f"unknown key {shown(text)}{f' in {where}' if where else ''}", hint)
+    return meant
+
+
+ALIASES = {"positions": "embedding"}
+"""Other words for sections."""
+PHRASES = {"mass": "mass of", "position": "position of", "force": "force on"}
+"""What is said before the name of something, where it is more than what it is."""
 PARAMETER: dict[str, Reader] = {"value": read_list, "unit": read_text, "description": read_text}
 COORDINATE: dict[str, Reader] = {
     "initial": read_scalar,
@@ -270,17 +316,17 @@ SECTIONS: dict[str, Reader] = {
     "name": read_text,
     "description": read_text,
     "parameters": _read_parameters,
-    "sizes": _entries(read_scalar, "sizes", "size", families=False),
+    "sizes": _entries(read_scalar, "size", families=False),
     "coordinates": _read_coordinates,
-    "definitions": _entries(read_vector, "definitions", "definition"),
-    "masses": _entries(read_scalar, "masses", "mass"),
-    "embedding": _entries(read_vector, "embedding", "embedding"),
+    "definitions": _entries(read_vector, "definition"),
+    "masses": _entries(read_scalar, "mass"),
+    "embedding": _entries(read_vector, "position"),
     "potential": _read_potential,
     "lagrangian": read_scalar,
-    "forces": _entries(read_vector, "forces", "force"),
-    "generalized_forces": _entries(read_scalar, "generalized_forces", "generalized force"),
+    "forces": _entries(read_vector, "force"),
+    "generalized_forces": _entries(read_scalar, "generalized force"),
     "dissipation": read_scalar,
-    "observables": _entries(read_scalar, "observables", "observable"),
+    "observables": _entries(read_scalar, "observable"),
     "time": _read_time,
     "solve": _read_solve,
 }

@@ -20,7 +20,7 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
     if isinstance(bounds, tuple):
         names.problems.add_once(
             expression.place,
-            f"a scalar is due in {where}, and this is a vector",
+            f"expected a scalar in {where}, found a vector",
             "take a component, as in bead.x, or norm() or dot()",
         )
 
@@ -74,7 +74,7 @@ class Settling:
             self.names.problems.add_once(
                 places.get(cycle[0], families[family_name(cycle[0])][0].place),
                 f"{what.value} '{cycle[0]}' depends on itself: {chain(cycle)}",
-                "give one of them a value that does not use the others",
+                "break the cycle: give one of them a value that does not use the others",
             )
         return found
 

@@ -224,7 +224,9 @@ class _Run:
             value = self._value(mass, f"mass of '{particle}'")
             if value is not None and not self.algebra.positive(value):
                 span = Span(0, len(mass.text))
-                error = ExpressionError(span, f"the mass is {value:g}", "a mass must be greater than 0")
+                error = ExpressionError(
+                    span, f"the value {value:g} is not positive", "masses are greater than 0"
+                )
                 self._blame(mass, error, f"mass of '{particle}'")
 
     def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
@@ -320,7 +322,7 @@ def _settable_hint(name: str, known: list[str]) -> str:
     """What could have been named: where it is a family, its first and last member."""
     members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
     if members:
-        return f"it is a family: {members[0]} to {members[-1]}"
+        return f"it is a family with members {members[0]} to {members[-1]}"
     return near_hint(name, known) or known_hint(known)
 
 

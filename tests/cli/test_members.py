@@ -111,7 +111,7 @@ def test_the_random_numbers_of_a_member_depend_on_its_name_and_the_seed_alone():
         (("omega=0:1:10001", "m=0:1:10001"), (), {}, "1e+08 members are more than the limit"),
         (("omega=log:0:1:5",), (), {}, "both ends of a logarithmic grid must be positive"),
         (("omega=lin:0:1:5",), (), {}, "is not a grid"),
-        (("omega=1,,2",), (), {}, "the expression is empty"),
+        (("omega=1,,2",), (), {}, "empty expression"),
         (("omega=1,two",), (), {}, "expected a number, not 'two'"),
         (("omega=g:2*g:3",), (), {}, "expected a number, not 'g'"),
         (("omega=1,nan",), (), {}, "nan is not a finite number"),

@@ -63,7 +63,7 @@ def test_double_is_the_default_and_leaves_no_trace(folder):
         (("--set", "g=log(-1)"), "--set g=log(-1): log(-1) is not a real number"),
         (("--set", "g=(-1)**0.5"), "--set g=(-1)**0.5: the value is not a finite number"),
         (("--set", "g=1e300*1e300"), "--set g=1e300*1e300: the value is not a finite number"),
-        (("--set", "g=exp(exp(exp(9)))"), "--set g=exp(exp(exp(9))): this number is too large"),
+        (("--set", "g=exp(exp(exp(9)))"), "--set g=exp(exp(exp(9))): number too large"),
     ],
 )
 def test_what_is_refused(folder, options, message, capsys):

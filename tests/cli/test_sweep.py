@@ -330,7 +330,7 @@ def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
             2,
             "member 1 cannot be run: --set a=0.0: division by zero in parameter 'omega'",
         ),
-        (["--over", "m=-1,1"], 2, "member 0 cannot be run: --set m=-1.0: the mass is -1"),
+        (["--over", "m=-1,1"], 2, "member 0 cannot be run: --set m=-1.0: the value -1 is not positive"),
         (["--over", "m=1,2", "--set", "m=3"], 2, "'m' is given more than once"),
         (["--random", "m=normal(0,1)", "--members", "0"], 2, "0 is not in the range"),
         (["--random", "m=uniform(1,2)", "--members", "3", "--seed", "-1"], 2, "-1 is not in the range"),

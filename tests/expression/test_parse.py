@@ -9,8 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
-from lagrange_cli.expression.parse import parse, parse_key
-from lagrange_cli.expression.scan import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS
+from lagrange_cli.expression.parse import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS, parse, parse_key, read
 from lagrange_cli.expression.syntax import (
     Binary,
     Call,
@@ -24,6 +23,7 @@ from lagrange_cli.expression.syntax import (
     Sum,
     Tree,
     Vector,
+    children,
     names,
 )
 from lagrange_cli.expression.vocabulary import CALLABLE
@@ -73,87 +73,85 @@ def test_vectors() -> None:
 
 REFUSED = [
     ("", 0, 1, "empty", ""),
-    ("2x", 0, 2, "operator is missing", "write 2*x"),
-    ("m g", 0, 3, "operator is missing", "write m*g"),
-    ("2(x)", 0, 2, "operator is missing", "write *"),
-    ("(a)(b)", 2, 4, "operator is missing", "write *"),
-    ("1_000", 0, 5, "", "leave the '_' out of the number 1_000"),
-    ("1.2.3", 0, 5, "operator is missing", ""),
-    ("sin x", 0, 5, "'sin' needs parentheses", "write sin(x)"),
+    ("2x", 0, 2, "missing operator", "write 2*x"),
+    ("m g", 0, 3, "missing operator", "write m*g"),
+    ("2(x)", 0, 2, "missing operator", "write *"),
+    ("(a)(b)", 2, 4, "missing operator", "write *"),
+    ("1_000", 0, 5, "", "write 1000"),
+    ("1.2.3", 0, 5, "missing operator", ""),
+    ("sin x", 0, 5, "missing parentheses after 'sin'", "write sin(x)"),
     ("θ'", 0, 2, "prime", "θ_dot"),
-    ("a = b", 2, 3, "'='", "only the expression"),
-    ("a == b", 2, 4, "a comparison can stand only in a condition of a sum", "if j != i"),
-    ("a < b", 2, 3, "a comparison", ""),
-    ("a if b else c", 2, 4, "a condition can stand only in a sum", ""),
-    ("not a", 0, 3, "a condition", ""),
-    ("a and b", 2, 5, "a condition", ""),
-    ("[x for x in y]", 3, 6, "'for' can stand only in a sum", "sum("),
-    ("x in y", 2, 4, "'in' can stand only in a sum", ""),
-    ("sum x", 0, 5, "the function 'sum' needs parentheses", ""),
-    ("sum(x)", 0, 6, "a sum needs a loop", "for j in range(N)"),
-    ("sum(x for x in y)", 15, 16, "an index runs through a range", "range(N)"),
-    ("sum(x for i in range())", 15, 22, "'range' takes 1 to 3 arguments, not 0", ""),
-    ("sum(x for i range(3))", 12, 17, "'in' is missing before 'range'", ""),
-    ("sum(x for in range(3))", 10, 12, "a value is missing before 'in'", ""),
-    ("sum(for i in range(3))", 4, 7, "a value is missing before 'for'", ""),
+    ("a = b", 2, 3, "'='", "leave out"),
+    ("a == b", 2, 4, "comparison outside the 'if' of a sum", "if j != i"),
+    ("a < b", 2, 3, "comparison", ""),
+    ("a if b else c", 2, 4, "condition outside", ""),
+    ("not a", 0, 3, "condition", ""),
+    ("a and b", 2, 5, "condition", ""),
+    ("[x for x in y]", 3, 6, "'for' outside a sum", "sum("),
+    ("x in y", 2, 4, "'in' outside a sum", ""),
+    ("sum x", 0, 5, "missing parentheses after 'sum'", ""),
+    ("sum(x)", 0, 6, "sum without a loop", "for j in range(N)"),
+    ("sum(x for x in y)", 15, 16, "an index needs a range", "range(N)"),
+    ("sum(x for i in range())", 15, 22, "wrong number of arguments for 'range'", ""),
+    ("sum(x for i range(3))", 12, 17, "missing 'in' before 'range'", ""),
+    ("sum(x for in range(3))", 10, 12, "missing name of the index before 'in'", ""),
+    ("sum(for i in range(3))", 4, 7, "missing value before 'for'", ""),
     ("sum(x for 2 in range(3))", 10, 11, "an index must be a name", ""),
     ("sum(x for i.j in range(3))", 10, 13, "an index must be a name", ""),
     ("sum(x for pi in range(3))", 10, 12, "the name 'pi' is reserved", "pi_"),
-    ("sum(x for i in range(3), 2)", 23, 24, "a sum has no ','", ""),
+    ("sum(x for i in range(3), 2)", 23, 24, "unexpected ','", ""),
     ("sum(x for i in range(3) if i = 2)", 29, 30, "'=' does not compare", "=="),
-    ("sum(x for i in range(3) if)", 26, 27, "a value is missing after 'if'", ""),
-    ("sum(x for i in range(3) if i else 2)", 29, 33, "'else' is not accepted", "two sums"),
-    ("sum(x if i else 2 for i in range(3))", 6, 8, "a condition can stand only in a sum", ""),
+    ("sum(x for i in range(3) if)", 26, 27, "missing value after 'if'", ""),
+    ("sum(x for i in range(3) if i else 2)", 29, 33, "'else' is not allowed", "two sums"),
+    ("sum(x if i else 2 for i in range(3))", 6, 8, "condition outside", ""),
     ("sum(x for i in range(3) if i in range(2))", 29, 31, "'in'", ""),
-    ("sin(x for i in range(3))", 6, 9, "'for' can stand only in a sum", ""),
+    ("sin(x for i in range(3))", 6, 9, "'for' outside a sum", ""),
     ("sum(" * 9 + "x" + " for i in range(2))" * 9, 35, 36, "nested more than 8 deep", "definitions"),
     ("sum(x" + " for i in range(2)" * 9 + ")", 150, 153, "nested more than 8 deep", "definitions"),
-    ("range(3)", 0, 5, "'range' can stand only after 'in'", ""),
-    ("x[]", 2, 3, "an index is missing", "theta[0]"),
-    ("x[1][2]", 4, 5, "an index must follow the name of a family", "u[i, j]"),
-    ("(x)[1]", 3, 4, "an index must follow", ""),
-    ("bob.x[1]", 0, 8, "an index comes before the component", "bob[i].x"),
+    ("range(3)", 0, 5, "'range' outside a loop", ""),
+    ("x[]", 2, 3, "missing index", "theta[0]"),
+    ("x[1][2]", 4, 5, "misplaced index", "u[i, j]"),
+    ("(x)[1]", 3, 4, "misplaced index", ""),
+    ("bob.x[1]", 0, 8, "index after the component", "bob[i].x"),
     ("x[1:2]", 3, 4, "':'", ""),
-    ("x[i in range(3)]", 4, 6, "'in' can stand only in a sum", ""),
-    ("x[1", 1, 2, "this '[' is never closed", "]"),
+    ("x[i in range(3)]", 4, 6, "'in' outside a sum", ""),
+    ("x[1", 1, 2, "unclosed '['", "]"),
     ("abs(x)", 0, 3, "not smooth", ""),
     ("where(x, 1, 2)", 0, 5, "not smooth", ""),
     ("min(x, y)", 0, 3, "not smooth", ""),
-    ("'a'", 0, 1, "quotes", ""),
-    ("f(x).y", 4, 5, "name of a vector", ""),
-    ("a.b.c", 0, 5, "only a named vector", ""),
-    ("a.(b)", 1, 2, "component is missing", ""),
+    ("'a'", 0, 1, "quotation marks", ""),
+    ("sin(x).y", 6, 7, "misplaced '.'", ""),
+    ("a.b.c", 0, 5, "has no components", ""),
+    ("a.(b)", 1, 2, "missing component", ""),
     ("sin(x, y=1)", 8, 9, "'='", ""),
-    ("sin(*x)", 4, 5, "a value is missing", ""),
+    ("sin(*x)", 4, 5, "missing value", ""),
     ("sinn(x)", 0, 4, "unknown function 'sinn'", "did you mean 'sin'?"),
     ("arcsin(x)", 0, 6, "unknown function", "write asin"),
-    ("m(x)", 0, 1, "unknown function 'm'", "for a product write *"),
-    ("sin()", 0, 5, "takes 1 argument, not 0", "sin(x)"),
-    ("atan2(x)", 0, 8, "takes 2 arguments, not 1", "atan2(x, y)"),
+    ("m(x)", 0, 1, "unknown function 'm'", "write m*"),
+    ("sin()", 0, 5, "0 instead of 1", "sin(x)"),
+    ("atan2(x)", 0, 8, "1 instead of 2", "atan2(x, y)"),
     ("x^2", 1, 2, "'^'", "write ** for powers"),
-    ("a +", 2, 3, "missing after '+'", ""),
-    ("(a + )", 5, 6, "missing after '+'", ""),
-    ("*a", 0, 1, "missing before '*'", ""),
-    ("a,,b", 2, 3, "missing after ','", ""),
-    ("(a", 0, 1, "never closed", ""),
-    ("a)", 1, 2, "closes nothing", ""),
-    ("(a]", 2, 3, "closes nothing", ""),
-    ("()", 0, 2, "one to three components, not 0", ""),
-    ("(1, 2, 3, 4)", 0, 12, "not 4", ""),
-    ("lambda*2", 0, 6, "cannot be a name", ""),
-    ("True", 0, 4, "cannot be a name", ""),
+    ("a +", 2, 3, "missing value after '+'", ""),
+    ("(a + )", 5, 6, "missing value after '+'", ""),
+    ("*a", 0, 1, "missing value before '*'", ""),
+    ("a,,b", 2, 3, "missing value after ','", ""),
+    ("(a", 0, 1, "unclosed", ""),
+    ("a)", 1, 2, "unmatched", ""),
+    ("(a]", 2, 3, "unmatched", ""),
+    ("()", 0, 2, "a vector of 0 components", ""),
+    ("(1, 2, 3, 4)", 0, 12, "a vector of 4 components", ""),
     ("x²", 1, 2, "'²'", "**2"),
     ("−x", 0, 1, "minus", "write -"),
-    ("007", 0, 3, "begins with a zero", "write 7"),
+    ("007", 0, 3, "leading zero", "write 7"),
     ("1e999", 0, 5, "too large", ""),
-    ("__import__('os').system('x')", 11, 12, "quotes", ""),
+    ("__import__('os').system('x')", 11, 12, "quotation marks", ""),
     ("__import__(os)", 0, 10, "unknown function", ""),
     ("x := 1", 2, 3, "':'", ""),
-    ("x; y", 1, 2, "';'", "commas"),
+    ("x; y", 1, 2, "';'", "a comma"),
     ("a # b", 2, 3, "'#'", ""),
-    ("a\\\nb", 1, 2, "meaning", ""),
-    ("\ud800", 0, 1, "meaning", ""),
-    ("a\0", 1, 2, "meaning", ""),
+    ("a\\\nb", 1, 2, "is not allowed", ""),
+    ("\ud800", 0, 1, "is not allowed", ""),
+    ("a\0", 1, 2, "is not allowed", ""),
     ("x**65", 3, 5, "the exponent 65 is out of bounds", ""),
     ("x**-65", 3, 6, "the exponent -65", ""),
     ("9**9**9**9", 6, 10, "the exponent 3.8742e+08", ""),
@@ -179,6 +177,69 @@ def test_refused_with_place_and_way_out(text: str, start: int, stop: int, messag
     assert message in caught.value.message
     assert hint in caught.value.hint
     assert caught.value.hint
+
+
+@pytest.mark.parametrize(
+    "name", ["lambda", "is", "from", "class", "None", "True", "def", "yield", "async", "import"]
+)
+def test_words_of_python_are_names(name: str) -> None:
+    tree = parse(f"2*{name}**2 + {name}_dot*{name}[0].x")
+    assert [one.identifier for one in names(tree)] == [name, f"{name}_dot", f"{name}.x"]
+    assert parse_key(f"{name}[i in range(3)]").name == name
+
+
+HABITS = [
+    # what is written, what it is read as, and the hint of each mistake
+    ("x^2", "x**2", ["write ** for powers"]),
+    ("x²·y", "x**2*y", ["write **2", "write *"]),
+    ("2x − 3 y", "2*x - 3*y", ["write 2*x", "write -"]),
+    ("a×b÷c", "a*b/c", ["write *", "write /"]),
+    ("√(x)", "sqrt(x)", ["write sqrt(...)"]),
+    ("{x + y}*z", "(x + y)*z", ["write (", "write )"]),
+    ("U = m*y", "m*y", ["leave out 'U ='"]),
+    ("m*x(t)", "m*x", ["write x: coordinates have no '(t)'"]),
+    ("x'*y", "x*y", ["write x_dot for the velocity of x"]),
+    ("x''", "x", ["the equations of motion determine them"]),
+    ("sin(30 deg)", "sin(30)", ["angles are in radians: write 30*pi/180"]),
+    ("cos(0.5rad)", "cos(0.5)", ["write 0.5; angles are in radians"]),
+    ("cos(30°)", "cos(30)", ["angles are in radians: write 30*pi/180"]),
+]
+
+
+@pytest.mark.parametrize(("text", "meant", "hints"), HABITS, ids=[text for text, *_ in HABITS])
+def test_habits_are_read_as_what_they_mean(text: str, meant: str, hints: list[str]) -> None:
+    tree, errors = read(text)
+    assert [error.hint for error in errors] == hints
+    assert bare(tree) == bare(parse(meant))
+
+
+MEANT = {
+    "ln": "log(x)", "log10": "log(x)/log(10)", "arctan": "atan(x)", "arcsin": "asin(x)", "arccos": "acos(x)",
+    "Sin": "sin", "SQRT": "sqrt", "sec": "1/cos(x)", "hypot": "sqrt(x**2 + y**2)", "mag": "norm(a)",
+    "mod": "x % n", "Abs": "smooth", "sgn": "smooth", "Heaviside": "smooth", "floor": "smooth",
+}  # fmt: skip
+
+
+@pytest.mark.parametrize(("function", "hint"), MEANT.items())
+def test_functions_of_other_languages_have_a_hint(function: str, hint: str) -> None:
+    (error,) = read(f"1 + {function}(x + 1)")[1]
+    assert error.span == Span(4, 4 + len(function))
+    assert hint in error.hint
+
+
+def bare(tree: Tree) -> object:
+    """The tree without its places."""
+    own = [value for value in vars(tree).values() if isinstance(value, str)]
+    return type(tree).__name__, own, [bare(one) for one in children(tree)]
+
+
+def test_all_mistakes_of_an_expression_are_found() -> None:
+    text = "sinn(x)^2 + 3y*atan2(x) + x**99 - bob.x.y + (a"
+    places = sorted((error.span.start, error.span.stop) for error in read(text)[1])
+    assert [text[start:stop] for start, stop in places] == [
+        "sinn", "^", "3y", "atan2(x)", "99", "bob.x.y", "(",
+    ]  # fmt: skip
+    assert [error.hint for error in read("(x + 1]*(y")[1]] == ["leave it out, or open it first"]
 
 
 def test_the_bounds_themselves_are_accepted() -> None:
@@ -369,18 +430,18 @@ def test_a_key_is_a_name_or_members_of_a_family(text: str, name: str, label: str
 @pytest.mark.parametrize(
     ("text", "start", "stop", "message"),
     [
-        ("u[i in N]", 7, 8, "an index runs through a range"),
+        ("u[i in N]", 7, 8, "an index needs a range"),
         ("u[i in range(2), i in range(3)]", 17, 30, "the index 'i' comes twice"),
         ("u[t in range(2)]", 2, 3, "the name 't' is reserved"),
         ("u[2 in range(2)]", 2, 3, "an index must be a name"),
-        ("u[i in range(2) if i]", 16, 18, "a condition can stand only in a sum"),
-        ("u[i < 2]", 4, 5, "a comparison"),
-        ("u[x[i in range(2)]]", 4, 17, "'in' cannot stand here"),
-        ("u[0].x", 0, 6, "this is no name"),
-        ("u.x", 0, 3, "this is no name"),
-        ("u + v", 0, 5, "this is no name"),
-        ("u[]", 2, 3, "an index is missing"),
-        ("", 0, 1, "the expression is empty"),
+        ("u[i in range(2) if i]", 16, 18, "condition outside"),
+        ("u[i < 2]", 4, 5, "comparison"),
+        ("u[x[i in range(2)]]", 6, 8, "'in' outside a sum"),
+        ("u[0].x", 0, 6, "this is not a name"),
+        ("u.x", 0, 3, "this is not a name"),
+        ("u + v", 0, 5, "this is not a name"),
+        ("u[]", 2, 3, "missing index"),
+        ("", 0, 1, "missing name"),
     ],
 )
 def test_other_keys_are_refused(text: str, start: int, stop: int, message: str) -> None:

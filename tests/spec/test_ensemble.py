@@ -95,10 +95,10 @@ def test_operators_are_those_of_single_numbers_wherever_they_have_a_value(rows, 
 @pytest.mark.parametrize(
     ("column", "values", "message"),
     [
-        ("m", [1, -2, 0], "member 1 (and 1 more) cannot be run: --set m=-2.0: the mass is -2"),
+        ("m", [1, -2, 0], "member 1 (and 1 more) cannot be run: --set m=-2.0: the value -2 is not positive"),
         ("l", [1, 1, 0], "member 2 cannot be run: --set l=0.0: division by zero in parameter 'w'"),
         ("l", [-1, 1, 1], "member 0 cannot be run: --set l=-1.0: log(-1) is not a real number"),
-        ("l", [1, 1e-9, 1], "member 1 cannot be run: --set l=1e-09: this number is too large"),
+        ("l", [1, 1e-9, 1], "member 1 cannot be run: --set l=1e-09: number too large"),
     ],
 )
 def test_the_first_member_that_cannot_be_run_is_named(column, values, message) -> None:

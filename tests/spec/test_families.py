@@ -127,17 +127,17 @@ def test_an_override_may_turn_the_order_of_members_round() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "message"),
     [
-        ("u", "1", "unknown name 'u'; it is a family: u[0] to u[3]"),
-        ("m[4]", "1", "unknown name 'm[4]'; it is a family: m[0] to m[3]"),
+        ("u", "1", "unknown name 'u'; it is a family with members u[0] to u[3]"),
+        ("m[4]", "1", "unknown name 'm[4]'; it is a family with members m[0] to m[3]"),
         ("m[-1]", "1", "unknown name 'm[-1]'"),
         ("m[0.5]", "1", "0.5 is not a whole number"),
         ("m[i]", "1", "'i' is neither an index nor a size"),
-        ("m[", "1", "never closed"),
+        ("m[", "1", "unclosed"),
         ("w[0]", "1", "unknown name 'w[0]'"),
-        ("m[0]", "m[9]", "there is no 'm[9]'; there are 4, m[0] to m[3]"),
+        ("m[0]", "m[9]", "no member 'm[9]'; the members are m[0] to m[3]"),
         ("m[0]", "m", "unknown name 'm'; it is a family"),
         ("m[0]", "u[0]", "unknown name 'u'"),
-        ("m[2]", "-1", "the mass is -1 in mass of 'bead[2]'"),
+        ("m[2]", "-1", "the value -1 is not positive in mass of 'bead[2]'"),
     ],
 )
 def test_wrong_overrides_of_members_are_wrong_usage(name: str, value: str, message: str) -> None:
@@ -150,11 +150,11 @@ def test_wrong_overrides_of_members_are_wrong_usage(name: str, value: str, messa
     ("sizes", "message"),
     [
         ({"K": "3"}, "--size K=3: unknown size 'K'; known: N"),
-        ({"N": "0"}, "--size N=0: the value is 0; a size is a whole number greater than 0"),
+        ({"N": "0"}, "--size N=0: the value is 0; sizes are whole numbers greater than 0"),
         ({"N": "-2"}, "the value is -2"),
         ({"N": "2.5"}, "2.5 is not a whole number"),
         ({"N": "k"}, "'k' is neither an index nor a size here"),
-        ({"N": "2 2"}, "an operator is missing"),
+        ({"N": "2 2"}, "missing operator"),
     ],
 )
 def test_wrong_sizes_are_wrong_usage(sizes: dict[str, str], message: str) -> None:
@@ -232,18 +232,22 @@ BAD = [
     (
         "u[i + 1]",
         "u[i + 2]",
-        [(11, "u[i + 2]", "there is no 'u[4]', for i = 2 in potential", "u[0] to u[3]")],
+        [(11, "u[i + 2]", "no member 'u[4]', for i = 2 in potential", "u[0] to u[3]")],
     ),
-    ("u[i + 1]", "u[i - 1]", [(11, "u[i - 1]", "there is no 'u[-1]', for i = 0", "u[(i - 1) % N]")]),
-    ("u[i + 1]", "u[N]", [(11, "u[N]", "there is no 'u[4]', for N = 4", "there are 4")]),
-    ("u[i + 1]", "u[i/2]", [(11, "i/2", "'/' does not make a whole number", "write //")]),
+    ("u[i + 1]", "u[i - 1]", [(11, "u[i - 1]", "no member 'u[-1]', for i = 0", "u[(i - 1) % N]")]),
+    ("u[i + 1]", "u[N]", [(11, "u[N]", "no member 'u[4]', for N = 4", "the members are u[0] to u[3]")]),
+    ("u[i + 1]", "u[i/2]", [(11, "i/2", "'/' is not allowed between whole numbers", "write //")]),
     ("u[i + 1]", "u[0.5]", [(11, "0.5", "0.5 is not a whole number", "")]),
     ("u[i + 1]", "u[k]", [(11, "k", "'k' is neither an index nor a size", "known: N, i")]),
-    ("u[i + 1]", "u", [(11, "u", "'u' is a family", "write u[i] for one")]),
-    ("u[i + 1]", "u[i, 0]", [(11, "u[i, 0]", "'u' has 1 index, not 2", "write u[i]")]),
-    ("u[i + 1]", "k[i]", [(11, "k[i]", "'k' is no family", "write k")]),
+    ("u[i + 1]", "u", [(11, "u", "missing index on the family 'u'", "write u[i] for one")]),
+    (
+        "u[i + 1]",
+        "u[i, 0]",
+        [(11, "u[i, 0]", "wrong number of indices on 'u': 2 instead of 1", "write u[i]")],
+    ),
+    ("u[i + 1]", "k[i]", [(11, "k[i]", "'k' is not a family", "write k")]),
     ("u[i + 1]", "i[0]", [(11, "i[0]", "unknown name 'i'", "pi")]),
-    ("u[i + 1]", "pi[0]", [(11, "pi[0]", "'pi' is a number and has neither members", "write pi")]),
+    ("u[i + 1]", "pi[0]", [(11, "pi[0]", "'pi' is a number: it takes no index", "write pi")]),
     ("u[i + 1]", "w[i]", [(11, "w[i]", "unknown name 'w'", "known: t, N, u[i], u_dot[i], m[i], k, bead[i]")]),
     ("u[i + 1]", "uu[i]", [(11, "uu[i]", "unknown name 'uu'", "did you mean 'u'?")]),
     ("u[i + 1]", "bead[i].z", [(11, "bead[i].z", "no component 'z'", "bead[i].x, bead[i].y, bead[i].vx")]),
@@ -251,22 +255,22 @@ BAD = [
     (
         POTENTIAL,
         "u[0] + u[sum(1 for i in range(2))]",
-        [(11, "sum(1 for i in range(2))", "no whole number", "")],
+        [(11, "sum(1 for i in range(2))", "expected a whole number", "")],
     ),
     # lists
     (
         LIST,
         "[1.0, 0.5]",
-        [(8, "m[i]", "there is no 'm[2]', for i = 2 in mass of 'bead[i]'", "are 2, m[0] to m[1]")],
+        [(8, "m[i]", "no member 'm[2]', for i = 2 in mass of 'bead[i]'", "the members are m[0] to m[1]")],
     ),
     (LIST, "[]", [(3, "[", "the list of parameter 'm' is empty", "")]),
     (LIST, "[1, [2]]", [(3, "[", "parameter 'm', item 1 must be a scalar", "")]),
     (LIST, "[1, qq, 3, 4]", [(3, "qq", "unknown name 'qq' in parameter 'm'", "")]),
-    (LIST, "1.0", [(8, "m[i]", "'m' is no family", "")]),
+    (LIST, "1.0", [(8, "m[i]", "'m' is not a family", "")]),
     (
         "m: [1",
         "m[i in range(N)]: [1",
-        [(3, "m[i in range(N)]", "the members of 'm[i]' are lists", "one expression")],
+        [(3, "m[i in range(N)]", "lists as members of the family 'm[i]'", "one expression")],
     ),
     # sizes
     ("{N: 4}", "{N: 0}", [(1, "0", "the value is 0 in size 'N'", "greater than 0")]),
@@ -287,24 +291,32 @@ BAD = [
     (
         COORDINATE,
         COORDINATE.replace("N", "N - 4"),
-        [(6, "i in range(N - 4)", "this range is empty for N = 4", "")],
+        [(6, "i in range(N - 4)", "empty range for N = 4", "")],
     ),
     (COORDINATE, COORDINATE.replace("N", "1, N"), [(6, "u[i in range(1, N)]", "has no member 'u[0]'", "")]),
     (
         COORDINATE,
         COORDINATE.replace("N", "-1, N"),
-        [(6, "i in range(-1, N)", "the index -1 is negative", "")],
+        [(6, "i in range(-1, N)", "negative index -1", "")],
     ),
     (COORDINATE, COORDINATE.replace("i in", "t in"), [(6, "t", "the name 't' is reserved", "")]),
-    (COORDINATE, COORDINATE.replace("range(N)", "N"), [(6, "N", "an index runs through a range", "")]),
+    (COORDINATE, COORDINATE.replace("range(N)", "N"), [(6, "N", "an index needs a range", "")]),
     (
         COORDINATE,
         COORDINATE.replace("]", ", j in range(i)]"),
         [(6, "i", "unknown size 'i' in 'u[i,j]'", "N")],
     ),
     (COORDINATE, COORDINATE + "\n  u[0]: {}", [(7, "u[0]", "'u[0]' is given twice", "in line 6")]),
-    (COORDINATE, COORDINATE + "\n  u: {}", [(7, "u", "'u' does not go together with 'u[i]'", "")]),
-    (COORDINATE, COORDINATE + "\n  u[0, 0]: {}", [(7, "u[0, 0]", "does not go together", "as many indices")]),
+    (
+        COORDINATE,
+        COORDINATE + "\n  u: {}",
+        [(7, "u", "'u' and 'u[i]' have different numbers of indices", "")],
+    ),
+    (
+        COORDINATE,
+        COORDINATE + "\n  u[0, 0]: {}",
+        [(7, "u[0, 0]", "different numbers of indices", "same number of indices")],
+    ),
     (COORDINATE, "  - u[i in range(N)]\n  - u[i in range(N)]", [(7, "u[i in range(N)]", "comes twice", "")]),
     ("k: 2.0", "k: 2.0\n  i: 3", [(7, "i in range(N)", "the index 'i' has the name of a parameter", "")]),
     ("k: 2.0", "N: 2.0", [(4, "N", "the parameter 'N' has the name of a size", "line 1"), (11, "k", "", "")]),
@@ -323,7 +335,7 @@ BAD = [
     (
         "  bead[i in range(N)]: m",
         "  bead[i in range(2)]: m",
-        [(10, "bead[i in range(N)]", "'bead[2]' has an embedding", "in both")],
+        [(10, "bead[i in range(N)]", "'bead[2]' has a position", "in both")],
     ),
     (
         "  bead[i in range(N)]: m[i]",
@@ -333,9 +345,13 @@ BAD = [
     (
         "[u[i], 0]",
         "[u[j], 0]",
-        [(10, "j", "'j' is neither an index nor a size here in embedding 'bead[i]'", "")],
+        [(10, "j", "'j' is neither an index nor a size here in position of 'bead[i]'", "")],
     ),
-    ("[u[i], 0]", "[sum(u[i] for i in range(2)), 0]", [(10, "i", "'i' is in use around this sum", "")]),
+    (
+        "[u[i], 0]",
+        "[sum(u[i] for i in range(2)), 0]",
+        [(10, "i", "'i' is already used by an enclosing sum", "")],
+    ),
     (
         "  bead[i in range(N)]: [u[i], 0]",
         "  bead[0]: [u[0], 0]\n  bead[i in range(1, N)]: u[i]",
@@ -352,7 +368,7 @@ BAD = [
         "forces: {'bead[i in range(9)]': [1, 2]}\npotential",
         [(11, "bead[i in range(9)]", "'bead[4]'", "")],
     ),
-    ("potential", "forces: {'bead[i in range(N)]': [1]}\npotential", [(11, "1", "'bead[i]' moves in 2", "")]),
+    ("potential", "forces: {'bead[i in range(N)]': [1]}\npotential", [(11, "1", "its position 2", "")]),
     (
         "potential",
         "generalized_forces: {'u[9]': 1}\npotential",
@@ -361,7 +377,7 @@ BAD = [
     (
         "potential",
         "observables: {'e[i in range(2)]': bead[i]}\npotential",
-        [(11, "bead[i]", "a scalar is due", "")],
+        [(11, "bead[i]", "expected a scalar", "")],
     ),
     # circles
     (
@@ -391,7 +407,7 @@ BAD = [
     (
         POTENTIAL,
         "sum(bead[i] for i in range(N))",
-        [(11, "sum(bead[i] for i in range(N))", "scalar is due", "")],
+        [(11, "sum(bead[i] for i in range(N))", "expected a scalar", "")],
     ),
     (POTENTIAL, "sum(1/(i - 2) for i in range(N))", [(11, "1/(i - 2)", "division by zero, for i = 2", "")]),
     (POTENTIAL, "sum(u[i] for i in range(0, 4, 0))", [(11, "0", "the step of a range must not be 0", "")]),
@@ -417,7 +433,7 @@ def test_mistake_is_shown_once_at_its_place(
 @pytest.mark.parametrize(
     ("old", "new", "line", "piece", "message"),
     [
-        (LIST, "[1.0, -0.5, -2.0, 1.0]", 8, "m[i]", "the mass is -0.5 in mass of 'bead[1]'"),
+        (LIST, "[1.0, -0.5, -2.0, 1.0]", 8, "m[i]", "the value -0.5 is not positive in mass of 'bead[1]'"),
         (
             COORDINATE,
             "  u[i in range(N)]: {}",
@@ -516,5 +532,5 @@ potential: {potential}
     with pytest.raises(SpecError) as caught:
         read_spec(text, "system.yaml")
     assert [problem.message for problem in caught.value.problems] == [
-        "there is no 'm[2]', for i = 1 in embedding 'bob[i]'"
+        "no member 'm[2]', for i = 1 in position of 'bob[i]'"
     ]

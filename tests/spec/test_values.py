@@ -51,7 +51,7 @@ def test_constants_may_come_from_definitions() -> None:
     [
         ("nosuch", "1", "--set nosuch=1: unknown name 'nosuch'; known: m, l, g, theta, theta_dot"),
         ("thata", "1", "did you mean 'theta'?"),
-        ("m", "", "the expression is empty"),
+        ("m", "", "empty expression"),
         ("m", "2x", "write 2*x"),
         ("m", "nan", "'nan' is not a finite number"),
         ("m", "1/0", "division by zero"),
@@ -63,8 +63,8 @@ def test_constants_may_come_from_definitions() -> None:
         ("m", "2*m", "depends on itself: m -> m"),
         ("theta", "sqrt(-l)", "sqrt(-0.5) is not a real number"),
         ("theta", "(-l)**0.5", "not a real number"),
-        ("m", "0", "--set m=0: the mass is 0 in mass of 'bob'; a mass must be greater than 0"),
-        ("m", "-1", "the mass is -1"),
+        ("m", "0", "--set m=0: the value 0 is not positive in mass of 'bob'; masses are greater than 0"),
+        ("m", "-1", "the value -1 is not positive"),
     ],
 )
 def test_wrong_overrides_are_wrong_usage(name: str, value: str, message: str) -> None:
@@ -76,9 +76,9 @@ def test_wrong_overrides_are_wrong_usage(name: str, value: str, message: str) ->
 @pytest.mark.parametrize(
     ("old", "new", "line", "piece", "message"),
     [
-        ("m: 1", "m: 0", 9, "m", "the mass is 0 in mass of 'bob'"),
-        ("m: 1", "m: -2", 9, "m", "the mass is -2"),
-        ("  bob: m", "  bob: l - 1", 9, "l - 1", "the mass is -0.5"),
+        ("m: 1", "m: 0", 9, "m", "the value 0 is not positive in mass of 'bob'"),
+        ("m: 1", "m: -2", 9, "m", "the value -2 is not positive"),
+        ("  bob: m", "  bob: l - 1", 9, "l - 1", "the value -0.5 is not positive"),
         ("  bob: m", "  bob: 1/(m - 1)", 9, "1/(m - 1)", "division by zero in mass of 'bob'"),
         ("m: 1", "m: l/(g - g)", 3, "l/(g - g)", "division by zero in parameter 'm'"),
         ("m: 1", "m: 2 + log(l - 1)", 3, "log(l - 1)", "log(-0.5) is not a real number"),

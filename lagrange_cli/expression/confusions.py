@@ -1,0 +1,239 @@
+"""What people write by habit, and what it is here: the one table that all hints are taken from."""
+
+from __future__ import annotations
+
+import re
+import unicodedata
+from collections.abc import Iterable
+
+CHARACTERS: dict[str, tuple[str, str, str]] = {
+    # what is written: what it is read as, what is wrong, how to write it
+    "^": ("**", "unknown operator '^'", "write ** for powers"),
+    "×": ("*", "unknown operator '×'", "write *"),
+    "·": ("*", "unknown operator '·'", "write *"),
+    "⋅": ("*", "unknown operator '⋅'", "write *"),
+    "∙": ("*", "unknown operator '∙'", "write *"),
+    "÷": ("/", "unknown operator '÷'", "write /"),
+    "∕": ("/", "'∕' is not the '/' of a keyboard", "write /"),
+    "−": ("-", "'−' is not the minus sign of a keyboard", "write -"),
+    "–": ("-", "'–' is not the minus sign of a keyboard", "write -"),
+    "—": ("-", "'—' is not the minus sign of a keyboard", "write -"),
+    "√": ("sqrt", "unknown function '√'", "write sqrt(...)"),
+    "{": ("(", "'{' instead of '('", "write ("),
+    "}": (")", "'}' instead of ')'", "write )"),
+    ";": (",", "';' instead of ','", "write a comma"),
+}
+"""Characters that have one meaning only: they are reported, and read as what is meant."""
+
+POWERS = {"²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6", "⁷": "7", "⁸": "8", "⁹": "9"}
+"""Superscripts, read as powers."""
+
+STRANGERS: dict[str, tuple[str, str]] = {
+    "'": ("quotation marks are not allowed", "leave them out"),
+    '"': ("quotation marks are not allowed", "leave them out"),
+    "′": ("misplaced prime", "write NAME_dot for a velocity"),
+    ":": ("':' is not allowed", "write only the expression itself"),
+    "!": ("unknown operator '!'", "the operators are + - * / **"),
+    "|": ("'|' is not allowed", "the length of a vector a is norm(a)"),
+    "&": ("unknown operator '&'", "the operators are + - * / **"),
+    "@": ("unknown operator '@'", "write dot(a, b) for a scalar product"),
+    "°": ("misplaced '°'", "angles are in radians: write *pi/180"),
+    "∂": ("derivatives are not allowed", "velocities are written as x_dot"),
+    "∑": ("'∑' is not allowed", "write sum(m[i] for i in range(N))"),
+    "∞": ("'∞' is not a finite number", "write a number"),
+}
+"""Characters without a meaning."""
+
+PRIMES = frozenset("'′’`\"″")
+"""What is written after a name for a derivative."""
+
+DEGREES = frozenset({"deg", "degree", "degrees", "°"})
+RADIANS = frozenset({"rad", "radian", "radians"})
+
+FUNCTIONS: dict[str, str] = {
+    "ln": "log(x)", "loge": "log(x)", "log10": "log(x)/log(10)", "lg": "log(x)/log(10)",
+    "log2": "log(x)/log(2)",
+    "arcsin": "asin(x)", "arccos": "acos(x)", "arctan": "atan(x)", "arctan2": "atan2(y, x)",
+    "arctg": "atan(x)", "tg": "tan(x)", "sh": "sinh(x)", "ch": "cosh(x)", "th": "tanh(x)",
+    "arcsinh": "log(x + sqrt(x**2 + 1))", "asinh": "log(x + sqrt(x**2 + 1))",
+    "arsinh": "log(x + sqrt(x**2 + 1))", "arccosh": "log(x + sqrt(x**2 - 1))",
+    "acosh": "log(x + sqrt(x**2 - 1))", "arcosh": "log(x + sqrt(x**2 - 1))",
+    "arctanh": "log((1 + x)/(1 - x))/2", "atanh": "log((1 + x)/(1 - x))/2",
+    "artanh": "log((1 + x)/(1 - x))/2",
+    "cot": "1/tan(x)", "ctg": "1/tan(x)", "cotan": "1/tan(x)", "sec": "1/cos(x)", "csc": "1/sin(x)",
+    "cosec": "1/sin(x)", "coth": "1/tanh(x)", "sech": "1/cosh(x)", "csch": "1/sinh(x)",
+    "pow": "x**y", "power": "x**y", "square": "x**2", "sq": "x**2", "sqr": "x**2", "cbrt": "x**(1/3)",
+    "root": "sqrt(x)", "squareroot": "sqrt(x)", "hypot": "sqrt(x**2 + y**2)", "expm1": "exp(x) - 1",
+    "log1p": "log(1 + x)", "sinc": "sin(x)/x", "radians": "x*pi/180", "deg2rad": "x*pi/180",
+    "degrees": "x*180/pi", "rad2deg": "x*180/pi",
+    "mag": "norm(a)", "magnitude": "norm(a)", "length": "norm(a)", "len": "norm(a)", "vec": "(x, y, z)",
+    "vector": "(x, y, z)", "inner": "dot(a, b)", "scalar": "dot(a, b)", "dist": "norm(a - b)",
+    "distance": "norm(a - b)", "mod": "x % n, which is for whole numbers",
+    "fmod": "x % n, which is for whole numbers",
+    "diff": "x_dot for the velocity of x; expressions have no other derivatives",
+    "ddt": "x_dot for the velocity of x; expressions have no other derivatives",
+    "derivative": "x_dot for the velocity of x; expressions have no other derivatives",
+}  # fmt: skip
+"""Functions that have another name here, or that can be written with others: what stands after 'write'."""
+
+NOT_SMOOTH = frozenset({
+    "sgn", "signum", "fabs", "absolute", "maximum", "minimum", "heaviside", "step", "piecewise", "floor",
+    "ceil", "round", "dirac", "diracdelta",
+})  # fmt: skip
+"""Functions with a kink or a jump, in small letters."""
+
+NAMES: dict[str, str] = {
+    "π": "pi", "Pi": "pi", "PI": "pi", "time": "t", "Time": "t", "τ": "2*pi, or add it to the parameters",
+    "e": "exp(1) for Euler's number, or add it to the parameters",
+    "E": "exp(1) for Euler's number, or add it to the parameters",
+}  # fmt: skip
+"""Names of constants: what stands after 'write'."""
+
+_PARAMETER_EXAMPLES = {
+    "g": "9.81", "G": "6.674e-11", "c": "299792458", "hbar": "1.0546e-34", "k_B": "1.38e-23",
+    "eps0": "8.854e-12", "mu0": "1.2566e-6",
+}  # fmt: skip
+
+_VELOCITIES = """
+    {}dot {}_d {}d d{} d_{} d{}dt d{}_dt {}dt {}_dt v{} v_{} {}_v {}v vel_{} {}_vel {}vel velocity_{}
+    {}_velocity {}prime {}_prime {}p {}_t D{} omega_{} w_{} speed_{} {}_speed dot_{} dot{} {}Dot {}_Dot {}_DOT
+"""
+_ACCELERATIONS = """
+    {}_ddot {}ddot {}dotdot {}_dot_dot {}dd {}_dd dd{} ddot_{} d2{} d2{}dt2 d2{}_dt2 a{} a_{} {}_tt acc_{}
+    {}_acc {}pp {}_dotdot {}_double_dot
+"""
+"""How velocities and accelerations are called elsewhere."""
+
+
+def rate_of(name: str, coordinates: Iterable[str]) -> tuple[str, int]:
+    """The coordinate whose time derivative somebody may have meant by ``name``, and the derivative's order;
+    an empty name where none fits."""
+    bare, dots = without_dots(name)
+    for one in coordinates:
+        if dots and bare == one:
+            return one, dots
+        for order, spellings in ((1, _VELOCITIES), (2, _ACCELERATIONS)) if one in name else ():
+            if any(spelling.format(one) == name for spelling in spellings.split()):
+                return one, order
+    return "", 0
+
+
+def without_dots(name: str) -> tuple[str, int]:
+    """A name without dots above its letters, and how many dots there were: ``x`` and 1 for ``ẋ``."""
+    if name.isascii():
+        return name, 0
+    apart = unicodedata.normalize("NFD", name)
+    dots = apart.count("\u0307") + 2 * apart.count("\u0308")
+    return unicodedata.normalize("NFKC", apart.replace("\u0307", "").replace("\u0308", "")), dots
+
+
+def parameter_example(name: str) -> str:
+    """How a parameter of that name may be declared."""
+    return f"{name}: {_PARAMETER_EXAMPLES.get(name, '1.0')}"
+
+
+COMPONENTS: dict[str, str] = {
+    spelling.format(axis): f"v{axis}"
+    for axis in "xyz"
+    for spelling in ("{}dot", "{}_dot", "d{}", "v_{}", "{}d", "{}_d", "{}v", "vel_{}", "V{}")
+}
+"""Components of a particle's velocity."""
+
+_UNITS = """
+    kg g mg t lb u m cm mm km nm um pm ft in au AU pc ly s ms us ns min h hr d yr N kN mN J kJ mJ eV keV
+    MeV W kW Pa kPa bar C A V T K Hz kHz MHz rad deg sr L l mol F H Ohm Wb Gauss dyn erg kilogram
+    kilograms gram grams meter meters metre metres second seconds sec minute minutes hour hours day days
+    year years newton newtons joule joules volt volts tesla hertz
+"""
+_UNIT = "(?:" + "|".join(sorted(_UNITS.split(), key=len, reverse=True)) + ")"
+_FACTOR = rf"{_UNIT}(?:(?:\^|\*\*)?\(?-?[0-9]+\)?|[⁻²³¹])*"
+_QUANTITY = re.compile(
+    r"\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*"
+    rf"(?P<unit>{_FACTOR}(?:\s*(?:\*|/|·|\.|\s)\s*{_FACTOR})*)\s*"
+)
+
+
+def quantity(text: str) -> tuple[str, str] | None:
+    """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
+    match = _QUANTITY.fullmatch(text)
+    return (match["number"], match["unit"]) if match else None
+
+
+_DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")
+
+
+def decimal_comma(text: str) -> str:
+    """``1.5`` for ``1,5``, or nothing for other texts."""
+    return text.strip().replace(",", ".") if _DECIMAL_COMMA.fullmatch(text) else ""
+
+
+STATE = "it belongs to each coordinate: 'theta: {initial: 0.1, velocity: 0}' under 'coordinates'"
+_HINTS = {
+    "state": STATE,
+    "friction": "write 'dissipation: c*theta_dot**2/2', or a force under 'generalized_forces' or 'forces'",
+    "kinetic": "T follows from 'masses' and 'positions'; or write 'lagrangian: T - U' instead of both",
+    "particles": "write 'masses: {bob: m}' and 'positions: {bob: [x, y]}'",
+    "interaction": "write it as an energy under 'potential'",
+    "stop": "write 'solve: {stop: 10}'",
+    "step": "write 'solve: {step: 0.01}'",
+    "solve": "it belongs under 'solve', as in 'solve: {stop: 10, step: 0.01}'",
+    "outputs": "what is written is listed under 'solve', as in 'solve: {outputs: [q, v]}'",
+}
+_SECTIONS = """
+    parameters: constants consts params param constant values
+    coordinates: variables vars coords coord dof dofs degrees_of_freedom generalized_coordinates unknowns q
+    masses: mass m
+    embedding: position r kinematics trajectories
+    potential: U V potential_energy potentials Epot E_pot pot
+    lagrangian: L lagrange Lagrangian lagrangean
+    forces: force external_forces applied_forces F
+    generalized_forces: Q generalised_forces torques torque
+    definitions: defs definition expressions functions let where
+    solve: integration integrator solver simulation run integrate settings
+    name: title system
+    description: comment comments notes doc
+    observables: observable quantities
+    dissipation: rayleigh Rayleigh dissipation_function D
+    !state: initial initials initial_conditions initial_condition initial_state initial_values init ics ic
+    !state: start velocity velocities speed q0 v0 x0 y0 state
+    !friction: friction damping drag viscosity resistance losses
+    !kinetic: T K kinetic kinetic_energy Ekin E_kin energy energies
+    !particles: particles particle points objects point_masses
+    !interaction: springs spring gravity interactions field
+    !stop: t_end tmax t_max tstop duration time_span tspan t_span end
+    !step: dt timestep time_step
+    !solve: stop step samples method tolerance
+    !outputs: outputs output plot write
+"""
+_COORDINATE = """
+    initial: value start init initial_value initial_position position x0 q0 at initially
+    velocity: v0 speed initial_velocity initial_speed dot rate v vel qdot q_dot velocity0
+    unit: units
+    description: comment
+"""
+_PARAMETER = """
+    value: val default number is initial
+    unit: units
+    description: comment
+"""
+_SOLVE = """
+    stop: end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t
+    start: t0 begin t_start tstart start_time from
+    step: dt h timestep time_step step_size stepsize interval
+    samples: n N points n_samples num count steps n_steps sample
+    tolerance: tol rtol atol eps accuracy precision error
+    method: solver integrator scheme algorithm
+    outputs: output write save
+"""
+_TABLES = {"": _SECTIONS, "coordinate": _COORDINATE, "parameter": _PARAMETER, "solve": _SOLVE}
+"""What is here called as before the colon; after '!' stands which hint helps where no section is meant."""
+
+
+def meant_key(table: str, key: str) -> tuple[str, str]:
+    """The key that ``key`` stands for in a kind of table (the file's own is called ''), and a hint;
+    nothing where there is none."""
+    for line in _TABLES[table].splitlines():
+        meant, _, words = line.strip().partition(":")
+        if key in words.split():
+            return ("", _HINTS[meant[1:]]) if meant.startswith("!") else (meant, f"write '{meant}'")
+    return "", ""
