@@ -232,7 +232,7 @@ _TABLES = {"": _SECTIONS, "coordinate": _COORDINATE, "parameter": _PARAMETER, "s
 def meant_key(table: str, key: str) -> tuple[str, str]:
     """The key that ``key`` stands for in a kind of table (the file's own is called ''), and a hint;
     nothing where there is none."""
-    for line in _TABLES[table].splitlines():
+    for line in _TABLES.get(table, "").splitlines():
         meant, _, words = line.strip().partition(":")
         if key in words.split():
             return ("", _HINTS[meant[1:]]) if meant.startswith("!") else (meant, f"write '{meant}'")
