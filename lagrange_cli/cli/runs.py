@@ -13,6 +13,7 @@ import click
 
 import lagrange_cli
 from lagrange_cli.cli.completing import comma_list, files, word
+from lagrange_cli.cli.formats import ENDINGS, HDF5
 from lagrange_cli.cli.options import Command, parse_outputs, shared_options
 from lagrange_cli.cli.report import INTERRUPTED, STANDARD_INPUT, stem
 from lagrange_cli.cli.settings import (
@@ -40,6 +41,8 @@ if TYPE_CHECKING:
 
 EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
 """The exit status for each way a motion can end; what was computed is written in every case."""
+
+STANDARD_OUTPUT = "-"
 
 SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
@@ -111,6 +114,12 @@ class Request:
     checkpoint_count: int
     precision: str = DOUBLE
     portable: bool = False
+    format: str = HDF5
+
+    @property
+    def streams(self) -> bool:
+        """Whether the result goes to standard output."""
+        return self.output == STANDARD_OUTPUT
 
     def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
         """How the run of ``spec`` with these parameters is asked for."""
@@ -124,6 +133,7 @@ class Request:
         given |= {name: getattr(self.options, name) for name in ("samples", "method", "tolerance")}
         given["outputs"] = None if self.options.outputs is None else ",".join(self.options.outputs)
         given["precision"] = None if self.precision == DOUBLE else self.precision
+        given["format"] = self.format
         shown = {name: f"--{name} {value}" for name, value in given.items() if value is not None}
         if self.portable:
             shown["portable"] = "--portable"
@@ -182,19 +192,21 @@ def list_of_outputs() -> str:
     return f"a comma list of {', '.join(OUTPUTS)}, or all [{default}]"
 
 
-def output_name(system: str, output: str | None, suffix: str = "") -> str:
+def output_name(system: str, output: str | None, suffix: str = "", format: str = HDF5) -> str:
     """The file a system is written to."""
-    return f"{stem(system)}{suffix}.h5" if output is None else output
+    return f"{stem(system)}{suffix}{ENDINGS[format]}" if output is None else output
 
 
 def find_output(system: str, name: str, request: Request, options: Mapping[str, str]) -> Target:
     """The output, checked before any work is done for it; ``options`` are those that the command has beyond
     the request's."""
     from lagrange_cli.store.notes import Origin
-    from lagrange_cli.store.target import find_target
+    from lagrange_cli.store.target import Target, find_target
 
-    if name == "-":
-        raise UsageError("an HDF5 file cannot be written to standard output: give --output a name")
+    if name == STANDARD_OUTPUT and request.format == HDF5:
+        raise UsageError("HDF5 cannot go to standard output: add --format csv, or give --output a name")
+    if name == STANDARD_OUTPUT:
+        return Target("to standard output", Path(name), force=True)
     made_by = None
     if system != STANDARD_INPUT:
         given = {**options, **request.options_given()}

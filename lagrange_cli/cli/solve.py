@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Sequence
+from contextlib import nullcontext
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -17,6 +18,7 @@ from lagrange_cli.cli.certifying import (
     series_of_errors,
 )
 from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
+from lagrange_cli.cli.formats import CSV, FORMATS, HDF5, format_of
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import systems_argument
 from lagrange_cli.cli.progress import Progress as ProgressLine
@@ -37,6 +39,7 @@ from lagrange_cli.cli.runs import (
 )
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
+from lagrange_cli.cli.tabulating import check_table, tabulate
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.records import replace
@@ -52,6 +55,7 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.resume import Earlier
     from lagrange_cli.store.writer import Writer
 
@@ -75,8 +79,14 @@ if TYPE_CHECKING:
     is_flag=True,
     help="Compute the same bits on every machine, without the functions of its C library.",
 )
+@click.option(
+    "--format",
+    "asked_format",
+    type=click.Choice(FORMATS),
+    help="What to write: an HDF5 file, or a table as text [by the name of the output: csv for .csv].",
+)
 @run_options(
-    output="The file to write [SYSTEM.h5, in this directory].",
+    output="The file to write [SYSTEM.h5, in this directory]; - for standard output, with --format csv.",
     outputs=f"What to write, as {list_of_outputs()}.",
 )
 @certify_options
@@ -86,14 +96,18 @@ def solve(
     jobs: int,
     precision: str,
     portable: bool,
+    asked_format: str | None,
     demand: Demand | None,
 ) -> int:
-    """Integrate the motion of each system and write it to an HDF5 file.
+    """Integrate the motion of each system and write it to an HDF5 file, or to a table as CSV.
 
     SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
     """
-    refuse_shared_outputs(systems, request.output)
-    request = replace(request, precision=precision, portable=portable)
+    form = format_of(request.output, asked_format)
+    request = replace(request, precision=precision, portable=portable, format=form)
+    refuse_shared_outputs(systems, request)
+    if form == CSV:
+        check_table(request)
     if demand is not None and precision != DOUBLE:
         raise UsageError(f"--certify is for precision {DOUBLE}, for now: leave out one of the two")
     if demand is not None and portable:
@@ -106,11 +120,11 @@ def solve(
     return run_side_by_side(systems, solve_one, jobs, as_json=request.as_json, quiet=request.quiet)
 
 
-def refuse_shared_outputs(systems: tuple[str, ...], output: str | None) -> None:
+def refuse_shared_outputs(systems: tuple[str, ...], request: Request) -> None:
     """No two systems may be written to one file."""
-    if output is not None and len(systems) > 1:
+    if request.output is not None and len(systems) > 1:
         raise UsageError("--output names one file, but there are several systems; leave it out")
-    names = [output_name(system, output) for system in systems]
+    names = [output_name(system, request.output, format=request.format) for system in systems]
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"two of the systems would be written to {name}: solve them one by one")
@@ -121,31 +135,35 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
     began = time.process_time()
     watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
     with watch.stage("import"):
-        name = output_name(system, request.output)
+        name = output_name(system, request.output, format=request.format)
         options = {} if demand is None else demand.options_given()
         target = find_output(system, name, request, {"command": "'lagrange solve'", **options})
     spec, values, settings = read_motion(system, request, watch)
     made_by = origin(spec, settings, dict(values.parameters), initial_state(values))
     if demand is not None:
         made_by |= demand.attributes()
-    with target.claimed():
+    with nullcontext() if request.streams else target.claimed():
         with watch.stage("import"):
-            start = take_up(target, made_by, request)
+            start = Start(target, made_by) if request.format == CSV else take_up(target, made_by, request)
         if start.finished is not None:
             return say_finished(start.finished, target.shown, watch, request)
         prepared, companions = prepare_all(spec, settings, watch, request, demand)
         outcome = integrate_and_write(
             spec, values, settings, prepared, start, watch, request, demand, companions
         )
+    if outcome is None:
+        return 0
+    say = complain if request.streams else emit
     status = outcome.ending.status
     if request.as_json:
         emit_json(as_object(spec, settings, start, outcome, watch))
     elif not request.quiet:
-        emit(as_text(spec, settings, start, outcome, watch, demand))
+        say(as_text(spec, settings, start, outcome, watch, demand))
         if request.timings:
-            emit(as_table(watch.report(), began, cached=prepared.cached))
+            say(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
-        way_on = "; --resume goes on from there" if outcome.progress is not None else ""
+        resumable = outcome.progress is not None and request.format == HDF5
+        way_on = "; --resume goes on from there" if resumable else ""
         complain(f"{spec.name}: {outcome.message}{way_on}")
     warning = doubt(outcome, settings)
     if warning is not None and not request.quiet:
@@ -184,7 +202,7 @@ def prepare_all(
     companions: list[Prepared] = []
 
     def meanwhile() -> None:
-        import_the_rest()
+        import_the_rest(request.format)
         if demand is not None:
             chosen, orders = companion_settings(settings)
             cached = request.cache
@@ -197,11 +215,13 @@ def prepare_all(
     return prepared, companions
 
 
-def import_the_rest() -> None:
+def import_the_rest(form: str) -> None:
     """Load what the run needs from here on; numpy and h5py are the most of it."""
     import lagrange_cli.integrate.run
     import lagrange_cli.integrate.taylor
-    import lagrange_cli.store.writer  # noqa: F401
+
+    if form == HDF5:
+        import lagrange_cli.store.writer  # noqa: F401
 
 
 def integrate_and_write(
@@ -214,23 +234,46 @@ def integrate_and_write(
     request: Request,
     demand: Demand | None = None,
     companions: Sequence[Prepared] = (),
-) -> Outcome:
-    """Integrate chunk by chunk into the output file, whatever way the motion ends."""
-    from lagrange_cli.integrate.progress import Clock, Keeping
-    from lagrange_cli.integrate.run import integrate
+) -> Outcome | None:
+    """Integrate chunk by chunk into the output, whatever way the motion ends; None where nobody reads it."""
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.store.layout import Layout
-    from lagrange_cli.store.writer import Writer
 
     times = Times(start=settings.start, stop=settings.stop, count=settings.count, step=settings.step)
     shown = ProgressLine(spec.name, settings.start, settings.stop, quiet=request.quiet)
+    with watch.stage("write"):
+        units = units_of(spec)
+        series = series_of(units, prepared)
+        if companions:
+            series = series_of_errors(series, series_of(units, companions[0]))
+        layout = Layout(series, time_unit=units.get("t", ""))
+    if request.format == CSV:
+        return tabulate(
+            prepared, values, times, series, start.target, watch, shown, request, demand, companions
+        )
+    return record(values, settings, prepared, times, layout, start, watch, shown, request, demand, companions)
+
+
+def record(
+    values: Values,
+    settings: Settings,
+    prepared: Prepared,
+    times: Times,
+    layout: Layout,
+    start: Start,
+    watch: Stopwatch,
+    shown: ProgressLine,
+    request: Request,
+    demand: Demand | None,
+    companions: Sequence[Prepared],
+) -> Outcome:
+    """Integrate into an HDF5 file, with checkpoints."""
+    from lagrange_cli.integrate.progress import Clock, Keeping
+    from lagrange_cli.integrate.run import integrate
+    from lagrange_cli.store.writer import Writer
+
     with Interrupts() as interrupted:
         with watch.stage("write"):
-            units = units_of(spec)
-            series = series_of(units, prepared)
-            if companions:
-                series = series_of_errors(series, series_of(units, companions[0]))
-            layout = Layout(series, time_unit=units.get("t", ""))
             writer = Writer(start.target, layout, expected=settings.count)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:

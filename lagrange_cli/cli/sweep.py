@@ -19,6 +19,7 @@ from lagrange_cli.cli.ensemble import (
     sentence,
     series,
 )
+from lagrange_cli.cli.formats import HDF5, format_of
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import SETTABLE, parse_pairs, system_argument
 from lagrange_cli.cli.progress import Counter, Waiting
@@ -136,6 +137,8 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
     began = time.process_time()
     watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
     with watch.stage("import"):
+        if format_of(request.output) != HDF5:
+            raise UsageError("a sweep is written as HDF5: give --output a name that ends in .h5")
         name = output_name(system, request.output, "_sweep")
         target = find_output(system, name, request, {"command": "'lagrange sweep'", **draws.options_given()})
     ensemble = read_ensemble(system, request, draws, watch)
