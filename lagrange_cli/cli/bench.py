@@ -121,9 +121,9 @@ def bench(
 ) -> int:
     """Measure run time against error for a system, over methods and tolerances, and recommend one.
 
-    Errors are held against a reference of higher order and shorter steps than any of them has; where not even
-    that can follow the motion to its end, all are compared as far as it can. Nothing is written but the
-    picture.
+    Errors are relative to a reference solution of higher order and with shorter steps. A chaotic motion is
+    compared only up to the time at which the reference is no longer accurate enough. The only file written is
+    the figure of --plot.
 
     \b
     lagrange bench pendulum.yaml

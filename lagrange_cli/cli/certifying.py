@@ -1,4 +1,4 @@
-"""``solve --certify``: what is asked of it, the companions it takes, and what is said of it."""
+"""``solve --certify``: its options, the companions it needs, and its line in the summary."""
 
 from __future__ import annotations
 
@@ -25,36 +25,37 @@ if TYPE_CHECKING:
 
 DIGITS = 6.0
 ORDERS = 26, 32
-"""Of the companions at full double precision, beside 29: together they take twice the time of the run."""
+"""Orders of the companions at full double precision, where that of the run is 29. Together they take twice
+the time of the run."""
 BETTER = 1e-3
-"""Where the run's tolerance is above double precision, the companion's is by this factor below it. It is
-so much nearer to the truth then that there need not be a second one."""
+"""If the run's tolerance is above double precision, the companion's is smaller by this factor. It is then so
+much more accurate that a second companion is not needed."""
 
 OPTIONS = (
     click.option(
         "--certify",
         is_flag=True,
-        help="Write an estimate of the error of every sample, from companions computed beside the run.",
+        help="Write an estimate of the error of every sample. Companion runs with other orders provide it.",
     ),
     click.option(
         "--digits",
         type=click.FloatRange(min=1, max=15),
-        help="Say up to when every coordinate holds so many digits of its largest value so far "
-        f"(implies --certify) [{DIGITS:g}].",
+        help="Report the time up to which every coordinate has this many correct digits, relative to its "
+        f"largest value so far (implies --certify) [{DIGITS:g}].",
     ),
     click.option(
         "--target-error",
         type=float,
         metavar="ERROR",
-        help="End the run, with exit status 4, where the error of a coordinate may exceed this part of its "
-        "largest value so far (implies --certify).",
+        help="End the run, with exit status 4, when the estimated error of a coordinate exceeds this "
+        "fraction of its largest value so far (implies --certify).",
     ),
 )
 
 
 @dataclass(frozen=True)
 class Demand:
-    """What a certificate is to say: up to when there are so many ``digits``; the ``target`` ends the run."""
+    """The requirements of a certificate: the number of ``digits``, and the ``target`` error."""
 
     digits: float
     target: float | None
@@ -65,7 +66,7 @@ class Demand:
         return {"digits": f"--certify --digits {self.digits:g}", **target}
 
     def attributes(self) -> dict[str, float]:
-        """Those of the file that say what was asked."""
+        """The attributes of the file that record the requirements."""
         return {
             "digits": self.digits,
             **({} if self.target is None else {"target_error": self.target}),
@@ -97,8 +98,8 @@ def certify_options(command: Command) -> Command:
 
 
 def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:
-    """How companions are followed: always by the Taylor method, with other orders than the run's own, and
-    more precisely where that is not at the limits of its numbers."""
+    """The settings of the companions: the Taylor method, with orders other than that of the run, and with a
+    smaller tolerance unless the run is at full precision."""
     from lagrange_cli.native.program import order_for
 
     tolerance = max(FULL_PRECISION, BETTER * settings.tolerance)

@@ -27,10 +27,10 @@ WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
 UNWATCHED = (
-    "with {} no step is watched for narrow forces that exp, tanh, sinh, cosh or high powers hide: "
-    "compare with the Taylor method in double precision, whose steps are"
+    "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
+    "compare with the Taylor method in double precision, which does"
 )
-"""What is said of systems with such functions."""
+"""The warning for systems with such functions."""
 
 
 def attributes(
@@ -98,7 +98,7 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
         )
     ]
     more = len(names) - count
-    rest = f" (and {more} coordinates more)" if more else ""
+    rest = f" (and {more} more coordinates)" if more else ""
     return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
 
 
@@ -135,31 +135,32 @@ def wrote(start: Start, seconds: float) -> str:
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
-    """What there is to warn of: an h that drifts, forces that may have been missed."""
+    """The warnings about the result: a drift of h, forces that may have been missed."""
     method = settings.method if settings.precision == DOUBLE else settings.precision
     unwatched = UNWATCHED.format(method) if outcome.unwatched else None
     return "; ".join(filter(None, (drifting(outcome, settings.tolerance), unwatched))) or None
 
 
 def drifting(outcome: Outcome, tolerance: float) -> str | None:
-    """What is said where h has drifted by more than rounding and the tolerance explain."""
+    """The warning for a drift of h that rounding and the tolerance do not explain."""
     drift, size = outcome.h_drift, outcome.h_size
     if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
         return None
     return (
-        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, though every motion of this system "
-        "keeps it; something narrow was passed over, or h is a small difference of large numbers: do not "
-        "rely on the result before a smaller --tolerance, another --method or --certify says the same"
+        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, although it is conserved; a narrow force "
+        "may have been missed, or h is a small difference of large numbers: do not rely on the result before "
+        "a smaller --tolerance, another --method or --certify confirms it"
     )
 
 
 def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:
-    """The drifts as they are shown: where there are many momenta, only the one that drifted most."""
+    """The drifts in the summary; of many momenta only the largest."""
     drifts = {} if h_drift is None else {"h": h_drift}
     momenta = {f"p_{coordinate}": drift for coordinate, drift in p_drift}
     if len(momenta) <= MOST_DRIFTS:
         drifts |= momenta
     else:
         name = max(momenta, key=lambda one: momenta[one])
-        drifts[f"at most, of {len(momenta)} momenta, {name}"] = momenta[name]
-    return "drift: " + (", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items()) or "none checked")
+        drifts[f"largest of {len(momenta)} momenta, {name}"] = momenta[name]
+    shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items())
+    return f"drift: {shown or 'not computed, no conserved quantity is written'}"

@@ -83,7 +83,7 @@ OPTIONS = (
         "--checkpoint-count",
         type=click.IntRange(min=1),
         default=COUNT,
-        help=f"Steps (of a sweep: members) after which there is one in any case [{COUNT}].",
+        help=f"Write a checkpoint after at most this many steps (sweep: members), too [{COUNT}].",
     ),
     click.option(
         "--force", is_flag=True, help="Replace an existing output; otherwise it is kept and reported."

@@ -107,7 +107,7 @@ def test_what_is_said_of_many_members_stays_short(tmp_path):
     run = lagrange("solve", "free.yaml", "--stop", "1", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
     assert all(len(line) < 120 for line in run.stdout.splitlines())
-    assert "at most, of 30 momenta, p_x[" in run.stdout
+    assert "largest of 30 momenta, p_x[" in run.stdout
     summary = solve("free.yaml", "--stop", "1", "--force", cwd=tmp_path)
     assert list(summary["p_drift"]) == [f"x[{i}]" for i in range(30)]
     check = lagrange("check", "free.yaml", cwd=tmp_path)

@@ -167,4 +167,4 @@ def test_what_double_double_does_not_watch_for_is_said(tmp_path, potential, warn
             "solve", "a.yaml", "--precision", "double-double", "--stop", "1", "--force", cwd=tmp_path
         )
         assert run.returncode == 0
-        assert ("no step is watched" in run.stderr) is warned
+        assert ("does not detect narrow forces" in run.stderr) is warned
