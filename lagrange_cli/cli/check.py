@@ -10,6 +10,7 @@ import click
 from lagrange_cli.cli.options import shared_options, systems_argument
 from lagrange_cli.cli.progress import Waiting
 from lagrange_cli.cli.report import complain, count_of, emit, emit_json, run_each, stem
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.errors import Problem
@@ -62,7 +63,7 @@ def check_system(
     elif not quiet:
         emit(as_text(spec.name, residual, skipped(residual)))
         for warning in warnings[:MOST_LINES]:
-            complain(warning.render(spec.filename))
+            complain(replace(warning, message=f"warning: {warning.message}").render(spec.filename))
     return 0
 
 
@@ -73,7 +74,7 @@ def contradicting_units(spec: Spec) -> list[Problem]:
 
     conflicts = find_units(spec).conflicts
     source = Source(spec.filename, spec.text) if conflicts else None
-    return [source.problem(one.place, f"warning: {one.message}", one.hint) for one in conflicts if source]
+    return [source.problem(one.place, one.message, one.hint) for one in conflicts if source]
 
 
 def as_object(

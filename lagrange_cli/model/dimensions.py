@@ -81,7 +81,7 @@ class Quantity:
         if self.number is not None and other.number is not None:
             return Quantity(self.unit, computed(lambda x, y: x**y, self.number, other.number))
         if other.number is None and other.unit is not None and not other.unit.pure:
-            raise Contradiction(f"an exponent is in {other.unit}")
+            raise Contradiction(f"an exponent is in {other.unit}", other.unit, ONE)
         unit = self.factor
         if unit is None or unit.pure:
             return UNKNOWN if unit is None else PURE
@@ -168,7 +168,7 @@ class QuantityAlgebra:
         if unit is not None and not unit.pure and name != "log":  # log(r) is log(r/r0) up to a constant
             angle = name in ("sin", "cos", "tan") and "deg" in unit.symbols
             hint = f"{name} takes radians: multiply by pi/180" if angle else ""
-            raise Contradiction(f"{name} is taken of a quantity in {unit}", hint=hint)
+            raise Contradiction(f"{name} is taken of a quantity in {unit}", unit, ONE, hint=hint)
         return Quantity(RADIAN) if name in ("asin", "acos", "atan") else PURE
 
 

@@ -31,12 +31,13 @@ from lagrange_cli.model.units import (
     WHOLE,
     Unit,
     is_energy,
+    meaning,
     read_unit,
     simplified,
     times_within,
 )
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.source import Place
+from lagrange_cli.spec.source import WHOLE_FILE, Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, has_units
 
 UNNAMED = "the unit of t"
@@ -51,6 +52,8 @@ class Conflict:
     place: Place
     message: str
     hint: str = ""
+    factor: bool = False
+    """Whether they differ by no more than a factor, as m and cm do."""
 
 
 @dataclass(frozen=True)
@@ -65,42 +68,49 @@ def find_units(spec: Spec) -> Units:
     """The units of the system's quantities."""
     if not has_units(spec):
         return Units()
-    written = {one.unit for one in spec.parameters} | {one.unit for one in spec.coordinates}
-    time, stated = time_of(spec.time_unit, written)
+    if spec.time_unit:
+        survey = Survey(spec, read_unit(spec.time_unit))
+        return Units(survey.texts(), tuple(survey.conflicts))
+    found, unclear = times_of({one.unit for one in spec.parameters} | {one.unit for one in spec.coordinates})
+    if not found and not unclear:
+        survey = Survey(spec, UNNAMED_TIME)
+        return Units(survey.texts(), tuple(one for one in survey.conflicts if UNNAMED not in one.message))
+    if len(found) == 1:
+        return with_time(spec, Unit(((found[0], WHOLE),)))
+    survey = Survey(spec, None)
+    if found:
+        message = f"the units contain several units of time, {' and '.join(found)}: that of t is not clear"
+        survey.conflicts.append(Conflict(WHOLE_FILE, message, f"add 'time: {{unit: {found[0]}}}'"))
+    return Units(survey.texts(), tuple(survey.conflicts))
+
+
+def with_time(spec: Spec, time: Unit) -> Units:
+    """The same where t seems to be in ``time``, unless another unit of time may be right: where that is why
+    units differ by a factor."""
     survey = Survey(spec, time)
     conflicts = survey.conflicts
-    if conflicts and time is not None and not stated:  # the unit of t is a conclusion that may be wrong
+    if any(one.factor for one in conflicts):
         without = Survey(spec, None)
-        if len(without.conflicts) < len(conflicts):
-            conflicts = [one if one in without.conflicts else doubted(one, time) for one in conflicts]
-            energy, survey = survey.energy, without
-            survey.energy = energy if energy.broken else survey.energy
+        doubtful = [one.factor and one not in without.conflicts for one in conflicts]
+        if any(doubtful):
+            hint = f"if t is not in {time}, add 'time: {{unit: ...}}'"
+            conflicts = [
+                replace(one, hint=one.hint or hint) if it else one for one, it in zip(conflicts, doubtful)
+            ]
+            if survey.energy.broken:
+                without.energy = BROKEN
+            survey = without
     return Units(survey.texts(), tuple(conflicts))
 
 
-def doubted(conflict: Conflict, time: Unit) -> Conflict:
-    """A conflict that there is only if t is in ``time``, which the file does not say."""
-    if time == UNNAMED_TIME:
-        return conflict
-    return replace(conflict, hint=f"if t is not in {time}, add 'time: {{unit: ...}}'")
-
-
-def time_of(stated: str, written: Iterable[str]) -> tuple[Unit | None, bool]:
-    """The unit of t, and whether the file states it: otherwise the one unit of time that those ``written``
-    in it contain.
-
-    None if it is not known, ``UNNAMED_TIME`` if no unit has to do with time.
-    """
-    if stated:
-        return read_unit(stated), True
-    found, unclear = frozenset[str](), False
-    for unit in map(read_unit, written):
+def times_of(texts: Iterable[str]) -> tuple[list[str], bool]:
+    """The units of time that units contain, and whether there are others that say nothing of t."""
+    found, unclear = set[str](), False
+    for unit in map(read_unit, texts):
         if unit is not None:
             times, further = times_within(unit)
             found, unclear = found | times, unclear or further
-    if not found and not unclear:
-        return UNNAMED_TIME, False
-    return (Unit(((next(iter(found)), WHOLE),)) if len(found) == 1 else None), False
+    return sorted(found), unclear
 
 
 class Survey:
@@ -126,7 +136,8 @@ class Survey:
         """The quantity of an expression; what contradicts in it is noted."""
 
         def note(error: Contradiction, span: Span) -> None:
-            self.conflicts.append(Conflict(expression.at(span), f"{error} in {where}", error.hint))
+            factor = by_a_factor(error.units)
+            self.conflicts.append(Conflict(expression.at(span), f"{error} in {where}", error.hint, factor))
 
         counts = (*self.spec.sizes, *expression.indices)
         return Walk(self.values, lambda one: one / self.time, note, counts).value(expression.tree)
@@ -150,9 +161,9 @@ class Survey:
         """What two quantities have in common that should have one unit."""
         try:
             return total((expected, found))
-        except Contradiction:
-            assert expected.unit is not None and found.unit is not None
-            self.conflicts.append(Conflict(place, message.format(shown(found.unit), shown(expected.unit))))
+        except Contradiction as error:
+            text = message.format(*map(shown, reversed(error.units)))
+            self.conflicts.append(Conflict(place, text, factor=by_a_factor(error.units)))
             return BROKEN
 
     # The sections
@@ -193,7 +204,7 @@ class Survey:
             message = f"the initial velocity of coordinate '{name}' is in {{}}, and by its unit in {{}}"
             due = rate(quantity, self.time)
             self.agree(due, velocity, coordinate.velocity.place, message)
-            if quantity is UNKNOWN:
+            if quantity == UNKNOWN and not coordinate.unit:
                 quantity = velocity * self.time
         return quantity
 
@@ -211,8 +222,8 @@ class Survey:
         try:
             found = total([named(one) for one in components])
         except Contradiction as error:
-            units = " and ".join(map(shown, error.units))
-            self.conflicts.append(Conflict(expression.place, f"embedding '{name}' has components in {units}"))
+            message = f"embedding '{name}' has components in {' and '.join(map(shown, error.units))}"
+            self.conflicts.append(Conflict(expression.place, message, factor=by_a_factor(error.units)))
             return BROKEN
         plain = found.unit is not None and found.unit.pure and found.unit != RADIAN
         return UNKNOWN if plain else replace(found, loose=False)
@@ -312,6 +323,11 @@ def alike(coordinates: list[Coordinate]) -> list[Coordinate]:
         trees = (None if given is None else id(given.tree) for given in (one.initial, one.velocity))
         found.setdefault((one.unit, *trees), one)
     return list(found.values())
+
+
+def by_a_factor(units: tuple[Unit, ...]) -> bool:
+    """Whether two units have the same dimensions."""
+    return len(units) == 2 and not meaning(units[0] / units[1])[1]
 
 
 def told(quantity: Quantity) -> str:

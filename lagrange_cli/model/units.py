@@ -30,8 +30,9 @@ COHERENT: dict[str, str] = {
 
 OTHER: dict[str, tuple[float, str]] = {
     "g": (1e-3, "kg"), "t": (1e3, "kg"), "lb": (0.45359237, "kg"),
-    "min": (60, "s"), "h": (3600, "s"), "d": (86400, "s"), "week": (604800, "s"),
-    "au": (149597870700, "m"), "AU": (149597870700, "m"), "angstrom": (1e-10, "m"),
+    "u": (1.66053906892e-27, "kg"), "min": (60, "s"), "h": (3600, "s"), "d": (86400, "s"),
+    "week": (604800, "s"), "yr": (31557600, "s"), "au": (149597870700, "m"), "AU": (149597870700, "m"),
+    "pc": (3.0856775814913673e16, "m"), "angstrom": (1e-10, "m"),
     "in": (0.0254, "m"), "ft": (0.3048, "m"), "mi": (1609.344, "m"), "L": (1e-3, "m^3"),
     "dyn": (1e-5, "N"), "erg": (1e-7, "J"), "eV": (1.602176634e-19, "J"), "bar": (1e5, "Pa"),
     "deg": (math.pi / 180, "1"), "arcmin": (math.pi / 10800, "1"), "arcsec": (math.pi / 648000, "1"),
@@ -44,15 +45,14 @@ PREFIXES = {
     "da": 1, "h": 2, "k": 3, "M": 6, "G": 9, "T": 12, "P": 15, "E": 18, "Z": 21, "Y": 24,
     "d": -1, "c": -2, "m": -3, "u": -6, "n": -9, "p": -12, "f": -15, "a": -18, "z": -21, "y": -24,
 }  # fmt: skip
-PREFIXED = frozenset((*BASE[1:], *COHERENT, "g", "t", "eV", "bar", "L", "yr", "pc")) - {"rad", "sr"}
+PREFIXED = frozenset((*BASE[1:], *COHERENT, "g", "eV", "bar", "L", "yr", "pc")) - {"rad", "sr"}
 """Units that may have a prefix."""
-YEAR = "yr"
-"""A unit of time of which there are several: it is not compared with seconds."""
+KNOWN = PREFIXED.union(BASE, COHERENT, OTHER)
 
 ALIASES = {
     **dict.fromkeys(("metre", "meter"), "m"), **dict.fromkeys(("second", "sec"), "s"), "gram": "g",
     "kilogram": "kg", "ampere": "A", "kelvin": "K", "minute": "min", **dict.fromkeys(("hour", "hr"), "h"),
-    "day": "d", "year": YEAR, "radian": "rad", "steradian": "sr", "degree": "deg", "newton": "N",
+    "day": "d", "year": "yr", "radian": "rad", "steradian": "sr", "degree": "deg", "newton": "N",
     "joule": "J", "watt": "W", "pascal": "Pa", "hertz": "Hz", "coulomb": "C", "volt": "V", "farad": "F",
     "siemens": "S", "weber": "Wb", "tesla": "T", "henry": "H", "tonne": "t", "inch": "in", "foot": "ft",
     "feet": "ft", "mile": "mi", "pound": "lb", "litre": "L", "liter": "L", "turn": "rev",
@@ -182,12 +182,12 @@ def split(symbol: str) -> tuple[str, str]:
 
 def known(symbol: str) -> bool:
     """Whether a symbol is in the tables."""
-    return split(symbol)[1] in PREFIXED.union(BASE, COHERENT, OTHER)
+    return split(symbol)[1] in KNOWN
 
 
 def is_time(symbol: str) -> bool:
     """Whether a symbol is that of a unit of time."""
-    return split(symbol)[1] == YEAR or meaning_of(symbol)[1] == {"s": WHOLE}
+    return meaning_of(symbol)[1] == {"s": WHOLE}
 
 
 def times_within(unit: Unit) -> tuple[frozenset[str], bool]:
@@ -365,6 +365,7 @@ def raised(unit: Unit, exponent: float) -> Unit:
 
 def resolved(name: str) -> str:
     """The symbol of a unit, which may be given by its name."""
-    if name in ALIASES:
-        return ALIASES[name]
-    return ALIASES.get(name.removesuffix("s"), name) if len(name) > 3 else name
+    singular = name.removesuffix("s") if len(name) > 3 else name
+    if name in ALIASES or singular in ALIASES:
+        return ALIASES.get(name, ALIASES.get(singular, name))
+    return singular if singular in KNOWN and name not in KNOWN else name

@@ -29,6 +29,9 @@ def read_text(node: Node, where: str, problems: Problems) -> str:
     if not isinstance(node, Scalar):
         problems.add(node.place, f"{where} must be a text", "put it in quotes if it has [ ] { } or ': '")
         return ""
+    if "\0" in node.text:
+        problems.add(node.place, f"{where} contains the character NUL", "leave it out")
+        return ""
     return "" if node.empty else node.text.strip()
 
 

@@ -15,6 +15,7 @@ KEYS = [
     "skipped",
     "formulation",
     "convolutions",
+    "warnings",
 ]
 
 FACTS = {
@@ -96,3 +97,26 @@ def test_a_system_is_read_from_standard_input(tmp_path):
     text = (SYSTEMS / "atwood.yaml").read_text(encoding="utf-8")
     run = lagrange("check", "--json", "-", cwd=tmp_path, input=text)
     assert json.loads(run.stdout)["degrees_of_freedom"] == 1
+
+
+CONTRADICTION = """\
+parameters: {m: {value: 1, unit: kg}, g: {value: 9.81, unit: m/s^2}, l: {value: 100, unit: cm}}
+coordinates: {theta: {initial: 1, unit: rad}}
+masses: {bob: m}
+embedding: {bob: [l*sin(theta), -l*cos(theta)]}
+potential: m*g*bob.y
+"""
+
+
+def test_units_that_contradict_are_a_warning(tmp_path):
+    (tmp_path / "a.yaml").write_text(CONTRADICTION)
+    run = lagrange("check", "a.yaml", cwd=tmp_path)
+    assert run.returncode == 0 and run.stdout.startswith("a: 1 degree of freedom")
+    message = "the potential is in kg*m*cm/s^2, other energies in kg*cm^2/s^2"
+    first, excerpt, _ = run.stderr.splitlines()
+    assert first == f"a.yaml:5:12: warning: {message}"
+    assert excerpt.endswith("potential: m*g*bob.y")
+    run = lagrange("check", "a.yaml", "--json", cwd=tmp_path)
+    (warning,) = json.loads(run.stdout)["warnings"]
+    assert (warning["line"], warning["column"], warning["message"]) == (5, 12, message)
+    assert run.stderr == ""

@@ -116,6 +116,11 @@ BAD = [
     ("name: pendulum", "solve: {stop: 1, samples: 3, step: 1}", [(1, "1", "cannot both", "leave one")]),
     ("name: pendulum", "solve: {stp: 1}", [(1, "stp", "unknown key 'stp' in solve", "'stop'")]),
     ("name: pendulum", "solve: {method: [a]}", [(1, "[", "method of solve must be a text", "")]),
+    # the unit of t
+    ("name: pendulum", "time: s\nsolve: {unit: d}", [(2, "d", "'d' in solve and 's' in time", "leave one")]),
+    ("name: pendulum", "time: {units: d}", [(1, "units", "unknown key 'units' in time", "'unit'")]),
+    ("name: pendulum", "time: {unit: {d: 1}}", [(1, "{", "unit of time must be a text", "")]),
+    ("unit: m", 'unit: "\\0"', [(4, "\\", "contains the character NUL", "leave it out")]),
     # what is still to come
     ("name: pendulum", "bodies: {}", [(1, "bodies", "'bodies' is not supported yet", "")]),
     ("name: pendulum", "constraints: {}", [(1, "constraints", "'constraints' is not supported yet", "")]),

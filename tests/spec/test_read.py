@@ -245,3 +245,15 @@ def test_no_typing_slip_does_worse_than_a_spec_error(start: int, length: int, ty
         assert all(problem.message for problem in error.problems)
     else:
         assert all(parse(term.text) == term.tree for term in spec.potential.values())
+
+
+@pytest.mark.parametrize(
+    "time", ["time: d", "time: {unit: d}", "solve: {unit: d}", "time: d\nsolve: {unit: d}"]
+)
+def test_the_unit_of_t_may_stand_in_either_place(time):
+    assert read_spec(f"{PENDULUM}{time}\n", "a.yaml").time_unit == "d"
+
+
+@pytest.mark.parametrize("time", ["", "time:", "time: {}", "solve: {unit: }", "time: {unit: }"])
+def test_the_unit_of_t_need_not_be_given(time):
+    assert read_spec(f"{PENDULUM}{time}\n", "a.yaml").time_unit == ""

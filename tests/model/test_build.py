@@ -16,7 +16,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 
-SYSTEMS = Path(__file__).parents[1] / "systems"
+SYSTEMS = Path(__file__).parents[2] / "systems"
 HOOP = """\
 parameters: {m: 1, a: 0.5, omega: 2, c: 0.1}
 coordinates: {theta: {initial: 0.3}, z: {initial: 0}}
