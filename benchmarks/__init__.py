@@ -1,6 +1,6 @@
-"""Measurements of ``lagrange`` against its peers: ``python -m benchmarks`` makes all of them, and
+"""Benchmarks of ``lagrange`` and other programs: ``python -m benchmarks`` runs all of them, and
 ``python -m benchmarks.NAME`` one.
 
-What is compared is measured in turns within one run, so that a machine that is busy is busy for all of
-them, and every figure is a median over the turns.
+Programs are measured in turns, so that a busy machine affects all of them alike. Every number is a median
+over the turns.
 """

@@ -1,8 +1,8 @@
-"""Our elementary functions beside the C library's: nanoseconds for one double, compile time.
+"""The elementary functions of lagrange and of the C library: time per double and compilation time.
 
     python -m benchmarks.elementary
 
-Each is applied to an array that stays in the cache: throughput, the least of many runs.
+Each is applied to an array that stays in the cache. The time is that of throughput, the least of many runs.
 """
 
 from __future__ import annotations
@@ -64,14 +64,14 @@ def measure(program: str, results: int, arguments: Sequence[np.ndarray]) -> tupl
 
 def main() -> None:
     """Print the table."""
-    print(f"{'':10}{'lanes':>6}{'ours, ns':>12}{'C library':>12}{'compile, ms':>14}{'C library':>12}")
+    print(f"{'':10}{'lanes':>6}{'lagrange, ns':>14}{'C library':>12}{'compile, ms':>14}{'C library':>12}")
     for name, arguments in ARGUMENTS.items():
         for lanes in LANES:
             extra = FUNCTIONS[name].arguments - len(arguments)
             results = FUNCTIONS[name].results
             ours = measure(text(name, lanes), results, [*arguments, *[np.zeros(COUNT)] * extra])
             theirs = measure(library(name, lanes), results, arguments)
-            print(f"{name:10}{lanes:6}{ours[0]:12.1f}{theirs[0]:12.1f}{ours[1]:14.1f}{theirs[1]:12.1f}")
+            print(f"{name:10}{lanes:6}{ours[0]:14.1f}{theirs[0]:12.1f}{ours[1]:14.1f}{theirs[1]:12.1f}")
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
-"""Engines that follow a motion: from its description to machine code, and to samples.
+"""Engines that integrate a motion: from its description to machine code and to samples.
 
-Every function prepares one, in the process that it is called in: call it in a process of its own, in which
-nothing is warm. Imports are done before the clock starts.
+Every function prepares one engine, in the current process: call it in a process of its own, without warm
+caches. Imports are done before the clock starts.
 """
 
 from __future__ import annotations

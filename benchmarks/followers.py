@@ -1,4 +1,4 @@
-"""Each engine on one system at one tolerance: a function that follows the motion, ready to be timed."""
+"""Engines for one system at one tolerance: functions that integrate the motion, ready to be timed."""
 
 from __future__ import annotations
 
@@ -19,9 +19,9 @@ from lagrange_cli.integrate.run import Times, integrate
 
 Array = NDArray[np.float64]
 SAMPLES = 101
-"""At how many times the energy is looked at by those who do not choose the times themselves."""
+"""Number of times at which the energy is evaluated, for engines that do not choose the times themselves."""
 WELL_KNOWN = 1e-10
-"""What the reference's error must not exceed."""
+"""The largest error of the reference."""
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
-"""The compared motions as a user of heyoka writes them: [(variable, rate), ...], first of q, then of v.
+"""The motions as a user of heyoka writes them: [(variable, rate), ...], first of q, then of v.
 
-Numbers are put in as constants, and masses and lengths of 1 left out, which heyoka runs faster with.
+Numbers are constants, and masses and lengths of 1 are omitted, because heyoka runs faster this way.
 """
 
 from __future__ import annotations

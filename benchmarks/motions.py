@@ -1,6 +1,7 @@
 """Three motions for work-precision figures: each as a shipped system, as T and U, and solved by hand.
 
-What peers get is what one would write for them: masses, lengths and strengths that are 1 are left out.
+Other programs get the equations that one would write for them: masses, lengths and strengths of 1 are
+omitted.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The motions that engines are compared on: shipped systems, and what they conserve, in numpy."""
+"""The motions for comparing engines: shipped systems, and their conserved energies in numpy."""
 
 from __future__ import annotations
 

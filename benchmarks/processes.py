@@ -1,4 +1,4 @@
-"""Whole processes, from their start to their end: what one waits for at the shell."""
+"""Whole processes, timed from start to end, as a user at the shell experiences them."""
 
 from __future__ import annotations
 

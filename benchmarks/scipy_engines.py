@@ -1,4 +1,4 @@
-"""Engines that are made of Python's packages: the equations from sympy, the steps from scipy."""
+"""Engines made of Python packages: equations from sympy, integration by scipy."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Taking turns: everything that is compared runs once, then again, so that a busy machine is busy for all."""
+"""Measurements in turns: all programs run once, then again, so that a busy machine affects all alike."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
-"""More motions on which the estimates of ``benchmarks.certified`` are tried.
+"""More motions for testing the estimates in ``benchmarks.certified``.
 
-The last six were only tried once the rule was fixed.
+The last six were not used to find the rule for the estimates.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Ten seconds of the double pendulum with heyoka, its compiled code cached on disk, to HDF5.
 
-The equations are solved by hand; masses and lengths are 1 and left out.
+The equations are solved by hand; masses and lengths, which are 1, are omitted.
 """
 
 import h5py

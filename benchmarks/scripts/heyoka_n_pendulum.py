@@ -1,4 +1,4 @@
-"""One second of N pendulums hung one from the other with heyoka, nothing cached; the argument is N."""
+"""One second of a chain of N pendulums with heyoka, without caches; the argument is N."""
 
 import sys
 

@@ -1,5 +1,7 @@
-"""Write five series of random numbers to HDF5 as fast as h5py does, and have them on disk at the end; the
-arguments are how many numbers each has, and the file."""
+"""Write five series of random numbers to an HDF5 file with h5py, and wait until they are on disk.
+
+The arguments are the length of each series, and the file.
+"""
 
 import os
 import sys

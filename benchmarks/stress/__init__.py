@@ -1,1 +1,1 @@
-"""Motions chosen to break an integrator: ``python -m benchmarks.stress`` writes docs/stability.md."""
+"""Difficult motions for integrators: ``python -m benchmarks.stress --write`` writes docs/stability.md."""

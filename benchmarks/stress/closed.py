@@ -1,4 +1,4 @@
-"""Closed forms: q at time t from the parameters p, and q and v at the start, all mpmath's numbers."""
+"""Closed forms: q at time t from the parameters p and the initial q and v, all numbers of mpmath."""
 
 from __future__ import annotations
 

@@ -1,5 +1,5 @@
-"""The equations of a scene as `lagrange equations` prints them: another route to them than the one that is
-integrated."""
+"""The equations of a scene as ``lagrange equations`` prints them, derived independently of those that
+``solve`` integrates."""
 
 from __future__ import annotations
 

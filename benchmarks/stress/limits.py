@@ -1,4 +1,4 @@
-"""A process of its own, with limits: a crash or a hang is a result, not the end."""
+"""A process with limits of time and memory, so that a crash or a hang is a result like others."""
 
 from __future__ import annotations
 

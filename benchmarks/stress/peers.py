@@ -1,6 +1,6 @@
 """Other programs on a scene, and the reference: ``python -m benchmarks.stress.peers SCENE ENGINE OUT.npz``.
 
-Each begins from the doubles that we begin from, and has the equations that sympy derives.
+Each starts from the same doubles as lagrange and has the equations that sympy derives.
 """
 
 from __future__ import annotations

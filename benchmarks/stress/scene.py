@@ -1,4 +1,4 @@
-"""``Scene``: a motion that is hard to follow, what is known of it, and who else follows it."""
+"""``Scene``: a difficult motion, its reference, and the other programs that can integrate it."""
 
 from __future__ import annotations
 
@@ -7,21 +7,21 @@ from dataclasses import dataclass
 from typing import Any
 
 Exact = Callable[[Mapping[str, Any], tuple[Any, ...], tuple[Any, ...], Any], tuple[Any, ...]]
-"""q at a time, from the parameters, q and v at the start: all of them mpmath's numbers."""
+"""q at a time, from the parameters and the initial q and v, all numbers of mpmath."""
 
 QUADRUPLE = "quadruple"
-"""The printed equations, which sympy derives, followed by heyoka in quadruple precision."""
+"""The printed equations, which sympy derives, integrated by heyoka in quadruple precision."""
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A system file and the way to follow it.
+    """A system file, its stop time and its reference.
 
-    ``reference`` is a closed form, ``QUADRUPLE``, or None where nobody knows the motion and only what is
-    conserved can be judged. ``peers`` are the engines that can express it. ``error`` is the largest error
-    of q, relative to its size, that counts as right where one rounding of the start explains less, ``size``
-    that of the terms which h and p are made of, where T, U and p do not show it. ``quick``: it is in the fast
-    subset. ``known`` says why it is wrong, where it is.
+    ``reference`` is a closed form, ``QUADRUPLE``, or None if the motion is not known and only conserved
+    quantities can be judged. ``peers`` are the programs that can integrate it. ``error`` is the largest error
+    of q, relative to its size, that counts as right if one rounding of the initial values explains less.
+    ``size`` is the size of the terms of h and p, where T, U and p do not show it. ``quick`` scenes are in the
+    fast subset. ``known`` explains why a scene is wrong, if it is.
     """
 
     name: str
