@@ -1,63 +1,137 @@
-"""Kills runs at random times and resumes them: ``python -m tests.soak [--kills 200] [--seed 1]``.
+"""Kills runs at random moments and goes on with them: ``python -m tests.soak [--kills 500] [--seed 1]``.
 
-Each run is killed and resumed until it completes. After every kill there must be no output, or a whole file
-of a complete or interrupted run. The last one must have the same bytes as that of an uninterrupted run.
+System, outputs, samples, method, precision, checkpoints, direction and the rest are drawn at random; three of
+ten draws are sweeps. Each run is ended a few times, and gone on with until it has come to its end. After
+every kill, under the output's name stands a whole output or none; the last one must be that of a run that
+nobody disturbed, to the last byte.
 """
 
 from __future__ import annotations
 
 import argparse
 import random
+import shlex
 import signal
 import subprocess
 import sys
 import tempfile
 import time
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
 import h5py
 
+from lagrange_cli.cli.settings import PARTICLE_OUTPUTS
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
 KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
-"""Most of them the process cannot handle."""
+"""The most are such that the process is never asked."""
 OFTEN = ("--checkpoint", "0.03")
+MOST = 6
+"""So often a run is ended before it is left in peace."""
+LOADING = 0.4
+"""Seconds that the command takes before it follows anything, about."""
+
+SECOND = {
+    "central_force": 100_000, "central_force_cartesian": 80_000, "charged_particle": 400_000,
+    "double_pendulum": 12_000, "driven_damped_pendulum": 100_000, "figure_eight": 20_000, "fpu_chain": 40_000,
+    "free_particles": 30_000, "gauge_oscillator": 500_000, "harmonic_oscillator": 500_000, "lattice": 10_000,
+    "n_pendulum": 1_200, "parabola_bead": 40_000, "pendulum": 120_000, "rotating_hoop": 40_000,
+    "solar_system": 40_000, "spherical_pendulum": 25_000,
+}  # fmt: skip
+"""What is followed, and for how long: about a second of work."""
+SWEPT = {
+    "double_pendulum": ("theta1=0.1:2:{}", "theta2"), "driven_damped_pendulum": ("A=0.5:1.5:{}", "theta"),
+    "pendulum": ("l=0.5:2:{}", "theta"), "spherical_pendulum": ("theta=0.3:1.2:{}", "phi"),
+    "parabola_bead": ("x=0.1:1:{}", "x"),
+}  # fmt: skip
+"""What is swept, over a grid and at random."""
+OUTPUTS = ("q", "v", "p", "h", "T", "U", "energy", "positions", "ledger", "action")
+WITHOUT_PARTICLES = {"gauge_oscillator"}
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A command, and the name of what it writes."""
+    """A command, the name of what it writes, and the modes that it is counted under."""
 
     arguments: tuple[str, ...]
     output: str
+    modes: tuple[str, ...] = ()
 
 
-SCENES = {
-    "samples": Scene(
-        ("solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "40000", "--samples", "400001", *OFTEN),
-        "double_pendulum.h5",
-    ),
-    "steps": Scene(
-        ("solve", str(SYSTEMS / "double_pendulum.yaml"), "--stop", "40000", "--samples", "11", *OFTEN),
-        "double_pendulum.h5",
-    ),
-    "ledger": Scene(
-        ("solve", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--stop", "100000", "--step", "0.5",
-         "--outputs", "q,ledger,action,positions", *OFTEN),
-        "driven_damped_pendulum.h5",
-    ),
-    "members": Scene(
-        ("sweep", str(SYSTEMS / "double_pendulum.yaml"), "--over", "theta1=0:2:999", "--stop", "100", *OFTEN),
-        "double_pendulum_sweep.h5",
-    ),
-    "trajectories": Scene(
-        ("sweep", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--random", "theta=normal(0,1)", "--members",
-         "3000", "--stop", "400", "--outputs", "q,v,h", "--samples", "201", *OFTEN),
-        "driven_damped_pendulum_sweep.h5",
-    ),
-}  # fmt: skip
+def random_scene(chance: random.Random) -> Scene:
+    """Any of them."""
+    return random_sweep(chance) if chance.random() < 0.3 else random_motion(chance)
+
+
+def random_motion(chance: random.Random) -> Scene:
+    """A motion that takes about a second."""
+    name = chance.choice(["driven_damped_pendulum", *SECOND])  # chaotic, and with what is hardly foretold
+    stop, modes = SECOND[name] * chance.uniform(0.5, 1.5), ["motion"]
+    chosen = ["solve", str(SYSTEMS / f"{name}.yaml")]
+    if chance.random() < 0.12:
+        chosen += ["--method", chance.choice(("DOP853", "LSODA"))]
+        stop, modes = stop / 1000, [*modes, "scipy"]
+    else:
+        if chance.random() < 0.2:
+            chosen += ["--precision", "double-double"]
+            stop, modes = stop / 80, [*modes, "double-double"]
+        if chance.random() < 0.2:
+            chosen.append("--portable")
+            modes.append("portable")
+        if chance.random() < 0.2:
+            chosen += ["--tolerance", chance.choice(("1e-8", "1e-12", "1e-16"))]
+    start = 0.0
+    if chance.random() < 0.2:
+        start = round(chance.uniform(-5, 5), 3)
+        modes.append("start")
+    if chance.random() < 0.2:
+        stop, modes = -stop, [*modes, "backward"]
+    chosen += ["--start", repr(start), f"--stop={start + stop!r}"]
+    if chance.random() < 0.7:
+        chosen += ["--samples", str(int(10 ** chance.uniform(0.5, 5.6)))]
+    else:
+        chosen += ["--step", repr(abs(stop) / 10 ** chance.uniform(1, 5))]
+        modes.append("step")
+    chosen += ["--outputs", random_outputs(chance, name)]
+    return Scene((*chosen, *random_checkpoints(chance)), f"{name}.h5", tuple(modes))
+
+
+def random_sweep(chance: random.Random) -> Scene:
+    """Many motions that take about a second."""
+    name = chance.choice(list(SWEPT))
+    over, at_random = SWEPT[name]
+    sampled, members = chance.random() < 0.5, int(10 ** chance.uniform(0.5, 3.5))
+    modes = ["sweep", "sampled" if sampled else "ends"]
+    chosen = ["sweep", str(SYSTEMS / f"{name}.yaml"), "--stop", repr(SECOND[name] / members * 2)]
+    if chance.random() < 0.6:
+        chosen += ["--over", over.format(members)]
+    else:
+        chosen += ["--random", f"{at_random}=normal(0.5,0.1)", "--members", str(members)]
+        modes.append("random")
+    if sampled:
+        chosen += ["--samples", str(chance.randint(2, 300))]
+    if chance.random() < 0.3:
+        chosen += ["--jobs", chance.choice(("1", "2"))]
+    chosen += ["--outputs", random_outputs(chance, name)]
+    return Scene((*chosen, *random_checkpoints(chance)), f"{name}_sweep.h5", tuple(modes))
+
+
+def random_outputs(chance: random.Random, name: str) -> str:
+    """Some, or all."""
+    if chance.random() < 0.3:
+        return "all"
+    known = [one for one in OUTPUTS if name not in WITHOUT_PARTICLES or one not in PARTICLE_OUTPUTS]
+    return ",".join(chance.sample(known, chance.randint(1, len(known))))
+
+
+def random_checkpoints(chance: random.Random) -> tuple[str, ...]:
+    """How often they are written."""
+    if chance.random() < 0.2:
+        return ("--checkpoint", "1000", "--checkpoint-count", str(int(10 ** chance.uniform(1, 5))))
+    return ("--checkpoint", chance.choice(("0", "0.01", "0.03", "0.05", "0.2")))
 
 
 @dataclass(frozen=True)
@@ -72,83 +146,96 @@ class Kill:
 
 def undisturbed(scene: Scene, folder: Path) -> tuple[bytes, float]:
     """What the command writes, and in how many seconds."""
-    lagrange(*scene.arguments, cwd=folder)  # compiled by now
-    (folder / scene.output).unlink()
-    began = time.monotonic()
-    run = lagrange(*scene.arguments, cwd=folder)
-    assert (run.returncode, run.stderr) == (0, ""), run.stderr
-    content = (folder / scene.output).read_bytes()
-    (folder / scene.output).unlink()
-    return content, time.monotonic() - began
+    for _ in range(2):  # what is compiled first takes longer
+        began = time.monotonic()
+        run = lagrange(*scene.arguments, cwd=folder)
+        seconds = time.monotonic() - began
+        assert run.returncode in (0, 4), run.stderr
+        content = (folder / scene.output).read_bytes()
+        (folder / scene.output).unlink()
+        if seconds < 3 * LOADING + 1:
+            break
+    return content, seconds
 
 
 def disturbed(
-    scene: Scene, folder: Path, expected: bytes, seconds: float, chance: random.Random
+    scene: Scene, folder: Path, expected: bytes, seconds: float, chance: random.Random, most: int = 10**9
 ) -> Iterator[Kill]:
     """Run the command, each time with ``--resume``, and end it at a random moment, until it comes to its
-    end."""
-    output = folder / scene.output
-    command = [sys.executable, "-m", "lagrange_cli", *scene.arguments, "--resume", "--json"]
+    end or has been ended so often; then it is left in peace."""
+    output, kills = folder / scene.output, 0
     while True:
+        fresh = ["--no-cache"] if chance.random() < 0.05 else []
+        command = [sys.executable, "-m", "lagrange_cli", *scene.arguments, "--resume", "--json", *fresh]
         process = subprocess.Popen(
             command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
         number, after = chance.choice(KILLS), chance.uniform(0.3, 1.0) * seconds
         try:
-            _, err = process.communicate(timeout=after)
+            _, err = process.communicate(timeout=after if kills < most else None)
         except subprocess.TimeoutExpired:
             process.send_signal(number)
-            _, err = process.communicate(timeout=60)
+            _, err = process.communicate(timeout=120)
         assert "Traceback" not in err and "report it" not in err, err
         whole = output.exists() and is_whole(output, expected)
-        if process.returncode == 0:
-            assert whole and sorted(path.name for path in folder.iterdir()) == [scene.output]
+        if process.returncode in (0, 4):
+            assert whole, "the output is not that of a run left in peace"
+            assert sorted(path.name for path in folder.iterdir()) == [scene.output]
             return
         assert process.returncode in (130, -number), (process.returncode, err)
+        kills += 1
         yield Kill(number, after, tuple(sorted(path.name for path in folder.iterdir())), whole)
 
 
 def is_whole(output: Path, expected: bytes) -> bool:
-    """Whether the run is complete; raises where what is under its name is neither that nor an interrupted
-    one."""
+    """Whether the run has come to its end; raises where what is under its name is neither that nor an
+    interrupted one."""
     with h5py.File(output) as file:
         status = file.attrs["status"]
-        assert status in ("complete", "interrupted")
+        assert status in ("complete", "interrupted", "failed", "stopped")
         assert file.attrs["message"]
-    if status == "complete":
-        assert output.read_bytes() == expected
-    return bool(status == "complete")
+    if status != "interrupted":
+        assert output.read_bytes() == expected, "other bytes than those of a run left in peace"
+    return bool(status != "interrupted")
 
 
 def soak(kills: int, seed: int) -> int:
     """End runs so many times, and say how many of the kills were survived; 1 if not all were."""
-    chance, done, lost, runs = random.Random(seed), 0, 0, 0
+    done = lost = runs = 0
+    modes: Counter[str] = Counter()
     with tempfile.TemporaryDirectory() as name:
-        expected = {key: undisturbed(scene, Path(name)) for key, scene in SCENES.items()}
         while done < kills:
-            key = list(SCENES)[runs % len(SCENES)]
+            number = seed * 1_000_000 + runs
+            chance = random.Random(number)
+            scene = random_scene(chance)
             folder = Path(name) / str(runs)
             folder.mkdir()
+            print(f"     run {number}: lagrange {shlex.join(scene.arguments)}", flush=True)
+            count = 0
             try:
-                for kill in disturbed(SCENES[key], folder, *expected[key], chance):
-                    done += 1
+                expected, seconds = undisturbed(scene, folder)
+                for kill in disturbed(scene, folder, expected, seconds, chance, MOST):
+                    count += 1
                     left = ", ".join(kill.left) or "nothing"
-                    what = f"{kill.number.name} after {kill.after:.3f} s leaves {left}"
-                    print(f"{done:4} {key}: {what}", flush=True)
-            except (AssertionError, OSError, KeyError) as error:
+                    print(
+                        f"{done + count:4} {kill.number.name} after {kill.after:.3f} s leaves {left}",
+                        flush=True,
+                    )
+                for path in folder.iterdir():
+                    path.unlink()
+            except (AssertionError, OSError, KeyError, subprocess.TimeoutExpired) as error:
                 lost += 1
-                print(f"     {key}: lost: {error!r}", flush=True)
-            runs += 1
-    print(
-        f"{done - lost} kills survived of {done}; "
-        f"{runs - lost} of {runs} runs ended with the bytes of one left in peace"
-    )
+                print(f"     run {number}: LOST: {error!r}", flush=True)
+            done, runs = done + count, runs + 1
+            modes.update(dict.fromkeys(scene.modes, count))
+    print(", ".join(f"{mode} {count}" for mode, count in sorted(modes.items())))
+    print(f"{done} kills of {runs} runs; {runs - lost} of them ended with the bytes of one left in peace")
     return int(lost > 0)
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(prog="python -m tests.soak", description=__doc__.partition("\n\n")[2])
-    parser.add_argument("--kills", type=int, default=200, help="number of kills [200]")
-    parser.add_argument("--seed", type=int, default=1, help="seed of the random numbers [1]")
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--kills", type=int, default=500)
+    parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     sys.exit(soak(options.kills, options.seed))
