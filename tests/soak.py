@@ -49,7 +49,7 @@ SWEPT = {
 }  # fmt: skip
 """What is swept, over a grid and at random."""
 OUTPUTS = ("q", "v", "p", "h", "T", "U", "energy", "positions", "ledger", "action")
-WITHOUT_PARTICLES = {"gauge_oscillator"}
+WITHOUT_PARTICLES = {"gauge_oscillator", "lattice"}
 
 
 @dataclass(frozen=True)
