@@ -79,8 +79,7 @@ def as_object(
 
 def final_state(outcome: Outcome) -> dict[str, Any] | None:
     """The last sample, in terms of JSON."""
-    state = outcome.final
-    return None if state is None else {"t": state.t, "q": dict(state.q), "v": dict(state.v)}
+    return None if outcome.final is None else outcome.final.as_data()
 
 
 def final_shown(final: Mapping[str, Any] | None) -> list[str]:

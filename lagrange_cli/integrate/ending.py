@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import Enum
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.records import dataclass
 
@@ -55,6 +55,10 @@ class State:
     t: float
     q: Mapping[str, float]
     v: Mapping[str, float]
+
+    def as_data(self) -> dict[str, Any]:
+        """The fields in terms of JSON."""
+        return {"t": self.t, "q": dict(self.q), "v": dict(self.v)}
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,7 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
+from lagrange_cli.integrate.ending import State
 from lagrange_cli.integrate.motion import Array, Snapshot
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
@@ -23,12 +24,14 @@ RARELY = 50
 @dataclass(frozen=True)
 class Progress:
     """What a run knows besides the samples it has emitted: the method's snapshot, the ``first`` values of
-    what is observed, how far what is conserved has drifted, and the ``size`` of what h is made of."""
+    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, and the last
+    sample, ``final``."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
     drift: Mapping[str, float]
     size: float
+    final: State | None
 
     def as_data(self) -> dict[str, Any]:
         """All but the memory, in terms of JSON (with NaN and infinities)."""
@@ -40,6 +43,7 @@ class Progress:
             "first": dict(self.first),
             "drift": dict(self.drift),
             "size": self.size,
+            "final": None if self.final is None else self.final.as_data(),
         }
 
     @classmethod
@@ -52,6 +56,7 @@ class Progress:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
             size = float(data["size"])
+            final = None if data["final"] is None else State(**data["final"])
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
         if memory is None or memory.shape != (program.memory,) or memory.dtype != np.float64:
@@ -62,7 +67,7 @@ class Progress:
             raise ValueError("not of this run")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
-        return cls(Snapshot(memory, t, steps, samples), first, drift, size)
+        return cls(Snapshot(memory, t, steps, samples), first, drift, size, final)
 
 
 class Clock:

@@ -56,17 +56,15 @@ def integrate(
         progress(t)
         return interrupted() or (certificate is not None and certificate.missed is not None)
 
-    final: State | None = None
     with Behind() as behind:
 
         def emit_behind(chunk: dict[str, Array]) -> None:
             behind.call(partial(emit, chunk if certificate is None else {**chunk, **certificate.errors}))
 
         def accept(times: Array, states: Array) -> None:
-            nonlocal final
             count = len(times) if certificate is None else certificate.judge(times, states, interrupted)
             if count:
-                final = state_of(float(times[count - 1]), states[:, count - 1], prepared)
+                samples.final = state_of(float(times[count - 1]), states[:, count - 1], prepared)
             samples.accept(times[:count], states[:, :count])
 
         samples = samples_of(prepared)(prepared, parameters, emit_behind)
@@ -97,7 +95,7 @@ def integrate(
         progress=None if end.snapshot is None else samples.progress(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
         error=None if certificate is None else certificate.error,
-        final=state_of(end.t, end.state, prepared) if final is None else final,
+        final=samples.final or state_of(end.t, end.state, prepared),
     )
 
 
@@ -142,6 +140,8 @@ class Samples:
         self._first: dict[str, float] = {}
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
         self._size, self._count = 0.0, 0
+        self.final: State | None = None
+        """The last sample, once there is one."""
 
     def accept(self, times: Array, states: Array) -> None:
         """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
@@ -191,12 +191,13 @@ class Samples:
 
     def progress(self, snapshot: Snapshot) -> Progress:
         """How far the run has come, where the method has come to ``snapshot``."""
-        return Progress(snapshot, dict(self._first), dict(self._drift), self._size)
+        return Progress(snapshot, dict(self._first), dict(self._drift), self._size, self.final)
 
     def restore(self, progress: Progress) -> Snapshot:
         """Go on where another run has come to."""
         self._first, self._drift = dict(progress.first), dict(progress.drift)
         self._size, self._count = progress.size, progress.snapshot.samples
+        self.final = progress.final
         return progress.snapshot
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:

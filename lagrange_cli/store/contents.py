@@ -73,22 +73,44 @@ def fields(required: Mapping[str, Check], optional: Mapping[str, Check] | None =
     return check
 
 
-def drifts(value: Any) -> bool:
-    """JSON: numbers by name."""
-    try:
-        return text(value) and table(either(number, nothing))(json.loads(value))
-    except (ValueError, RecursionError):
-        return False
+def written(check: Check) -> Check:
+    """JSON, as a text."""
+
+    def parsed(value: Any) -> bool:
+        try:
+            return text(value) and check(json.loads(value))
+        except (ValueError, RecursionError):
+            return False
+
+    return parsed
 
 
+def shown(value: Any) -> bool:
+    """A text that goes to a terminal."""
+    return text(value) and value.isprintable()
+
+
+def state_of(check: Check) -> Check:
+    """A state: t, q and v by coordinate."""
+    both = fields({"t": number, "q": table(check), "v": table(check)})
+    return lambda value: both(value) and value["q"].keys() == value["v"].keys()
+
+
+numbers = table(either(number, nothing))
 attribute = either(text, number)
+told: dict[str, Check] = {
+    "generator": text, "name": shown, "spec": text, "method": shown, "message": shown,
+    "status": lambda value: value in STATUSES, "p_drift": written(numbers),
+    "final": either(nothing, written(either(nothing, state_of(either(number, nothing))))),
+}  # fmt: skip
+"""What is told of a run that has ended."""
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
 """What makes a run; of the machine it is a list."""
 
 progress = fields(
     {
         "t": finite, "steps": count, "samples": count, "size": number,
-        "first": table(number), "drift": table(number),
+        "first": table(number), "drift": table(number), "final": either(nothing, state_of(number)),
     }
 )  # fmt: skip
 outcome = fields(
@@ -112,8 +134,7 @@ def ending(value: Any) -> bool:
     if not fields({"attributes": table(attribute), "t": number})(value):
         return False
     said = value["attributes"]
-    texts = all(text(said.get(name)) for name in ("generator", "name", "spec", "method", "message"))
-    return texts and said.get("status") in STATUSES and drifts(said.get("p_drift"))
+    return all(check(said.get(name)) for name, check in told.items())
 
 
 sound = either(motion, sweep, ending)

@@ -292,6 +292,19 @@ def test_a_motion_that_could_not_be_followed_needs_nothing_more(folder, capsys):
     assert "needs nothing more: the step size fell" in capsys.readouterr().out
 
 
+def test_the_final_state_of_a_run_that_fails_is_the_last_sample_wherever_it_was_interrupted(
+    folder, interrupted_after
+):
+    run = (str(SYSTEMS / "rotating_rod.yaml"), "--stop", "1e9", "--samples", "2", "-o", "out.h5")
+    assert solve(*run) == 4
+    expected = (folder / "out.h5").read_bytes()
+    interrupted_after(1)
+    assert solve(*run, "--force") == 130
+    interrupted_after(0)
+    assert solve(*run, "--resume") == 4
+    assert (folder / "out.h5").read_bytes() == expected
+
+
 def test_where_there_is_nothing_to_resume_the_run_starts(folder, capsys):
     assert solve(*RUN, "--resume") == 0
     assert "nothing to resume; the run starts at the beginning" in capsys.readouterr().err
