@@ -69,7 +69,7 @@ def parse_tolerances(
     type=float,
     default=1e-9,
     show_default=True,
-    help="Recommend the fastest that reaches this error of q, relative to its size.",
+    help="Recommend the fastest method that reaches this error of q, relative to its size.",
 )
 @click.option("--stop", type=float, help="The time at which the motion ends.")
 @click.option(
@@ -89,20 +89,20 @@ def parse_tolerances(
     type=click.IntRange(min=1),
     default=5,
     show_default=True,
-    help="Take the median time of so many runs, after a first one.",
+    help="Take the median time of this many runs, after a first one.",
 )
 @click.option(
     "--budget",
     type=click.FloatRange(min=0, min_open=True),
     default=2.0,
     show_default=True,
-    help="Seconds for all runs of one method at one tolerance, once it is compiled.",
+    help="Seconds for all runs of one method at one tolerance, without compiling.",
 )
 @click.option(
     "--plot",
     metavar="FILE.svg",
     shell_complete=files("svg", "pdf", "png"),
-    help="Draw time against error (.svg, .pdf or .png).",
+    help="Draw time against error, as .svg, .pdf or .png.",
 )
 @shared_options
 def bench(
@@ -119,7 +119,7 @@ def bench(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Measure run time against error for a system, over methods and tolerances, and recommend one.
+    """Measure the run time and the error of each method at several tolerances, and recommend one.
 
     Errors are relative to a reference solution of higher order and with shorter steps. A chaotic motion is
     compared only up to the time at which the reference is no longer accurate enough. The only file written is
@@ -163,7 +163,7 @@ def bench(
     if plot is not None:
         write_picture(plot, curves_of(standings))
     if interrupted():
-        complain(f"{spec.name}: interrupted, {len(standings.results)} of {count(entries)} were measured")
+        complain(f"{spec.name}: interrupted after {len(standings.results)} of {count(entries)} measurements")
         return INTERRUPTED
     return 0
 
@@ -178,8 +178,8 @@ def enter(
         names = [name for name in names if name not in IMPLICIT]
         implicit = [name for name in METHODS if name in IMPLICIT]
         left_out = [
-            f"  left out: {', '.join(implicit)}, whose dense Jacobian of {degrees} coordinates takes long to "
-            f"compile; --methods {implicit[0]} asks for it"
+            f"  left out: {', '.join(implicit)}, as the dense Jacobian of {degrees} coordinates takes long "
+            f"to compile; add them with --methods {','.join(implicit)}"
         ]
     own: dict[str, Sequence[float]] = {TAYLOR: (*TOLERANCES, FULL_PRECISION)}
     return {name: own.get(name, TOLERANCES) if tolerances is None else tolerances for name in names}, left_out

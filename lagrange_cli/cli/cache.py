@@ -1,4 +1,4 @@
-"""``lagrange cache``: what has been compiled and kept, and how to be rid of it."""
+"""``lagrange cache``: the compiled programs that are stored, and how to remove them."""
 
 from __future__ import annotations
 
@@ -19,16 +19,17 @@ as_json_option = click.option(
 
 @click.group("cache")
 def cache() -> None:
-    """The compiled programs that 'solve' keeps on disk, so that no later run compiles them anew.
+    """Show or clear the cache of compiled programs.
 
-    LAGRANGE_CACHE_DIR names another folder for them; LAGRANGE_NO_CACHE=1 does without.
+    Compiled equations are stored on disk, so that a later run need not compile them again. Set
+    LAGRANGE_CACHE_DIR to use another folder, or LAGRANGE_NO_CACHE=1 to use no cache.
     """
 
 
 @cache.command("info")
 @as_json_option
 def info(as_json: bool) -> None:
-    """Say where they are, how many there are and how large; or why they are not used."""
+    """Show the folder, the number of programs and their size, or why the cache is not used."""
     found = describe_cache()
     if as_json:
         emit_json(found)
@@ -39,7 +40,7 @@ def info(as_json: bool) -> None:
 @cache.command("clear")
 @as_json_option
 def clear(as_json: bool) -> None:
-    """Remove all of them."""
+    """Remove all compiled programs."""
     folder = cache_folder()
     removed = 0
     if folder is not None:
@@ -60,7 +61,7 @@ def describe_cache() -> dict[str, Any]:
     folder = cache_folder()
     found = {"folder": folder, "used": True, "reason": "", "entries": 0, "bytes": 0, "largest": LARGEST}
     if folder is None:
-        return {**found, "used": False, "reason": "no folder for it is known on this platform"}
+        return {**found, "used": False, "reason": "this platform has no known folder for caches"}
     if switched_off():
         return {**found, "used": False, "reason": f"{SWITCH} is set"}
     try:

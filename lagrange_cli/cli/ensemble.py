@@ -58,8 +58,8 @@ def series(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> 
     change = "max |{0} - {0}(0)|" if ensemble.sampled else "|{0} - {0}(0)| at the end"
     found += [
         Series("t_end", unit=units.get("t", ""), long_name="time at which the member ended"),
-        Series("steps", long_name="steps taken", kind="i8"),
-        Series("status", long_name="how the member ended, in a word", kind=STATUS),
+        Series("steps", long_name="number of steps", kind="i8"),
+        Series("status", long_name="status of the member", kind=STATUS),
         *(
             Series(path, (), units.get(family_name(path.replace("drift/", "", 1)), ""), change.format(name))
             for name in prepared.recording.conserved
@@ -135,14 +135,12 @@ def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
         return "the member reached the end" if members == 1 else f"all {members} members reached the end"
     parts = []
     if outcome.status == "interrupted":
-        parts.append(f"interrupted when {members - outcome.count('interrupted')} of {members} had ended")
+        parts.append(f"interrupted after {members - outcome.count('interrupted')} of {members} members")
     if outcome.failed is not None:
         member, how = outcome.failed
         own = ", ".join(f"{name} = {x[member]:.6g}" for name, x in ensemble.members.columns.items())
-        those = "the first is" if failed > 1 else "it is"
-        parts.append(
-            f"{failed} of {members} could not be followed to the end; {those} {member} ({own}): {how}"
-        )
+        those = "the first is member" if failed > 1 else "member"
+        parts.append(f"{failed} of {members} members failed; {those} {member} ({own}): {how}")
     return "; ".join(parts)
 
 
@@ -177,10 +175,10 @@ def as_text(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch: S
     return "\n".join(
         (
             f"{ensemble.spec.name}: {count_of(members, 'member')} ({shape}{seeded})",
-            *([] if start.earlier is None else [f"  went on with {start.reached} that had ended"]),
+            *([] if start.earlier is None else [f"  resumed after {start.reached} members"]),
             f"  {', '.join(ended)}",
-            f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} in all, "
-            f"method {settings.method}",
+            f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} "
+            f"in total, method {settings.method}",
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             wrote(start, seconds["total"]),
         )

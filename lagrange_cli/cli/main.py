@@ -21,13 +21,13 @@ if TYPE_CHECKING:
 
 COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
-    "sweep": "Integrate many motions, over grids, tables or random numbers.",
-    "equations": "Print L, the equations of motion, p_k, h and what is conserved.",
-    "check": "Validate; say what kind of system it is and what is skipped.",
-    "bench": "Measure run time against error over methods and tolerances.",
-    "cache": "Say what compiled programs are kept on disk, or clear them.",
+    "sweep": "Integrate many motions, over a grid, random numbers or a table.",
+    "equations": "Print L, the equations of motion, momenta and conserved quantities.",
+    "check": "Validate a system file and classify the system.",
+    "bench": "Compare methods and tolerances: run time against error.",
+    "cache": "Show or clear the cache of compiled programs.",
     "systems": "List the example systems, or print one of them.",
-    "completion": "Print the script that completes the command in bash, zsh or fish.",
+    "completion": "Print the completion script for bash, zsh or fish.",
 }
 """Each command, with its purpose. It lives under its name in the module of that name beside this one."""
 
@@ -62,7 +62,7 @@ class LazyGroup(click.Group):
 def lagrange() -> None:
     """Lagrangian mechanics from a YAML file: the equations of motion, and the motion itself.
 
-    `lagrange systems` lists systems to start from.
+    `lagrange systems` lists example systems to start from.
     """
     limits.enforce()
 
@@ -86,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         message, status = describe(error)
         complain(message)
     if status == INTERRUPTED and limits.time_is_over():
-        complain(f"The time is over: {limits.VARIABLE}=seconds={limits.limit('seconds'):g}")
+        complain(f"The time limit is reached: {limits.VARIABLE}=seconds={limits.limit('seconds'):g}")
     return status if isinstance(status, int) else 0
 
 

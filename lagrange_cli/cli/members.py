@@ -28,6 +28,15 @@ if TYPE_CHECKING:
 MOST = whole("runs")
 """Members of an ensemble."""
 GRID = "write START:STOP:COUNT, log:START:STOP:COUNT or a list such as 1,2,5"
+LONGEST = 15
+"""Digits of a number of values."""
+KINDS = {
+    "normal": "(mean,deviation)",
+    "uniform": "(low,high)",
+    "lognormal": "(median,sigma)",
+    "loguniform": "(low,high)",
+}
+"""The distributions, with what they are given."""
 DISTRIBUTION = re.compile(r"\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*")
 
 
@@ -159,16 +168,19 @@ def product(axes: Sequence[Mapping[str, Array]], lengths: Sequence[int], count: 
 
 def grid(text: str, asked: str) -> Array:
     """The values of ``START:STOP:COUNT`` (both ends included), ``log:START:STOP:COUNT`` or a comma list."""
+    match = DISTRIBUTION.fullmatch(text)
+    if match is not None and match[1] in KINDS:
+        raise UsageError(f"{asked}: {text} is a distribution: write it with --random")
     parts = [part.strip() for part in text.split(":")]
     if len(parts) == 1:
-        return np.array([number(part, asked) for part in text.split(",")])
+        return np.array([number(part, asked, f"; {GRID}") for part in text.split(",")])
     logarithmic = parts[0] == "log"
     if logarithmic:
         parts = parts[1:]
     if len(parts) != 3:
         raise UsageError(f"{asked}: {text!r} is not a grid; {GRID}")
-    start, stop = number(parts[0], asked), number(parts[1], asked)
-    if not parts[2].isdecimal():
+    start, stop = (number(part, asked, f"; {GRID}") for part in parts[:2])
+    if not parts[2].isdecimal() or len(parts[2]) > LONGEST:
         raise UsageError(f"{asked}: COUNT is the number of values, an integer, not {parts[2]!r}; {GRID}")
     count = int(parts[2])
     if count < 2:
@@ -180,6 +192,8 @@ def grid(text: str, asked: str) -> Array:
         )
     if logarithmic and not (start > 0 and stop > 0):
         raise UsageError(f"{asked}: both ends of a logarithmic grid must be positive")
+    if not math.isfinite(stop - start):
+        raise UsageError(f"{asked}: the ends are too far apart for double precision")
     return np.geomspace(start, stop, count) if logarithmic else np.linspace(start, stop, count)
 
 
@@ -187,9 +201,10 @@ def distribution(text: str, asked: str) -> Callable[[np.random.Generator, int], 
     """What draws so many numbers of ``normal(mean, deviation)``, ``uniform(low, high)``, ``lognormal(median,
     sigma)`` or ``loguniform(low, high)`` from a generator: the first ones are the same however many."""
     match = DISTRIBUTION.fullmatch(text)
-    known = "normal(mean,deviation), uniform(low,high), lognormal(median,sigma), loguniform(low,high)"
-    if match is None or match[1] not in ("normal", "uniform", "lognormal", "loguniform"):
-        raise UsageError(f"{asked}: {text!r} is not a distribution; write one of {known}")
+    if match is None or match[1] not in KINDS:
+        known = ", ".join(kind + arguments for kind, arguments in KINDS.items())
+        over = "" if "(" in text else " (and a list or a grid with --over)"
+        raise UsageError(f"{asked}: {text!r} is not a distribution; write one of {known}{over}")
     kind, a, b = match[1], number(match[2], asked), number(match[3], asked)
     if kind.startswith("log") and a <= 0:
         raise UsageError(f"{asked}: the first number of {kind} must be positive, not {a:g}")
@@ -212,18 +227,21 @@ def stream(seed: int, name: str) -> np.random.Generator:
     return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))))
 
 
-def number(text: str, asked: str) -> float:
-    """A finite number, or an expression of numbers such as ``-pi/2``."""
+def number(text: str, asked: str, hint: str = "") -> float:
+    """A finite number, or an expression of numbers such as ``-pi/2``; else a message ends with ``hint``."""
     try:
         value = float(text)
     except ValueError:
         try:
-            value = evaluate(parse(text), refuse_name)
+            tree = parse(text)
         except ExpressionError as error:
-            hint = f"; {error.hint}" if error.hint else ""
-            raise UsageError(f"{asked}: {error.message}{hint}") from error
+            raise UsageError(f"{asked}: expected a number, not {text.strip()[:50]!r}{hint}") from error
+        try:
+            value = evaluate(tree, refuse_name)
+        except ExpressionError as error:
+            raise UsageError(f"{asked}: {error.message}") from error
         except LookupError as error:
-            raise UsageError(f"{asked}: expected a number, not {text.strip()!r}") from error
+            raise UsageError(f"{asked}: expected a number, not {text.strip()[:50]!r}{hint}") from error
     if not math.isfinite(value):
         raise UsageError(f"{asked}: {text.strip()} is not a finite number")
     return value

@@ -53,7 +53,7 @@ def parse_outputs(
         return None
     names = tuple(name.strip() for name in text.split(",") if name.strip())
     if not names:
-        raise click.BadParameter("it names nothing; as in --outputs q,v,h", context, parameter)
+        raise click.BadParameter("expected a comma list, as in --outputs q,v,h", context, parameter)
     return names
 
 
@@ -80,7 +80,7 @@ def shared_options(command: Command) -> Command:
                 multiple=True,
                 callback=parse_overrides,
                 shell_complete=SETTABLE,
-                help="Change a parameter, or the initial state (theta, theta_dot); repeatable. "
+                help="Change a parameter or an initial value (theta, theta_dot); repeatable. "
                 "VALUE is a number or an expression in parameters.",
             ),
             click.option(
@@ -90,15 +90,17 @@ def shared_options(command: Command) -> Command:
                 multiple=True,
                 callback=parse_overrides,
                 shell_complete=names("sizes"),
-                help="Change one of the file's sizes, as in N=50; repeatable.",
+                help="Change a size of the file, as in N=50; repeatable.",
             ),
             click.option(
                 "--json",
                 "as_json",
                 is_flag=True,
-                help="Print one JSON object per system on standard output, and nothing else there.",
+                help="Print one JSON object per system on standard output, and nothing else.",
             ),
-            click.option("--quiet", is_flag=True, help="Print no summary, progress or warning, only errors."),
+            click.option(
+                "--quiet", is_flag=True, help="Print errors only: no summary, progress or warnings."
+            ),
         )
     ):
         command = option(command)

@@ -44,7 +44,7 @@ def emit(text: str) -> None:
     except UnicodeEncodeError as error:
         letter = ascii(error.object[error.start])
         raise FileError(
-            f"standard output has the encoding {error.encoding}, which has no {letter}: set PYTHONUTF8=1"
+            f"standard output has the encoding {error.encoding}, which lacks {letter}: set PYTHONUTF8=1"
         ) from error
     except OSError as error:
         discard_output()
@@ -100,7 +100,7 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
     if isinstance(error, (KeyboardInterrupt, click.Abort)):
         return "Interrupted.", INTERRUPTED
     if isinstance(error, MemoryError):
-        return f"Error: {where}there is not enough memory: make the sizes or the samples fewer", MEMORY
+        return f"Error: {where}not enough memory: use smaller sizes or fewer samples", MEMORY
     if os.environ.get("LAGRANGE_DEBUG") == "1":
         import traceback
 
@@ -108,8 +108,8 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
     kind = type(error).__name__
     what = " ".join(str(error).split())[:300]
     return (
-        f"Error: {where}this is a fault of lagrange itself ({kind}: {what}); please report it "
-        "(LAGRANGE_DEBUG=1 shows where it happened)",
+        f"Error: {where}this is a fault in lagrange itself ({kind}: {what}); please report it "
+        "(LAGRANGE_DEBUG=1 shows the traceback)",
         UNEXPECTED,
     )
 

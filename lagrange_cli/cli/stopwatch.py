@@ -23,11 +23,11 @@ STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 """In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
 
 NOTES = {
-    "import": "loading Python's modules",
+    "import": "loading Python modules",
     "parse": "reading and checking the system file",
-    "derive": "the equations of motion, and the program that follows them",
-    "compile": "waiting for machine code, made while modules are loaded",
-    "cache": "compiled programs on disk",
+    "derive": "deriving the equations of motion, and writing the program",
+    "compile": "waiting for the compiler, which works while modules are loaded",
+    "cache": "looking for a compiled program, and storing a new one",
     "integrate": "following the motion",
     "write": "the HDF5 file",
 }

@@ -62,8 +62,9 @@ LARGEST = 2**26
     multiple=True,
     callback=parse_pairs,
     shell_complete=SETTABLE,
-    help="Run every value of START:STOP:COUNT (both ends included), log:START:STOP:COUNT or a list such as "
-    "1,2,5; repeatable, for every combination, the first slowest. NAME is one that --set takes.",
+    help="Sweep NAME over START:STOP:COUNT (both ends included), log:START:STOP:COUNT or a list such as "
+    "1,2,5. Repeat it for a grid of all combinations. NAME is a parameter or an initial value (theta, "
+    "theta_dot).",
 )
 @click.option(
     "--random",
@@ -71,30 +72,32 @@ LARGEST = 2**26
     multiple=True,
     callback=parse_pairs,
     shell_complete=SETTABLE,
-    help="Draw normal(mean,deviation), uniform(low,high), lognormal(median,sigma) or loguniform(low,high) "
-    "for each member; repeatable.",
+    help="Draw NAME from normal(mean,deviation), uniform(low,high), lognormal(median,sigma) or "
+    "loguniform(low,high); repeatable.",
 )
 @click.option(
-    "--members", type=click.IntRange(min=1), help="How often --random is drawn (at every grid point)."
+    "--members", type=click.IntRange(min=1), help="The number of draws of --random, at each grid point."
 )
 @click.option(
     "--seed",
     type=click.IntRange(min=0),
     default=0,
-    help="Another seed gives other random numbers; the same one gives the same [0].",
+    help="The seed of the random numbers: the same seed gives the same numbers [0].",
 )
 @click.option(
     "--table",
     metavar="FILE.csv",
     shell_complete=files("csv"),
-    help="Run a member for every row; the first line has the names, as in theta,theta_dot,theta[0].",
+    help="Run one motion for each row of a CSV file. The first line has the names, as in m,theta,theta_dot.",
 )
 @click.option(
-    "--jobs", type=click.IntRange(min=1), help="Work on so many processors [all]; changes no result."
+    "--jobs",
+    type=click.IntRange(min=1),
+    help="The number of processors to use [all]. The results do not depend on it.",
 )
 @run_options(
-    output="The file to write [SYSTEM_sweep.h5, in this directory].",
-    outputs=f"Write the trajectories too, at every sample: {list_of_outputs()}; else only each member's end.",
+    output="The file to write [SYSTEM_sweep.h5 in the current directory].",
+    outputs=f"Write samples of each motion: {list_of_outputs()}. Without it only the end is written.",
 )
 def sweep(
     system: str,
@@ -108,7 +111,8 @@ def sweep(
 ) -> int:
     """Integrate many motions of a system and write them to one HDF5 file.
 
-    Members differ in parameters or initial values: on a grid, by random numbers, or row by row of a table.
+    The motions, or members, differ in parameters or initial values: on a grid (--over), by random numbers
+    (--random), or row by row of a table (--table). Each swept name is a dimension of the output.
 
     \b
     lagrange sweep pendulum.yaml --over theta=0:3:31
@@ -174,7 +178,9 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
     asked = request.options
     sampled = asked.outputs is not None
     if not sampled and (asked.samples is not None or "step" in request.times):
-        raise UsageError("only each member's end is written: say with --outputs q,v what to sample")
+        raise UsageError(
+            "without --outputs only the end of each motion is written: add --outputs q,v to write samples"
+        )
     if draws.table == system == STANDARD_INPUT:
         raise UsageError("the system and the table cannot both come from standard input")
     content = read_bytes(system)
@@ -205,8 +211,8 @@ def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
     most = LARGEST // (8 * (program.rows + len(program.observed)))
     if ensemble.sampled and count > most:
         raise UsageError(
-            f"{count} samples of each member are more than the {most} that a sweep keeps in memory: "
-            "ask for fewer --samples, or solve the members one by one"
+            f"{count} samples per member exceed the limit of {most}, as they are kept in memory: "
+            "use fewer --samples, or solve the members one by one"
         )
 
 

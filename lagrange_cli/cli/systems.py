@@ -14,7 +14,7 @@ from lagrange_cli.expression.near import known_hint, near_hint
 @click.command("systems")
 @click.argument("name", required=False, shell_complete=lambda *asked: word(shipped.names())(*asked))
 def systems(name: str | None) -> None:
-    """List the systems that are shipped, or write the one called NAME to standard output.
+    """List the example systems, or print the one called NAME.
 
     \b
     lagrange systems pendulum > pendulum.yaml
@@ -28,6 +28,6 @@ def systems(name: str | None) -> None:
     name = name.removesuffix(".yaml")
     if name not in known:
         raise UsageError(
-            f"no system called {name!r} is shipped; {near_hint(name, known) or known_hint(known)}"
+            f"there is no example system called {name!r}; {near_hint(name, known) or known_hint(known)}"
         )
     emit(shipped.text(name).removesuffix("\n"))

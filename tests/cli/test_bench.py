@@ -151,7 +151,7 @@ def test_all_methods_are_tried_unless_their_jacobian_is_large():
     assert FULL_PRECISION in entries["taylor"] and FULL_PRECISION not in entries["DOP853"]
     entries, (said,) = module.enter(None, [1e-5], 500)
     assert entries == {"taylor": [1e-5], "DOP853": [1e-5]}
-    assert "left out: Radau, BDF, LSODA" in said and "--methods Radau asks for it" in said
+    assert "left out: Radau, BDF, LSODA" in said and "add them with --methods Radau,BDF,LSODA" in said
     assert list(module.enter("radau, taylor", None, 500)[0]) == ["Radau", "taylor"]
 
 
@@ -178,7 +178,7 @@ def test_an_interrupt_shows_what_was_measured(capsys, monkeypatch):
     monkeypatch.setattr(contest, "measure", count)
     monkeypatch.setattr(module, "Interrupts", AfterTwo)
     status, out, err = run(capsys, *FEW, "--stop", "1")
-    assert (status, err) == (130, "bead on a rotating hoop: interrupted, 1 of 4 were measured\n")
+    assert (status, err) == (130, "bead on a rotating hoop: interrupted after 1 of 4 measurements\n")
     assert "  taylor     0.0001  " in out and "1e-09  " not in out
 
 

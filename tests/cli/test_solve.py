@@ -230,7 +230,7 @@ BAD = {
     "step of zero": ([PENDULUM, "--step", "0"], 2, "positive"),
     "samples and step": ([PENDULUM, "--samples", "5", "--step", "1"], 2, "one of them"),
     "unknown output": ([PENDULUM, "--outputs", "q,enrgy"], 2, "did you mean 'energy'"),
-    "no output": ([PENDULUM, "--outputs", ","], 2, "names nothing"),
+    "no output": ([PENDULUM, "--outputs", ","], 2, "expected a comma list"),
     "unknown method": ([PENDULUM, "--method", "rk4"], 2, "taylor"),
     "tolerance out of range": ([PENDULUM, "--tolerance", "7"], 2, "tolerance"),
     "sizes": ([PENDULUM, "--size", "N=3"], 2, "unknown size 'N'; the file has no 'sizes'"),

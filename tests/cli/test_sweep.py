@@ -269,7 +269,7 @@ def test_members_that_cannot_be_followed_are_kept_and_named(tmp_path):
     answer = sweep_json(*options, "--outputs", "q", cwd=tmp_path, status=4)
     assert (answer["status"], answer["complete"], answer["failed"]) == ("failed", 2, 2)
     assert answer["message"].startswith(
-        "2 of 4 could not be followed to the end; the first is 1 (r_dot = 0): the step size fell below"
+        "2 of 4 members failed; the first is member 1 (r_dot = 0): the step size fell below"
     )
     with h5py.File(tmp_path / "fall_sweep.h5") as file:
         assert file["status"][()].tolist() == [b"complete", b"failed"] * 2
@@ -306,7 +306,7 @@ def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
     process.send_signal(number)
     out, err = process.communicate(timeout=60)
     assert process.returncode == 130, err
-    assert "interrupted when" in err and "Traceback" not in err
+    assert "interrupted after" in err and "Traceback" not in err
     answer = json.loads(out)
     assert answer["status"] == "interrupted" and answer["failed"] == 0
     assert answer["complete"] + answer["interrupted"] == 200000 and answer["interrupted"] > 0
@@ -334,8 +334,8 @@ def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
         (["--over", "m=1,2", "--set", "m=3"], 2, "'m' is given more than once"),
         (["--random", "m=normal(0,1)", "--members", "0"], 2, "0 is not in the range"),
         (["--random", "m=uniform(1,2)", "--members", "3", "--seed", "-1"], 2, "-1 is not in the range"),
-        (["--over", "m=1,2", "--samples", "5"], 2, "say with --outputs q,v what to sample"),
-        (["--over", "m=1,2", "--outputs", "q", "--samples", "9999999"], 2, "ask for fewer --samples"),
+        (["--over", "m=1,2", "--samples", "5"], 2, "add --outputs q,v to write samples"),
+        (["--over", "m=1,2", "--outputs", "q", "--samples", "9999999"], 2, "use fewer --samples"),
         (["--over", "m=1,2", "--outputs", "qq"], 2, "unknown output 'qq'"),
         (["--over", "m=1,2", "--jobs", "0"], 2, "0 is not in the range"),
         (["--over", "m=1,2", "-o", "-"], 2, "cannot be written to standard output"),
