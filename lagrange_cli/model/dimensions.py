@@ -37,12 +37,12 @@ one unit into another."""
 
 
 class Contradiction(ArithmeticError):
-    """Raised where an operation makes no sense with these units; its text says why. ``units`` are two that
-    should be the same, ``hint`` is a way out."""
+    """Raised where an operation makes no sense with these units; its text says why. ``units`` are the two
+    that should be the same, ``hint`` is a way out."""
 
-    def __init__(self, text: str, *units: Unit, hint: str = "") -> None:
+    def __init__(self, text: str, found: Unit, expected: Unit, hint: str = "") -> None:
         super().__init__(text)
-        self.units = units
+        self.units = found, expected
         self.hint = hint
 
 

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import GraphAlgebra
@@ -24,6 +25,7 @@ from lagrange_cli.model.units import WHOLE, meaning, read_unit
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import resolve_values
+from tests.grammar import system
 from tests.motion import NAMES, SYSTEMS, spec_of
 
 ENERGY = "kg*m^2/s^2"
@@ -461,6 +463,43 @@ def test_what_contradicts_has_no_unit_and_all_else_has():
     assert len(found.conflicts) == 2
     assert found.texts["observables/r"] == "m" and found.texts["diagnostics/h"] == ENERGY
     assert not found.texts.keys() & {"observables/o", "observables/p"}
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        "forces: {bead: [-k*x_dot]}",
+        "generalized_forces: {x: -m}",
+        "dissipation: k*x_dot**2",
+        "forces: {bead: [x + m]}",
+    ],
+)
+def test_forces_that_contradict_leave_the_ledgers_without_units(force):
+    found = find_units(read_spec(one(more=force), "a.yaml")).texts
+    assert found["diagnostics/h"] == ENERGY and found["diagnostics/p/x"] == LINEAR
+    assert not found.keys() & {"diagnostics/ledger/h", "diagnostics/ledger/p/x"}
+
+
+def test_a_unit_that_is_not_known_may_be_another_name():
+    found = find_units(read_spec(one(k="{value: 1, unit: Foo/m^2}", more="time: s"), "a.yaml"))
+    (conflict,) = found.conflicts
+    assert conflict.message == f"the potential is in Foo, other energies in {ENERGY}"
+    assert conflict.hint == "'Foo' is no known unit: write it in terms of others"
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.randoms(use_true_random=False), st.lists(st.sampled_from(["m", "s", "N/mm", "deg", "?", "rad", "1"]))
+)
+def test_any_file_has_units_or_none(source, some):
+    text = system(source)
+    for unit in some:
+        text = text.replace("{initial:", f"{{unit: '{unit}', initial :", 1)
+    try:
+        spec = read_spec(f"{text}\ntime: s\n", "a.yaml")
+    except SpecError:
+        return
+    find_units(spec)
 
 
 def test_a_contradiction_of_a_family_is_told_once():

@@ -1,0 +1,240 @@
+"""``Survey``: the quantities of a system file, section by section.
+
+Units of parameters and coordinates are those of the file. The rest follows from its expressions: positions
+from the embedding, T and U from masses and potential (they are added, so that one of them tells). Where the
+file gives too little a unit is unknown.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import TypeVar
+
+from lagrange_cli.expression.algebra import Value
+from lagrange_cli.expression.syntax import Number, Span
+from lagrange_cli.expression.vocabulary import TIME, family_name, velocity_name
+from lagrange_cli.model.dimensions import (
+    BROKEN,
+    UNKNOWN,
+    Contradiction,
+    Quantity,
+    Walk,
+    joined,
+    named,
+    rate,
+    shown,
+    total,
+    vector,
+)
+from lagrange_cli.model.units import RADIAN, Unit, is_energy, known, meaning, read_unit
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.source import Place
+from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Units that contradict one another: where in the file, and what is wrong."""
+
+    place: Place
+    message: str
+    hint: str = ""
+    factor: bool = False
+    """Whether they differ by no more than a factor, as m and cm do."""
+
+
+class Survey:
+    """The quantities for one unit of t, by name, and those of a family as one; ``energy`` is that of T, U and
+    h, ``balance`` that of the ledgers: forces take part in them."""
+
+    def __init__(self, spec: Spec, time: Unit | None) -> None:
+        self.spec = spec
+        self.time = Quantity(time)
+        self.conflicts: list[Conflict] = []
+        self.values: dict[str, Value] = {TIME: self.time}
+        self.parameters = self._parameters()
+        self.coordinates = self._coordinates()
+        self._values("definition '{}'", spec.definitions, self.values)
+        self._positions()
+        self.energy = self._energy()
+        before = len(self.conflicts)
+        self._forces()
+        self.balance = self.energy if len(self.conflicts) == before else BROKEN
+        self.observables: dict[str, Quantity] = {}
+        self._values("observable '{}'", spec.observables, self.observables)
+
+    # What expressions come to
+
+    def value(self, expression: Expression, where: str) -> Value:
+        """The quantity of an expression; what contradicts in it is noted."""
+
+        def note(error: Contradiction, span: Span) -> None:
+            self._note(expression.at(span), f"{error} in {where}", error)
+
+        counts = (*self.spec.sizes, *expression.indices)
+        return Walk(self.values, lambda one: one / self.time, note, counts).value(expression.tree)
+
+    def scalar(self, expression: Expression, where: str) -> Quantity:
+        """The same of a scalar."""
+        return vector(self.value(expression, where))[0]
+
+    def _values(self, where: str, expressions: Mapping[str, Expression], known: dict[str, Value]) -> None:
+        """Add the value of each name to ``known``, and of each family that of all its members, which may use
+        one another."""
+        for name, several in by_family(expressions.items()).items():
+            for expression in distinct(several):
+                value = self.value(expression, where.format(name))
+                before = known.get(name, value)
+                pairs = zip(vector(before), vector(value))
+                found = tuple(joined(pair) for pair in pairs)
+                known[name] = found if isinstance(value, tuple) else found[0]
+
+    def agree(self, expected: Quantity, found: Quantity, place: Place, message: str) -> Quantity:
+        """What two quantities have in common that should have one unit."""
+        try:
+            return total((expected, found))
+        except Contradiction as error:
+            self._note(place, message.format(*map(shown, reversed(error.units))), error)
+            return BROKEN
+
+    def _note(self, place: Place, message: str, error: Contradiction) -> None:
+        one, other = error.units
+        strange = sorted(symbol for symbol in (one / other).symbols if not known(symbol))
+        hint = error.hint or (
+            f"'{strange[0]}' is no known unit: write it in terms of others" if strange else ""
+        )
+        self.conflicts.append(Conflict(place, message, hint, factor=not meaning(one / other)[1]))
+
+    # The sections
+
+    def _parameters(self) -> dict[str, Quantity]:
+        found = {}
+        for name, parameters in by_family((one.name, one) for one in self.spec.parameters).items():
+            found[name] = self.values[name] = joined([self._parameter(one) for one in parameters])
+        return found
+
+    def _parameter(self, parameter: Parameter) -> Quantity:
+        declared = Quantity(read_unit(parameter.unit)) if parameter.unit else UNKNOWN
+        if isinstance(parameter.value.tree, Number) or (parameter.unit and declared.unit is None):
+            return declared  # members of a list are written one by one, and may be many
+        name = family_name(parameter.name)
+        value = self.scalar(parameter.value, f"parameter '{name}'")
+        message = f"the value of parameter '{name}' is in {{}}, and its unit is {{}}"
+        return self.agree(declared, named(value), parameter.value.place, message)
+
+    def _coordinates(self) -> dict[str, Quantity]:
+        found = {}
+        for name, coordinates in by_family((one.name, one) for one in self.spec.coordinates).items():
+            found[name] = self.values[name] = joined([self._coordinate(one) for one in alike(coordinates)])
+            self.values[velocity_name(name)] = rate(found[name], self.time)
+        return found
+
+    def _coordinate(self, coordinate: Coordinate) -> Quantity:
+        """The unit is that of the initial value, or the velocity, where none is given."""
+        name = family_name(coordinate.name)
+        quantity = Quantity(read_unit(coordinate.unit)) if coordinate.unit else UNKNOWN
+        if coordinate.initial is not None:
+            initial = named(self.scalar(coordinate.initial, f"initial of coordinate '{name}'"))
+            message = f"the initial value of coordinate '{name}' is in {{}}, and its unit is {{}}"
+            found = self.agree(quantity, initial, coordinate.initial.place, message)
+            quantity = quantity if coordinate.unit else replace(found, loose=False)
+        if coordinate.velocity is not None:
+            velocity = named(self.scalar(coordinate.velocity, f"velocity of coordinate '{name}'"))
+            message = f"the initial velocity of coordinate '{name}' is in {{}}, and by its unit in {{}}"
+            due = rate(quantity, self.time)
+            self.agree(due, velocity, coordinate.velocity.place, message)
+            if quantity == UNKNOWN and not coordinate.unit:
+                quantity = velocity * self.time
+        return quantity
+
+    def _positions(self) -> None:
+        self.positions: dict[str, Quantity] = {}
+        for name, several in by_family(self.spec.embedding.items()).items():
+            for expression in distinct(several):
+                components = vector(self.value(expression, f"embedding '{name}'"))
+                found = self._position(components, expression, name)
+                found = self.positions[name] = joined([self.positions.get(name, found), found])
+                self.values[name] = (found,) * len(components)
+
+    def _position(self, components: tuple[Quantity, ...], expression: Expression, name: str) -> Quantity:
+        """All components have one unit; that they are plain numbers says nothing."""
+        try:
+            found = total([named(one) for one in components])
+        except Contradiction as error:
+            message = f"embedding '{name}' has components in {' and '.join(map(shown, error.units))}"
+            self._note(expression.place, message, error)
+            return BROKEN
+        plain = found.unit is not None and found.unit.pure and found.unit != RADIAN
+        return UNKNOWN if plain else replace(found, loose=False)
+
+    def _energy(self) -> Quantity:
+        """The unit of T, U and L. That of U alone tells only if it is one of energy: masses may have been
+        left out."""
+        spec = self.spec
+        if spec.lagrangian is not None:
+            return replace(named(self.scalar(spec.lagrangian, "lagrangian")), loose=False)
+        masses: dict[str, Quantity] = {}
+        self._values("mass '{}'", spec.masses, masses)
+        kinetic = UNKNOWN
+        for name, several in by_family(spec.embedding.items()).items():
+            speed = self.positions[name] / self.time
+            found = masses[name] * speed * speed
+            message = f"the kinetic energy of '{name}' is in {{}}, that of others in {{}}"
+            kinetic = self.agree(kinetic, found, several[0].place, message)
+        energy = kinetic
+        for name, expression in spec.potential.items():
+            where = "potential" if name == "potential" else f"potential '{name}'"
+            value = named(self.scalar(expression, where))
+            message = f"the {where} is in {{}}, other energies in {{}}"
+            energy = self.agree(energy, value, expression.place, message)
+        if kinetic.unit is None and energy.unit is not None and not is_energy(energy.unit):
+            return UNKNOWN
+        return replace(energy, loose=False)
+
+    def _forces(self) -> None:
+        """Forces say nothing new, but may contradict."""
+        spec = self.spec
+        for name, several in by_family(spec.forces.items()).items():
+            for expression in distinct(several):
+                for value in vector(self.value(expression, f"force '{name}'")):
+                    self._due(self.positions[name], value, expression, f"the force on '{name}'")
+        for name, several in by_family(spec.generalized_forces.items()).items():
+            for expression in distinct(several):
+                value = self.scalar(expression, f"generalized force '{name}'")
+                self._due(self.coordinates[name], value, expression, f"the generalized force '{name}'")
+        if spec.dissipation is not None:
+            value = self.scalar(spec.dissipation, "dissipation")
+            self._due(self.time, value, spec.dissipation, "the dissipation")
+
+    def _due(self, divisor: Quantity, value: Quantity, expression: Expression, what: str) -> None:
+        """Note where a quantity is not the energy over ``divisor``."""
+        message = f"{what} is in {{}}, and should be in {{}}"
+        self.agree(self.energy / divisor, named(value), expression.place, message)
+
+
+T = TypeVar("T")
+
+
+def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
+    """What belongs to each name, or to the members of each family, in the file's order."""
+    found: dict[str, list[T]] = {}
+    for name, item in pairs:
+        found.setdefault(family_name(name), []).append(item)
+    return found
+
+
+def distinct(expressions: list[Expression]) -> list[Expression]:
+    """One expression of each that is written: members share theirs."""
+    found: dict[int, Expression] = {}
+    for one in expressions:
+        found.setdefault(id(one.tree), one)
+    return list(found.values())
+
+
+def alike(coordinates: list[Coordinate]) -> list[Coordinate]:
+    """Likewise one coordinate of each that is written."""
+    found: dict[tuple[object, ...], Coordinate] = {}
+    for one in coordinates:
+        trees = (None if given is None else id(given.tree) for given in (one.initial, one.velocity))
+        found.setdefault((one.unit, *trees), one)
+    return list(found.values())
