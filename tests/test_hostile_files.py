@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import os
+from contextlib import redirect_stderr, redirect_stdout
 from random import Random
 
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from lagrange_cli.cli.main import main
 from tests import fuzz, grammar
 
 
@@ -45,3 +47,46 @@ def test_some_of_what_the_fuzzer_kept(folder, name):
     """Inputs that reach different code; all of them are where the next run of the fuzzer begins."""
     assert set(fuzz.feed(fuzz.kept_inputs()[name])) <= set(fuzz.DOCUMENTED)
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
+
+
+@settings(
+    max_examples=40, derandomize=True, deadline=None, database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(st.integers(0, 2**63))
+def test_check_refuses_what_solve_refuses_in_the_same_words(folder, seed):
+    (folder / "input.yaml").write_bytes(grammar.system(Random(seed)).encode(errors="replace"))
+    refused = {}
+    for command in (["check"], ["solve", "--stop", "1e-3", "--samples", "2", "-o", "out.h5", "--force"]):
+        said = fuzz.Stream()
+        with redirect_stdout(fuzz.Stream()), redirect_stderr(said):
+            status = main([*command, "--quiet", "input.yaml"])
+        refused[command[0]] = (status == 3, said.getvalue() if status == 3 else "")
+    assert refused["check"] == refused["solve"]
+
+
+MISTAKES = """\
+parameters: {k: 2, m: 1 kg}
+constants: {g: 9.81}
+coordinates: {x: {initial: 30 deg}, y: {velocity: 1}, z: {initial: 0}}
+masses: {p: m, q: -1}
+positions: {p: [x, y], q: [z, thta^2]}
+potential: k*xdot**2 + m g*ln(p.y) + g*sin(x, y)
+solve: {stop: 0, method: rk4, samples: 3, step: 1, outputs: [hh]}
+"""
+
+
+@pytest.mark.parametrize("command", ["check", "solve", "equations", "sweep", "bench"])
+def test_all_mistakes_of_a_file_at_once(folder, command):
+    (folder / "input.yaml").write_text(MISTAKES)
+    said = fuzz.Stream()
+    with redirect_stdout(fuzz.Stream()), redirect_stderr(said):
+        status = main([command, "input.yaml", *(("--over", "k=1:2:3") if command == "sweep" else ())])
+    found = [line.split(": ")[0] for line in said.getvalue().splitlines() if line.startswith("input.yaml:")]
+    places = [
+        "1:23", "2:1", "3:28", "3:37", "4:19", "5:31", "5:35", "6:14", "6:24", "6:28", "6:40",
+        "7:15", "7:26", "7:49", "7:62",
+    ]  # fmt: skip
+    missing = {"equations": {"3:37"}, "sweep": {"3:37", "4:19"}}.get(command, set())
+    assert status == 3
+    assert found == [f"input.yaml:{place}" for place in places if place not in missing]

@@ -23,28 +23,41 @@ MOST_LINES = 20
 
 @click.command("check")
 @systems_argument
+@click.option("--verbose", is_flag=True, help="Also say how the equations will be integrated.")
 @shared_options
 def check(
-    systems: tuple[str, ...], overrides: dict[str, str], sizes: dict[str, str], as_json: bool, quiet: bool
+    systems: tuple[str, ...],
+    verbose: bool,
+    overrides: dict[str, str],
+    sizes: dict[str, str],
+    as_json: bool,
+    quiet: bool,
 ) -> int:
     """Validate system files and say what kind of systems they describe.
 
     Degrees of freedom, scleronomic or rheonomic, cyclic coordinates, what is conserved and why, and what
-    'solve' will skip and why. Warns where units contradict each other. Nothing is integrated or written.
+    'solve' will skip. A file is refused exactly if 'solve' refuses it, and all its mistakes are shown. Warns
+    where units contradict each other. Nothing is integrated or written.
     """
     return run_each(
         systems,
-        lambda system: check_system(system, overrides, sizes, as_json=as_json, quiet=quiet),
+        lambda system: check_system(system, overrides, sizes, as_json=as_json, quiet=quiet, verbose=verbose),
         as_json=as_json,
     )
 
 
 def check_system(
-    system: str, overrides: dict[str, str], sizes: dict[str, str], *, as_json: bool, quiet: bool
+    system: str,
+    overrides: dict[str, str],
+    sizes: dict[str, str],
+    *,
+    as_json: bool,
+    quiet: bool,
+    verbose: bool,
 ) -> int:
     """Check one system; returns the exit status."""
     from lagrange_cli.cli.source import derive_system, read_bytes, read_run
-    from lagrange_cli.mechanics.skipped import skipped
+    from lagrange_cli.mechanics.skipped import engine, skipped
     from lagrange_cli.spec.values import resolve_values
 
     waiting = Waiting(stem(system), quiet=quiet)
@@ -58,10 +71,11 @@ def check_system(
     with waiting.stage("deriving the equations of motion"):
         residual = derive_system(spec)
     warnings = contradicting_units(spec)
+    left_out = skipped(residual, left_out_of(spec))
     if as_json:
-        emit_json(as_object(spec.name, residual, skipped(residual), warnings))
+        emit_json(as_object(spec.name, residual, left_out, engine(residual), warnings))
     elif not quiet:
-        emit(as_text(spec.name, residual, skipped(residual)))
+        emit(as_text(spec.name, residual, left_out, engine(residual) if verbose else ()))
         for warning in warnings[:MOST_LINES]:
             complain(replace(warning, message=f"warning: {warning.message}").render(spec.filename))
     return 0
@@ -78,7 +92,11 @@ def contradicting_units(spec: Spec) -> list[Problem]:
 
 
 def as_object(
-    name: str, residual: Residual, skipped: tuple[str, ...], warnings: Sequence[Problem] = ()
+    name: str,
+    residual: Residual,
+    skipped: tuple[str, ...],
+    engine: tuple[str, ...],
+    warnings: Sequence[Problem] = (),
 ) -> dict[str, Any]:
     """The facts for ``--json``."""
     return {
@@ -91,6 +109,7 @@ def as_object(
             for each in residual.conserved
         ],
         "skipped": list(skipped),
+        "engine": list(engine),
         "formulation": residual.formulation,
         "convolutions": dict(residual.costs),
         "warnings": [
@@ -100,20 +119,33 @@ def as_object(
     }
 
 
-def as_text(name: str, residual: Residual, skipped: tuple[str, ...]) -> str:
-    """The facts in a few lines."""
-    from lagrange_cli.mechanics.skipped import formulation
+def left_out_of(spec: Spec) -> list[str]:
+    """The outputs that the system has and that ``solve`` leaves out by default."""
+    from lagrange_cli.cli.settings import ALL, OUTPUTS, default_outputs, resolve_outputs
 
-    kind = "scleronomic" if residual.scleronomic else "rheonomic"
+    particles = spec.lagrangian is None
+    has = resolve_outputs((ALL,), has_particles=particles)
+    asked = resolve_outputs(spec.solve.outputs or default_outputs(spec), has_particles=particles)
+    none = set() if spec.observables else {"observables"}
+    return [name for name in OUTPUTS if name in has - asked - none]
+
+
+def as_text(name: str, residual: Residual, skipped: tuple[str, ...], engine: tuple[str, ...] = ()) -> str:
+    """The facts in a few lines."""
+    particles = residual.model.lagrangian is None
+    if residual.scleronomic:
+        kind = f"scleronomic: {'positions do' if particles else 'L does'} not depend on t"
+    else:
+        kind = f"rheonomic: {'positions depend' if particles else 'L depends'} on t"
     conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in residual.conserved]
     return "\n".join(
         (
             f"{name}: {count_of(len(residual.coordinates), 'degree')} of freedom, {kind}",
             f"  coordinates: {', '.join(in_short(residual.coordinates, residual))}",
             f"  cyclic: {', '.join(in_short(residual.cyclic, residual)) or 'none'}",
-            *section("conserved", conserved),
-            f"  formulation: {formulation(residual)}",
-            *section("skipped by solve", skipped),
+            *section("conserved", conserved, "neither h nor any p_k"),
+            *section("skipped by solve", skipped, "nothing"),
+            *(section("integration", engine, "") if engine else ()),
         )
     )
 
@@ -134,9 +166,9 @@ def in_short(names: Sequence[str], residual: Residual) -> list[str]:
     return list(shown)
 
 
-def section(title: str, lines: Sequence[str]) -> list[str]:
-    """A titled list, one line for each entry as long as there are not too many."""
+def section(title: str, lines: Sequence[str], none: str) -> list[str]:
+    """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty."""
     left = len(lines) - MOST_LINES
     more = [f"    and {left} more, see --json"] if left > 0 else []
     shown = [f"    {line}" for line in lines[:MOST_LINES]]
-    return [f"  {title}:", *shown, *more] if lines else [f"  {title}: nothing"]
+    return [f"  {title}:", *shown, *more] if lines else [f"  {title}: {none}"]

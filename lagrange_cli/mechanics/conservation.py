@@ -113,18 +113,22 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
             continue
         cyclic.append(name)
         if force in absent:
-            because = f"{name} is cyclic: L does not contain it, and no generalized force acts on it"
+            because = f"{name} is cyclic (L does not depend on it), and no generalized force acts on it"
             conserved.append(Conserved(f"p_{name}", f"dL/d{velocity_name(name)}", because))
     if is_zero(energetics.lagrangian_rate(model.time)) and is_zero(energetics.power):
-        conserved.append(_energy(model))
+        conserved.append(_energy(model, energetics))
     return tuple(cyclic), tuple(conserved)
 
 
-def _energy(model: Model[Node]) -> Conserved:
-    because = "L does not contain t explicitly, and no force outside L does work"
+def _energy(model: Model[Node], energetics: Energetics) -> Conserved:
+    because = "L does not depend on t explicitly"
+    if not all(map(is_zero, set(energetics.forces))):
+        because += ", and the generalized forces do no work"
     if model.lagrangian is None:
         graph = graph_of(model)
         drifts = {graph.diff(x, model.time) for p in model.particles for x in p.position}
         if all(map(is_zero, drifts | {graph.diff(model.potential, v) for v in model.v})):
-            return Conserved("h", "T + U", because + "; h = T + U, as the embedding does not contain t")
+            return Conserved(
+                "h", "T + U", f"{because}; h = T + U, as neither positions depend on t nor U on velocities"
+            )
     return Conserved("h", "sum_k q_dot_k p_k - L", because)

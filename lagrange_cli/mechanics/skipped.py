@@ -1,4 +1,4 @@
-"""What a run of a system leaves out, and why, in sentences for the user."""
+"""What a run of a system leaves out, and how its equations are integrated, in sentences for the user."""
 
 from __future__ import annotations
 
@@ -10,30 +10,40 @@ from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 
 
-def skipped(residual: Residual) -> tuple[str, ...]:
-    """One sentence for each thing that ``solve`` does not compute for this system."""
-    model = residual.model
+def skipped(residual: Residual, outputs: Sequence[str]) -> tuple[str, ...]:
+    """What ``solve`` does not compute for this system, a sentence each; ``outputs`` are those that it has and
+    that the file does not ask for."""
     said = []
+    if all(map(is_zero, set(Energetics(residual.model).forces))):
+        said.append("generalized forces: all of them are zero")
+    if outputs:
+        said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")
+    return tuple(said)
+
+
+def engine(residual: Residual) -> tuple[str, ...]:
+    """How the equations are integrated, a sentence for each fact.
+
+    These are facts of the equations as they are integrated: their mass matrix is that of the formulation.
+    """
+    model = residual.model
+    matrix = "the mass matrix after Routh's reduction" if residual.held else "the mass matrix"
+    said = [f"formulation: {formulation(residual)}"]
     if residual.constant_mass_matrix:
-        said.append(
-            "the mass matrix contains parameters only: it is factored once per run, not once per step"
-        )
+        said.append(f"{matrix} contains parameters only: it is factored once per run, not once per step")
     size, blocks = len(model.q), residual.blocks
     if size > 1 and len(blocks) == size:
-        said.append("the mass matrix is diagonal: solving with it is one division for each coordinate")
+        said.append(f"{matrix} is diagonal: solving with it is one division for each coordinate")
     elif len(blocks) > 1:
         listed = in_short(["{" + in_short([model.coordinates[k] for k in block]) + "}" for block in blocks])
-        said.append(f"the mass matrix is block-diagonal, {listed}: each block is factored by itself")
+        said.append(f"{matrix} is block-diagonal, {listed}: each block is factored by itself")
     if not any(node.symbols & model.time.symbols for node in residual.residual):
-        said.append("the equations do not contain t: no series of explicit time is carried")
+        said.append("the equations do not contain t: no Taylor series of t is computed")
     count = len(_parameter_nodes(residual))
     if count:
-        noun = "expression" if count == 1 else "expressions"
+        noun = "subexpression" if count == 1 else "subexpressions"
         said.append(f"{count} {noun} in parameters alone: computed once per run, not once per step")
-    if all(map(is_zero, set(Energetics(model).forces))):
-        said.append("no forces outside L: no generalized forces are computed")
-    said.append("T, U, positions, ledgers and action: computed only when --outputs asks for them")
-    said.append("sympy and scipy: not imported, the Taylor method and the derivation do not need them")
+    said.append("sympy and scipy are not imported: neither deriving nor the Taylor method needs them")
     return tuple(said)
 
 
@@ -49,7 +59,7 @@ def formulation(residual: Residual) -> str:
     ]
     if names:
         verb, momenta = ("is", "its momentum is") if len(names) == 1 else ("are", "their momenta are")
-        said += f": {in_short(names)} {verb} cyclic, {momenta} held constant"
+        said += f": {in_short(names)} {verb} cyclic, {momenta} constant"
     return said
 
 

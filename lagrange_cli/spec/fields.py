@@ -86,7 +86,7 @@ def _parsed(
         if passages:
             text += ", "
         passages.append((len(text), scalar.passage))
-        tree, errors = _tree(scalar, len(text))
+        tree, errors = _tree(scalar, where, len(text))
         draft = Expression(scalar.text, tree, scalar.place, ((len(text), scalar.passage),))
         for error in errors:
             problems.add_expression(draft, error, where)
@@ -100,7 +100,7 @@ def _parsed(
     return Expression(text, tree, scalars[0].place, tuple(passages))
 
 
-def _tree(scalar: Scalar, offset: int) -> tuple[Tree, list[ExpressionError]]:
+def _tree(scalar: Scalar, where: str, offset: int) -> tuple[Tree, list[ExpressionError]]:
     """What a scalar was probably meant to be, and all that is wrong with it."""
     text, span = scalar.text, Span(offset, offset + max(1, len(scalar.text)))
     unit = quantity(text)
@@ -109,7 +109,7 @@ def _tree(scalar: Scalar, offset: int) -> tuple[Tree, list[ExpressionError]]:
     elif text.lower().lstrip("+-") in _NOT_FINITE:
         error = ExpressionError(span, f"'{text}' is not a finite number", "write a number")
     elif unit and unit[1] not in DEGREES | RADIANS:
-        error = ExpressionError(span, "number with a unit", _quantity_hint(*unit))
+        error = ExpressionError(span, "number with a unit", _quantity_hint(*unit, where))
     else:
         return read(text, offset)
     return Number("1", span), [error]
@@ -122,9 +122,13 @@ def unreadable(place: Place, problems: Problems) -> Expression:
     return expression
 
 
-def _quantity_hint(number: str, unit: str) -> str:
-    hint = f"write {{value: {number}, unit: {unit}}} for a parameter, else only {number}"
-    return f"{hint}; or {number}*{unit} for a product" if unit.isidentifier() and len(unit) < 3 else hint
+def _quantity_hint(number: str, unit: str, where: str) -> str:
+    hint = f"write {number}"
+    if where.startswith("parameter"):
+        hint = f"write {{value: {number}, unit: {unit}}}"
+    elif "of coordinate" in where:
+        hint = f"write {number}, and the unit of the coordinate as 'unit: m'"
+    return f"{hint}, or {number}*{unit} for a product" if unit.isidentifier() and len(unit) < 3 else hint
 
 
 def read_number(node: Node, where: str, problems: Problems) -> float | None:

@@ -13,6 +13,7 @@ KEYS = [
     "cyclic",
     "conserved",
     "skipped",
+    "engine",
     "formulation",
     "convolutions",
     "warnings",
@@ -60,9 +61,16 @@ def test_every_shipped_system_is_right(tmp_path):
 def test_the_text_says_the_same(tmp_path):
     run = lagrange("check", SYSTEMS / "central_force.yaml", cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
-    assert "2 degrees of freedom, scleronomic" in run.stdout
+    assert "2 degrees of freedom, scleronomic: positions do not depend on t" in run.stdout
+    assert "mass matrix" not in run.stdout and "convolution" not in run.stdout
     assert "cyclic: theta" in run.stdout
     assert "p_theta = " in run.stdout
+
+
+def test_how_it_is_integrated_is_said_on_request(tmp_path):
+    run = lagrange("check", "--verbose", SYSTEMS / "central_force.yaml", cwd=tmp_path)
+    assert "the mass matrix after Routh's reduction contains parameters only" in run.stdout
+    assert "convolutions per order" in run.stdout
 
 
 def test_nothing_is_written(tmp_path):
