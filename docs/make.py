@@ -66,6 +66,14 @@ With `--json`, a system that fails has an object too, with `name`, `status` ("fa
 `LAGRANGE_LIMITS=seconds=60,memory=2000` limits the time of a command in seconds and its memory in MB. When
 the time is over, the command is interrupted (status 130). If it needs more memory, it ends with status 4.
 These and the other [limits](security.md#the-limits) are meant for system files from elsewhere.
+
+## Platforms
+
+lagrange is developed and tested on Linux, on x86-64 processors and in part on emulated ARM64 ones. Windows
+and macOS have not been tried on real machines. The tests imitate what Python lacks there, such as signals,
+locks and limits. They check that each command works, and that the object code for these platforms refers to
+nothing but their C libraries. LLVM's loader on these platforms, their file systems, and Ctrl-C in a Windows
+console are not tested at all. The limit of the memory works on Linux only.
 """
 
 

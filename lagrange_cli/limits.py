@@ -70,20 +70,46 @@ def enforce() -> None:
     if "memory" in limits:
         if limits["memory"] < LEAST_MEMORY:
             raise UsageError(f"{VARIABLE}: {LEAST_MEMORY} MB of memory is the least that the command needs")
+        limit_memory(int(limits["memory"] * 1e6))
+    if "seconds" in limits:
+        limit_time(limits["seconds"])
+
+
+def limit_memory(size: int) -> None:
+    """Let this process have so many bytes of address space; raises ``UsageError`` where that cannot be."""
+    try:
         import resource
 
-        size = int(limits["memory"] * 1e6)
         _, hard = resource.getrlimit(resource.RLIMIT_AS)
-        resource.setrlimit(
-            resource.RLIMIT_AS, (size if hard == resource.RLIM_INFINITY else min(size, hard), hard)
-        )
-    if "seconds" in limits:
-        import signal
+        soft = size if hard == resource.RLIM_INFINITY else min(size, hard)
+        resource.setrlimit(resource.RLIMIT_AS, (soft, hard))
+    except (ImportError, AttributeError, ValueError, OSError) as error:  # Windows has none, macOS refuses it
+        raise UsageError(
+            f"{VARIABLE}: the memory of a process cannot be limited on this platform: leave 'memory' out"
+        ) from error
 
+
+def limit_time(seconds: float) -> None:
+    """Interrupt this process, as Ctrl-C does, after so many seconds."""
+    import signal
+
+    if hasattr(signal, "SIGALRM"):
         signal.signal(signal.SIGALRM, signal.default_int_handler)
-        signal.setitimer(signal.ITIMER_REAL, limits["seconds"])
+        signal.setitimer(signal.ITIMER_REAL, seconds)
+    else:  # Windows
+        import _thread
+        import threading
+
+        timer = threading.Timer(seconds, _thread.interrupt_main)
+        timer.daemon = True
+        timer.start()
 
 
-def time_is_over() -> bool:
-    """Whether this process has had the seconds that it may have."""
-    return time.monotonic() - _BEGAN >= limit("seconds")
+def time_over() -> str:
+    """What is said where this process has had the seconds that it may have; else nothing."""
+    seconds = limit("seconds")
+    return (
+        f"The time limit is reached: {VARIABLE}=seconds={seconds:g}"
+        if time.monotonic() - _BEGAN >= seconds
+        else ""
+    )

@@ -12,10 +12,13 @@ from typing import Any
 
 from lagrange_cli.cli.progress import eraser
 from lagrange_cli.cli.report import INTERRUPTED
+from lagrange_cli.errors import UsageError
+from lagrange_cli.limits import time_over
 
-ENDING = tuple(getattr(signal, name) for name in ("SIGTERM", "SIGHUP", "SIGALRM") if hasattr(signal, name))
-"""Signals besides that of Ctrl-C that ask a process to end (the last is that of ``limits``); they do what it
-does."""
+ENDS = ("SIGTERM", "SIGHUP", "SIGALRM", "SIGBREAK")
+ENDING = tuple(getattr(signal, name) for name in ENDS if hasattr(signal, name))
+"""Signals besides that of Ctrl-C that ask a process to end; they do what it does. Not every platform has all:
+SIGALRM is that of ``limits``, SIGBREAK that of Ctrl-Break on Windows."""
 
 
 class Interrupts:
@@ -63,7 +66,9 @@ def heed_endings() -> None:
 
 def leave(number: int, frame: FrameType | None) -> None:
     """End the process. (An exception would be lost where it falls into code that is called back.)"""
-    with suppress(OSError):
+    with suppress(OSError, UsageError):
         os.write(2, eraser() + b"Interrupted.\n")
+        if reason := time_over():
+            os.write(2, f"{reason}\n".encode())
     atexit._run_exitfuncs()
     os._exit(INTERRUPTED)

@@ -85,8 +85,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except (Exception, KeyboardInterrupt) as error:
         message, status = describe(error)
         complain(message)
-    if status == INTERRUPTED and limits.time_is_over():
-        complain(f"The time limit is reached: {limits.VARIABLE}=seconds={limits.limit('seconds'):g}")
+    if status == INTERRUPTED and (reason := limits.time_over()):
+        complain(reason)
     return status if isinstance(status, int) else 0
 
 

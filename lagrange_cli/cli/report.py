@@ -53,8 +53,12 @@ def emit(text: str) -> None:
 
 def discard_output() -> None:
     """Send what is still buffered for standard output to nowhere, so that closing it cannot fail."""
+    try:
+        output = sys.stdout.fileno()
+    except (AttributeError, OSError):  # there is none, or it is no file: nothing is left to fail
+        return
     nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, sys.stdout.fileno())
+    os.dup2(nowhere, output)
     os.close(nowhere)
 
 

@@ -118,9 +118,9 @@ def read_bytes(system: str) -> bytes:
             return file.read(whole("bytes") + 1)
     except FileNotFoundError as error:
         raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
-    except IsADirectoryError as error:
-        raise FileError(f"{system} is a directory, not a system file") from error
     except OSError as error:
+        if Path(system).is_dir():  # no permission to read it is what Windows says
+            raise FileError(f"{system} is a directory, not a system file") from error
         raise FileError(f"{system} could not be read: {error.strerror or error}") from error
     except ValueError as error:  # a NUL in the name
         raise UsageError(f"{system!r} is not the name of a file: {error}") from error

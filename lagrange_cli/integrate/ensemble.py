@@ -151,11 +151,11 @@ class OneByOne:
 
         end = self.method.follow(starts.parameters[member], state, times, keep, watch)
         return Batch(
-            index=np.array([member]),
+            index=np.array([member], dtype=np.int64),
             ending=[end.ending],
             t=np.array([end.t]),
             state=end.state[None],
-            steps=np.array([end.steps]),
+            steps=np.array([end.steps], dtype=np.int64),
             samples=samples[None] if starts.sampled else None,
-            reached=np.array([reached]),
+            reached=np.array([reached], dtype=np.int64),
         )

@@ -65,7 +65,7 @@ def follow_ensemble(
     going = True
     for start in range(0, values.members, size):
         part = slice(start, min(start + size, values.members))
-        emit(np.arange(part.start, part.stop), start_of(values, families, part))
+        emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
         parameters = table([values.parameters[name] for name in program.parameters], part)
         states = table([*values.q, *values.v, *(0.0 for _ in program.integrals)], part)
         books.open(start, parameters, states)

@@ -134,7 +134,5 @@ def emit_prepare(
     for node, slot in constants.slots.items():
         emitter.store(known[node], "%constants", slot)
     body = "\n".join(emitter.lines)
-    return (
-        f"define {name}(ptr noalias %parameters, ptr noalias %constants) {{\n{body}\n  ret void\n}}\n",
-        len(constants.slots),
-    )
+    head = f"{name}(ptr noalias %parameters, ptr noalias %constants) nounwind"
+    return f"define {head} {{\n{body}\n  ret void\n}}\n", len(constants.slots)

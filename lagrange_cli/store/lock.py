@@ -49,6 +49,9 @@ def _locked(held: int) -> bool:
 
 def unlock(place: Path, held: int) -> None:
     """Remove the file and let others lock it anew."""
+    if fcntl is None:  # on Windows, what is open cannot be removed; if another has it by now, it stays
+        os.close(held)
     with suppress(OSError):
         place.unlink()
-    os.close(held)
+    if fcntl is not None:
+        os.close(held)
