@@ -16,9 +16,6 @@ from lagrange_cli.spec.sections import SECTIONS
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
-UNREVISED = {"README.md", "output-file.md", "security.md"}
-LONG = {"output-file.md", "security.md"}
-"""Pages whose language, and whose lines, are still to be revised."""
 WIDTH = 120
 """Characters that a line of prose may have."""
 CONTORTED = (
@@ -61,11 +58,6 @@ def test_the_page_of_the_system_file_names_every_section_and_function():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     words = set(re.findall(r"\w+", " ".join(re.findall(r"`(.*?)`", page))))
     assert set(SECTIONS) | set(FUNCTIONS) | set(VECTOR_FUNCTIONS) <= words
-
-
-def but(names: set[str]) -> list[Path]:
-    """The pages of other names."""
-    return [page for page in PAGES if page.name not in names]
 
 
 def prose(page: Path) -> Iterator[tuple[int, str]]:
@@ -123,12 +115,12 @@ def test_pages_that_the_code_names_exist():
     assert list(broken(ROOT / "README.md", " ".join(f"]({name})" for name in sorted(named)))) == []
 
 
-@pytest.mark.parametrize("page", but(LONG), ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_lines_of_prose_are_short(page):
     assert [number for number, line in prose(page) if len(line) > WIDTH] == []
 
 
-@pytest.mark.parametrize("page", but(UNREVISED), ids=lambda page: page.name)
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
 def test_the_prose_is_plain(page):
     text = re.sub(r"\s+", " ", page.read_text(encoding="utf-8"))
     assert [found[0] for each in CONTORTED for found in re.finditer(each, text)] == []
