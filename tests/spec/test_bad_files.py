@@ -121,6 +121,9 @@ BAD = [
     ("name: pendulum", "time: {units: d}", [(1, "units", "unknown key 'units' in time", "'unit'")]),
     ("name: pendulum", "time: {unit: {d: 1}}", [(1, "{", "unit of time must be a text", "")]),
     ("unit: m", 'unit: "\\0"', [(4, "\\", "contains the character NUL", "leave it out")]),
+    ("name: pendulum", "solv: {stop: 0}", [(0, "", "stops where", ""), (1, "solv", "unknown", "")]),
+    ("name: pendulum", "solve: {stoop: 0}", [(1, "solve", "stops", ""), (1, "stoop", "unknown key", "")]),
+    ("name: pendulum", "time: s\nsolve: {unti: d}", [(2, "solve", "'d' in", ""), (2, "unti", "unknown", "")]),
     # what is still to come
     ("name: pendulum", "bodies: {}", [(1, "bodies", "'bodies' is not supported yet", "")]),
     ("name: pendulum", "constraints: {}", [(1, "constraints", "'constraints' is not supported yet", "")]),
