@@ -27,6 +27,7 @@ from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, r
 from lagrange_cli.cli.resuming import Start, say_finished, take_up
 from lagrange_cli.cli.runs import (
     EXIT_STATUS,
+    STANDARD_OUTPUT,
     Request,
     find_output,
     list_of_outputs,
@@ -143,6 +144,8 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
     with watch.stage("import"):
         if format_of(request.output) != HDF5:
             raise UsageError("a sweep is written as HDF5: give --output a name that ends in .h5")
+        if request.output == STANDARD_OUTPUT:
+            raise UsageError("a sweep cannot be written to standard output: give --output a name")
         name = output_name(system, request.output, "_sweep")
         target = find_output(system, name, request, {"command": "'lagrange sweep'", **draws.options_given()})
     ensemble = read_ensemble(system, request, draws, watch)

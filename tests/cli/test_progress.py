@@ -11,7 +11,16 @@ from types import SimpleNamespace
 import pytest
 
 from lagrange_cli.cli import progress
-from lagrange_cli.cli.progress import ContestProgress, Counter, Line, Progress, Waiting, columns, duration
+from lagrange_cli.cli.progress import (
+    ContestProgress,
+    Counter,
+    Line,
+    Progress,
+    Waiting,
+    columns,
+    duration,
+    eraser,
+)
 from lagrange_cli.cli.report import complain
 from lagrange_cli.cli.stopwatch import Stopwatch
 from tests.cli.command import ENVIRONMENT, SYSTEMS
@@ -132,6 +141,15 @@ def test_messages_take_the_line_away(terminal, clock, monkeypatch):
     line.show(0, 2, "reference")
     complain("a warning")
     assert terminal.getvalue() == "\rhoop:   0%  reference\r" + " " * 21 + "\ra warning\n"
+
+
+def test_a_process_that_ends_at_once_takes_its_line_away(terminal, clock):
+    assert eraser() == b""
+    line = ContestProgress("hoop", quiet=False)
+    line.show(0, 2, "reference")
+    assert eraser() == b"\r" + b" " * 21 + b"\r"
+    line.clear()
+    assert eraser() == b""
 
 
 NAMES = {
