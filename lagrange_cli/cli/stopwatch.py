@@ -14,6 +14,7 @@ WAITING = {
     "import": "loading modules",
     "parse": "reading the system file",
     "derive": "deriving the equations of motion",
+    "program": "writing the program",
     "compile": "compiling",
     "cache": "looking for a compiled program",
 }
@@ -21,6 +22,9 @@ WAITING = {
 
 STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 """In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
+
+PARTS = {"program": "derive"}
+"""What is a stage to those who wait, and a part of another in the account."""
 
 NOTES = {
     "import": "loading Python modules",
@@ -54,7 +58,7 @@ class Stopwatch:
                 yield
         finally:
             spent = time.perf_counter() - before
-            self.seconds[name] += spent - self._inner
+            self.seconds[PARTS.get(name, name)] += spent - self._inner
             self._inner = outer + spent
 
     def report(self) -> dict[str, float]:

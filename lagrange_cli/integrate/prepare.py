@@ -24,7 +24,8 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
 
 Stage = Callable[[str], AbstractContextManager[None]]
-"""A context in which a stage of the work is done: ``import``, ``derive``, ``compile`` or ``cache``."""
+"""A context in which a stage of the work is done: ``import``, ``derive``, ``program`` (writing it),
+``compile`` or ``cache``."""
 
 
 def untimed(stage: str) -> AbstractContextManager[None]:
@@ -88,17 +89,20 @@ def prepare_system(
         with stage("import"):
             meanwhile()
 
-    def write() -> tuple[Program, Recording]:
+    def write(stage: Stage = untimed) -> tuple[Program, Recording]:
         from lagrange_cli.integrate.writing import write_run
 
-        program, recording = write_run(
-            derive(spec), method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-            precision=precision, order=order, backward=backward,
-        )  # fmt: skip
-        if portable:
-            from lagrange_cli.native.portable import portable as made_portable
+        with stage("derive"):
+            residual = derive(spec)
+        with stage("program"):
+            program, recording = write_run(
+                residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
+                precision=precision, order=order, backward=backward,
+            )  # fmt: skip
+            if portable:
+                from lagrange_cli.native.portable import portable as made_portable
 
-            program = replace(program, text=made_portable(program.text))
+                program = replace(program, text=made_portable(program.text))
         return program, recording
 
     def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
@@ -119,8 +123,7 @@ def prepare_system(
     if kept is None:
         with stage("import"):
             import lagrange_cli.integrate.writing  # noqa: F401
-        with stage("derive"):
-            program, recording = write()
+        program, recording = write(stage)
         level = first_level(program)
         with stage("compile"):
             code = alongside(lambda: compile_object(program, level), prepare_rest)

@@ -123,7 +123,7 @@ def test_a_stage_is_shown_after_two_seconds(terminal, clock):
 def test_the_stages_of_a_run_are_shown_in_words(terminal, clock):
     waiting = Waiting("chain", quiet=False)
     watch = Stopwatch(waiting)
-    for stage in ("import", "parse", "derive", "compile", "integrate", "write"):
+    for stage in ("import", "parse", "derive", "program", "compile", "integrate", "write"):
         with watch.stage(stage):
             clock[0] += 3
             waiting.update()
@@ -131,8 +131,10 @@ def test_the_stages_of_a_run_are_shown_in_words(terminal, clock):
         "chain: loading modules, 3 s",
         "chain: reading the system file, 3 s",
         "chain: deriving the equations of motion, 3 s",
+        "chain: writing the program, 3 s",
         "chain: compiling, 3 s",
     ]
+    assert {*watch.seconds} == {"import", "parse", "derive", "compile", "cache", "integrate", "write"}
 
 
 def test_messages_take_the_line_away(terminal, clock, monkeypatch):
