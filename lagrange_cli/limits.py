@@ -9,8 +9,12 @@ from __future__ import annotations
 import math
 import os
 import time
+from collections.abc import Callable
+from typing import TypeVar
 
-from lagrange_cli.errors import UsageError
+from lagrange_cli.errors import TooLarge, UsageError
+
+T = TypeVar("T")
 
 VARIABLE = "LAGRANGE_LIMITS"
 DEFAULTS = {
@@ -20,6 +24,8 @@ DEFAULTS = {
     "terms": 200_000,  # of all sums
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
     "nodes": 500_000,  # of the equations: 20 s and 0.8 GB to derive
+    "work": 20_000_000,  # steps of a derivation: some 20 s
+    "printed": 100_000,  # terms and factors of an expression that 'equations' prints
     "exponent": 64,  # (1 + x)**64 written out still fits a page
     "samples": 10**10,
     "runs": 10**8,  # members of a sweep
@@ -39,6 +45,38 @@ def limit(name: str) -> float:
 def whole(name: str) -> int:
     """That limit, which is a whole number."""
     return int(limit(name))
+
+
+class Work:
+    """How many elementary steps deriving a system has taken, counted rather than timed.
+
+    A step is about a microsecond of work, and a term or factor in memory costs at least one: so both time
+    and memory are bounded by the limit ``work``.
+    """
+
+    __slots__ = ("most", "spent")
+
+    def __init__(self) -> None:
+        self.spent = 0
+        self.most = limit("work")
+
+    def charge(self, steps: int, what: str = "deriving the equations") -> None:
+        """Count ``steps`` more; raises ``TooLarge`` where the limit is passed, by ``what``."""
+        self.spent += steps
+        if self.spent > self.most:
+            most = f"more than {limit('work'):.0f} steps of work"
+            raise TooLarge(f"{what} takes {most}", "write a smaller system, " + way_out("work"))
+
+    def attempt(self, steps: int, function: Callable[[], T]) -> T | None:
+        """What ``function`` returns, or None where it would take more than so many steps."""
+        before = self.most
+        self.most = min(before, self.spent + steps)
+        try:
+            return function()
+        except TooLarge:
+            return None
+        finally:
+            self.most = before
 
 
 def way_out(name: str) -> str:

@@ -91,6 +91,7 @@ def show_system(
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.values import resolve_parameters
     from lagrange_cli.symbolic.derive import derive_equations
+    from lagrange_cli.symbolic.work import counting
 
     waiting = Waiting(stem(system), quiet=quiet)
     with waiting.stage("reading the system file"):
@@ -100,23 +101,40 @@ def show_system(
             sizes,
             lambda spec, problems: resolve_parameters(spec, overrides, problems),
         )
-    with waiting.stage("deriving the equations of motion"), located(spec):
+    check_printed(spec)
+    with waiting.stage("deriving the equations of motion"), located(spec), counting():
         derived = derive_equations(build_model(spec, SympyAlgebra()))
     with waiting.stage("comparing with the compiled equations"):
         verification = verify_system(spec, derived, overrides) if verifying else None
     if format_ == "json":
         from lagrange_cli.symbolic.data import as_data
 
-        with waiting.stage("writing the equations"), located(spec):
+        with waiting.stage("writing the equations"), located(spec), counting():
             data = as_data(derived, form, parameters)
         emit_json(data | verdict(verification))
     else:
-        with waiting.stage("writing the equations"), located(spec):
+        with waiting.stage("writing the equations"), located(spec), counting():
             text = written(derived, format_, form, parameters)
         if verification is not None and not (quiet and verification.agrees):
             text += f"\n\n{comment(format_)}{verification}"
         emit(text)
     return 0 if verification is None or verification.agrees else DIFFERS
+
+
+def check_printed(spec: Spec) -> None:
+    """Raise ``SpecError`` for a system too large for its equations to be read, before any work is done."""
+    from lagrange_cli.limits import way_out, whole
+    from lagrange_cli.model.largest import largest_expression
+    from lagrange_cli.spec.source import Source
+
+    found = largest_expression(spec)
+    if found is not None and found.size > whole("printed"):
+        raise Source(spec.filename, spec.text).error(
+            found.place,
+            f"this expression has {found.size} terms and factors with its definitions written out: more than "
+            f"'equations' prints ({whole('printed')})",
+            f"'check' and 'solve' may work nevertheless, {way_out('printed')}",
+        )
 
 
 def written(derived: Equations, format_: str, form: str, parameters: dict[str, float]) -> str:

@@ -85,6 +85,8 @@ def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) ->
 
         algebra = PortableGraphAlgebra()
     with located(spec):
+        count = len(spec.coordinates)
+        algebra.graph.work.charge(count**2, f"a mass matrix of {count} coordinates")
         return derive(build_model(spec, algebra))
 
 
@@ -103,8 +105,18 @@ def located(spec: Spec) -> Iterator[None]:
             velocity = velocity_name(error.coordinate)
             hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
-    except (TooLarge, NotReal) as error:
+    except NotReal as error:
         raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
+    except TooLarge as error:
+        from lagrange_cli.model.largest import largest_expression
+        from lagrange_cli.spec.source import Source
+
+        message, hint = error.message, error.hint
+        found = largest_expression(spec)
+        if found is None:
+            raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
+        message += f"; this expression has {found.size} terms and factors with its definitions written out"
+        raise Source(spec.filename, spec.text).error(found.place, message, hint) from error
 
 
 def read_bytes(system: str) -> bytes:

@@ -19,6 +19,8 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 
 MAX_NODES = limits.whole("nodes")
+BITS_A_STEP = 9
+"""The set of a node's symbols counts as a step for every 2**9 bits: 64 bytes."""
 WIDE = 8
 """Arguments from which on it pays to know which symbols each of them holds."""
 
@@ -105,6 +107,7 @@ class Graph:
     tidy, power_of, function_of = staticmethod(tidy), staticmethod(real_power), staticmethod(real_function)
 
     def __init__(self) -> None:
+        self.work = limits.Work()
         self.nodes: list[Node] = []
         self._table: dict[tuple[Any, ...], Node] = {}
         self._symbols: dict[str, int] = {}
@@ -151,6 +154,7 @@ class Graph:
                     f"the equations have more than {MAX_NODES} terms and factors that differ",
                     "write a smaller system, " + limits.way_out("nodes"),
                 )
+            self.work.charge(1 + len(arguments) + (symbols.bit_length() >> BITS_A_STEP))
             node = Node(self, kind, data, arguments, symbols)
             self.nodes.append(node)
             self._table[key] = node
@@ -162,16 +166,20 @@ class Graph:
         """``sum coefficient * node``, flattened, like terms collected."""
         constant = 0.0
         collected: dict[Node, float] = {}
+        count = 0
         for node, coefficient in terms:
+            count += 1
             if node.kind is Kind.NUMBER:
                 constant += coefficient * node.data
             elif node.kind is Kind.SUM:
+                count += len(node.arguments)
                 inner, coefficients = node.data
                 constant += coefficient * inner
                 for argument, factor in zip(node.arguments, coefficients):
                     collected[argument] = collected.get(argument, 0.0) + coefficient * factor
             else:
                 collected[node] = collected.get(node, 0.0) + coefficient
+        self.work.charge(count)
         collected = {node: c for node, c in collected.items() if c != 0.0}
         constant += self._fold_squares(collected)
         if not collected:
@@ -239,7 +247,9 @@ class Graph:
         coefficient = 1.0
         collected: dict[Node, int | float] = {}
         pending = list(factors)
+        count = 0
         while pending:
+            count += 1
             node, exponent = pending.pop()
             if node.kind is Kind.NUMBER:
                 coefficient *= self.power_of(node.data, exponent)
@@ -255,6 +265,7 @@ class Graph:
                     pending.append((rest, exponent))
                     continue
             collected[node] = collected.get(node, 0) + exponent
+        self.work.charge(count)
         if coefficient == 0.0:
             return self.zero
         parts = [(a, self.tidy(e)) for a, e in collected.items() if e != 0]
@@ -304,6 +315,7 @@ class Graph:
             if inner not in new and (inner.number, number) not in known:
                 new.add(inner)
                 pending += [argument for argument, _ in self._arguments_with(inner, symbol)]
+        self.work.charge(len(new))
         for inner in sorted(new, key=_number):
             known[inner.number, number] = self._derivative(inner, symbol)
         return known[node.number, number]
@@ -412,11 +424,15 @@ def reachable(roots: Iterable[Node], enter: Any = None) -> list[Node]:
     """All nodes below ``roots`` (those for which ``enter`` holds), arguments before their users."""
     seen: set[Node] = set()
     pending = [root for root in roots if enter is None or enter(root)]
+    count = 0
     while pending:
         node = pending.pop()
         if node not in seen:
             seen.add(node)
+            count += 1 + len(node.arguments)
             pending.extend(a for a in node.arguments if a not in seen and (enter is None or enter(a)))
+    if seen:
+        node.graph.work.charge(count)
     return sorted(seen, key=_number)
 
 

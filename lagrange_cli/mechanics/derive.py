@@ -11,10 +11,12 @@ Routh's reduction of the cyclic coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
+from typing import TypeVar
 
 from lagrange_cli.errors import SingularCoordinate
-from lagrange_cli.expression.graph import Graph, Node, bits
+from lagrange_cli.expression.graph import MAX_NODES, Graph, Node, bits
 from lagrange_cli.mechanics.conservation import Conserved, conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate
@@ -25,17 +27,29 @@ from lagrange_cli.mechanics.routh import routh
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 
+T = TypeVar("T")
+
+PATIENCE, LEAST_ATTEMPT = 2, 1_000_000
+"""A further formulation may take so many times the steps before it, and so many in any case."""
+STEPS_A_NODE = 4
+"""What a new node takes at least: so a formulation that is left out leaves nodes for those that are not."""
+
 
 def derive(model: Model[Node]) -> Residual:
     """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros."""
     graph = graph_of(model)
     cyclic, conserved = conservation(model)
     forms = formulations(model, graph, conserved)
-    for name, row in zip(model.coordinates, next(iter(forms.values())).mass_matrix):
+    first, *others = forms
+    for name, row in zip(model.coordinates, forms[first].mass_matrix):
         if all(is_zero(entry) for entry in row if entry is not graph.zero):
             raise SingularCoordinate(name)
-    costs = {name: convolutions(model, graph, form) for name, form in forms.items()}
-    chosen = min(forms, key=lambda name: costs[name])
+    costs = {first: convolutions(model, graph, forms[first])}
+    for name in others:
+        cost = if_affordable(graph, partial(convolutions, model, graph, forms[name]))
+        if cost is not None:
+            costs[name] = cost
+    chosen = min(costs, key=lambda name: costs[name])
     velocities = numbered(model.v)
     slopes = graph.gradient(model.potential, velocities).values()
     return Residual(
@@ -54,28 +68,52 @@ def derive(model: Model[Node]) -> Residual:
 
 
 def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved]) -> dict[str, Formulation]:
-    """The candidates by name, each with all forces; of two that cost the same the earlier one is simpler."""
+    """The candidates by name, each with all forces; of two that cost the same the earlier one is simpler.
+
+    The first one is always there. Another is left out where it takes far more work, as where sums multiply.
+    """
     forms: dict[str, Formulation] = {}
     if model.lagrangian is not None:
-        base, lagrangian = "lagrangian", model.lagrangian
+        add_energetic(forms, model, graph, "lagrangian", model.lagrangian, conserved)
     else:
         forms["embedding"] = from_embedding(model, graph)
-        kinetic = reduced_kinetic_energy(model)
-        if kinetic is None:
-            return forms
-        base, lagrangian = "kinetic energy", kinetic - model.potential
+
+        def add() -> None:
+            kinetic = reduced_kinetic_energy(model)
+            if kinetic is not None:
+                name = "kinetic energy"
+                add_energetic(forms, model, graph, name, kinetic - model.potential, conserved)
+
+        if_affordable(graph, add)
+    return forms
+
+
+def add_energetic(
+    forms: dict[str, Formulation],
+    model: Model[Node],
+    graph: Graph,
+    base: str,
+    lagrangian: Node,
+    conserved: Iterable[Conserved],
+) -> None:
+    """Add to ``forms`` those that follow from L: Euler and Lagrange's, called ``base``, and its variants."""
     forces = Energetics(model).forces
     residual, matrix = euler_lagrange(model, graph, lagrangian, forces)
     forms[base] = normalized(graph, residual, matrix, variables(model))
-    other = gyroscopic(model, graph, lagrangian, residual)
+    other = if_affordable(graph, lambda: gyroscopic(model, graph, lagrangian, residual))
     if other is not None:
         forms["gyroscopic forces"] = normalized(graph, other, matrix, variables(model))
     names = {each.quantity for each in conserved}
     steady = {k for k, name in enumerate(model.coordinates) if f"p_{name}" in names}
-    reduced = routh(model, graph, lagrangian, forces, matrix, steady)
+    reduced = if_affordable(graph, lambda: routh(model, graph, lagrangian, forces, matrix, steady))
     if reduced is not None:
         forms["Routh"] = reduced
-    return forms
+
+
+def if_affordable(graph: Graph, function: Callable[[], T]) -> T | None:
+    """What ``function`` returns, or None where it takes far more work than all that has been done so far."""
+    room = STEPS_A_NODE * (MAX_NODES - len(graph.nodes))
+    return graph.work.attempt(min(PATIENCE * graph.work.spent + LEAST_ATTEMPT, room), function)
 
 
 def from_embedding(model: Model[Node], graph: Graph) -> Formulation:

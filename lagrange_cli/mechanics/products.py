@@ -5,8 +5,9 @@ Each product of two series is a convolution, and so is a reciprocal; any other p
 
 from __future__ import annotations
 
+from bisect import bisect_left
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 
 from lagrange_cli.expression.graph import Graph, Node
@@ -14,16 +15,26 @@ from lagrange_cli.expression.graph import Graph, Node
 REPEATED = 4
 """Whole powers up to this one are factors one by one; higher ones are squared up by themselves."""
 
+MOST_COMPARISONS = 2_000_000
+"""Comparisons of pairs of factors that looking for the best order may take, about a second."""
+
 Pair = tuple[Node, Node]
 
 
 def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
     """Products, and parts of them, as products of two.
 
-    What is multiplied first is, again and again, the pair that most of the products have in common.
+    What is multiplied first is, again and again, the pair that most of the products have in common. The
+    work of that grows with the cube of the number of factors: products of very many are halved instead.
     """
     factors = {product: factors_of(graph, product) for product in products}
-    plan: dict[Node, Pair] = {}
+    comparisons, long = 0, []
+    for product in sorted(factors, key=lambda one: len(factors[one])):
+        comparisons += len(factors[product]) ** 3
+        if comparisons > MOST_COMPARISONS:
+            long.append(product)
+    plan = halved(graph, {product: factors.pop(product) for product in long})
+    graph.work.charge(min(comparisons, MOST_COMPARISONS) // 2)
     users: dict[Pair, dict[Node, None]] = {}
     made: set[Pair] = set()
     heap: list[tuple[int, int, int, Pair]] = []
@@ -64,6 +75,33 @@ def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
             changed |= dict.fromkeys(enter(product))
         for pair in changed:
             heappush(heap, priority(pair))
+    return plan
+
+
+def halved(graph: Graph, products: Mapping[Node, Counter[Node]]) -> dict[Node, Pair]:
+    """Products of many factors, each from two halves, and these from their halves.
+
+    All are cut at the same factors, so that products that differ in a few factors share most of their parts:
+    the derivative of a product of n factors, n products of n - 1, takes about n log2 n products of two.
+    """
+    plan: dict[Node, Pair] = {}
+    order = sorted({factor for own in products.values() for factor in own}, key=lambda node: node.number)
+    ranks = {factor: rank for rank, factor in enumerate(order)}
+
+    def part(own: Sequence[Node], counts: Counter[Node], start: int, stop: int) -> Node:
+        while len(own) > 1:
+            middle = (start + stop) // 2
+            cut = bisect_left(own, middle, key=ranks.__getitem__)
+            if 0 < cut < len(own):
+                break
+            start, stop = (middle, stop) if cut == 0 else (start, middle)
+        both = graph.product([(factor, counts[factor]) for factor in own])
+        if len(own) > 1 and both not in plan:
+            plan[both] = part(own[:cut], counts, start, middle), part(own[cut:], counts, middle, stop)
+        return both
+
+    for counts in products.values():
+        part(sorted(counts, key=ranks.__getitem__), counts, 0, len(order))
     return plan
 
 

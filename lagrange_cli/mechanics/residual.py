@@ -8,6 +8,7 @@ neither M^-1 nor M is ever a series. ``derive`` makes it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph, Node
 from lagrange_cli.mechanics.conservation import Conserved
@@ -62,17 +63,17 @@ class Residual:
         """The names of the coordinates, in the order of q."""
         return self.model.coordinates
 
-    @property
+    @cached_property
     def variables(self) -> int:
         """Bit set of the symbols that change along a motion: q, q_dot and t."""
         return variables(self.model)
 
-    @property
+    @cached_property
     def blocks(self) -> tuple[tuple[int, ...], ...]:
         """Coordinates that the mass matrix couples: its block-diagonal structure."""
         return connected(self.mass_matrix)
 
-    @property
+    @cached_property
     def constant_mass_matrix(self) -> bool:
         """Whether the mass matrix depends on nothing but parameters."""
         return all(not entry.symbols & self.variables for row in self.mass_matrix for entry in row)
@@ -81,9 +82,10 @@ class Residual:
 def connected(matrix: Sequence[Sequence[Node]]) -> tuple[tuple[int, ...], ...]:
     """The index sets that a matrix's nonzero entries connect, each sorted, in order of first index."""
     neighbours: list[set[int]] = [set() for _ in matrix]
+    zero = matrix[0][0].graph.zero if matrix else None
     for j, row in enumerate(matrix):
         for k, entry in enumerate(row):
-            if not entry.is_zero:
+            if entry is not zero:
                 neighbours[j].add(k)
                 neighbours[k].add(j)
     blocks = []

@@ -20,7 +20,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
     Raises:
         SpecError: where the algebra finds a constant that does not exist, such as 1/0.
     """
-    scope = _Scope(spec, algebra)
+    scope = Scope(spec, algebra)
     zero = algebra.number("0")
     particles = tuple(scope.particle(name, zero) for name in spec.embedding)
     return Model(
@@ -46,7 +46,7 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
     )
 
 
-class _Scope(Generic[E]):
+class Scope(Generic[E]):
     """The values of names: symbols, definitions, and the particles once all of them are built."""
 
     def __init__(self, spec: Spec, algebra: Algebra[E]) -> None:

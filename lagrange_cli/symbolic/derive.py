@@ -16,7 +16,7 @@ from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.model.model import Model
 from lagrange_cli.symbolic.conservation import balance
 from lagrange_cli.symbolic.equations import Equation, Equations
-from lagrange_cli.symbolic.grouping import group, neat, tidy
+from lagrange_cli.symbolic.grouping import LONGEST, group, neat, tidy
 from lagrange_cli.symbolic.linear import solve
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.terms import (
@@ -28,6 +28,7 @@ from lagrange_cli.symbolic.terms import (
     to_terms,
 )
 from lagrange_cli.symbolic.trigonometry import contract
+from lagrange_cli.symbolic.work import check_size, size_of
 
 
 def derive_equations(model: Model[sympy.Expr]) -> Equations:
@@ -146,7 +147,7 @@ def textbook_form(left: sympy.Expr, order: Order) -> Equation:
     The factor may be divided out although a parameter could be zero: it then makes the mass matrix singular.
     """
     try:
-        terms = contract(to_terms(left))
+        terms = contract(to_terms(check_size(left)))
     except TooLargeError:
         return Equation(left, sympy.S.Zero, sympy.S.One)
     content, number = common_factor(terms)
@@ -161,4 +162,6 @@ def textbook_form(left: sympy.Expr, order: Order) -> Equation:
             moving[monomial] = coefficient
         else:
             given[monomial] = -coefficient
-    return Equation(group(moving, order), group(given, order), term(content, number))
+    form = Equation(group(moving, order), group(given, order), term(content, number))
+    longer = size_of(form.left) > max(LONGEST, size_of(left))
+    return Equation(left, sympy.S.Zero, sympy.S.One) if longer else form

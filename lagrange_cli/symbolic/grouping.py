@@ -16,19 +16,25 @@ from lagrange_cli.symbolic.terms import (
     divide,
     from_terms,
     settled,
-    size,
     term,
     to_terms,
 )
 from lagrange_cli.symbolic.trigonometry import contract
+from lagrange_cli.symbolic.work import check_size, size_of
+
+LONGEST = 5000
+"""Terms and factors beyond which an expression is not multiplied out where that makes it longer."""
 
 
 def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
-    """The expression, contracted and grouped; unchanged if that is too much work."""
+    """The expression, contracted and grouped; unchanged if that is too much work, or too long to read."""
+    check_size(expression)
     try:
-        return group(contract(to_terms(expression)), order)
+        grouped = group(contract(to_terms(expression)), order)
     except TooLargeError:
         return expression
+    longer = size_of(grouped) > max(LONGEST, size_of(expression))
+    return expression if longer else check_size(grouped)
 
 
 def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
@@ -38,9 +44,9 @@ def neat(expression: sympy.Expr, order: Order, fastest: Role) -> sympy.Expr:
     """
     kept = sympy.S.Zero
     others = sympy.S.Zero
-    for part in sympy.Add.make_args(expression):
+    for part in sympy.Add.make_args(check_size(expression)):
         short = with_settled_sums(part)
-        if short is None or order.role(part) > fastest or size(short) >= size(tidy(part, order)):
+        if short is None or order.role(part) > fastest or size_of(short) >= size_of(tidy(part, order)):
             others += part
         else:
             kept += short

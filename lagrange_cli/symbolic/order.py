@@ -8,9 +8,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from enum import IntEnum
+from hashlib import sha256
 from typing import Any
 
 import sympy
+
+from lagrange_cli.symbolic.work import folded, size_of
+
+LONG = 200
+"""Terms and factors of an expression beyond which it is sorted by a digest."""
 
 
 class Role(IntEnum):
@@ -61,11 +67,11 @@ class Order:
         if base.is_Symbol:
             return (role, 0, ranks, 0, "")
         if role is Role.PARAMETER:  # (m1 + m2) g l1: a sum takes the place of its first symbol
-            return (role, 0, ranks, 1, str(base)) if ranks else (role, -1, ranks, 1, str(base))
+            return (role, 0, ranks, 1, text_key(base)) if ranks else (role, -1, ranks, 1, text_key(base))
         if base.is_Add and len(ranks) < 2:
-            return (role, 1, ranks, 1, str(base))
+            return (role, 1, ranks, 1, text_key(base))
         name = {"sin": 0, "cos": 1}.get(getattr(base.func, "__name__", ""), 2)
-        return (role, 2 if base.is_Function else 1, ranks, name, str(base))
+        return (role, 2 if base.is_Function else 1, ranks, name, text_key(base))
 
     def term_key(self, expression: sympy.Expr) -> tuple[Any, ...]:
         """Sort key of a term within a sum."""
@@ -112,6 +118,18 @@ class Order:
                 terms.remove(first)
                 terms.insert(0, first)
         return terms
+
+
+def text_key(expression: sympy.Expr) -> str:
+    """The expression's text, or where that is long what is found faster: a digest of its structure."""
+    if size_of(expression) <= LONG:
+        return str(expression)
+
+    def digest(node: sympy.Expr, arguments: list[str]) -> str:
+        name = type(node).__name__ if arguments else str(node)
+        return sha256(f"{name}({','.join(arguments)})".encode()).hexdigest()
+
+    return folded(expression, digest)
 
 
 def is_negative(term: sympy.Expr) -> bool:

@@ -13,12 +13,16 @@ from typing import TypeAlias
 
 import sympy
 
+from lagrange_cli.symbolic.work import COUNTER, charge, size_of
+
 Monomial: TypeAlias = frozenset[tuple[sympy.Expr, Fraction]]
 Terms: TypeAlias = dict[Monomial, Fraction]
 
 ONE: Monomial = frozenset()
 LARGEST = 4000
 """The largest number of terms of a sum: longer ones are not expanded."""
+FACTORS = 16
+"""The largest number of factors of the terms of the longest sums."""
 
 HIGHEST_POWER = 4
 """The highest power of a sum that is expanded; (x - l)**12 would be unreadable."""
@@ -82,20 +86,25 @@ def primitive(base: sympy.Expr, terms: Terms) -> tuple[sympy.Expr, Monomial, Fra
 
 def settled(expression: sympy.Expr) -> sympy.Expr:
     """The argument of a function or root, contracted where that makes it shorter."""
-    from lagrange_cli.symbolic.trigonometry import contract
-
     if not expression.args or (expression.is_Pow and not expression.exp.is_Rational):
         return expression
+    found = COUNTER.settled.get(expression)
+    if found is None:
+        found = settle(expression)
+        if COUNTER.work is not None:
+            COUNTER.settled[expression] = found
+    return found
+
+
+def settle(expression: sympy.Expr) -> sympy.Expr:
+    """``settled``, found for the first time."""
+    from lagrange_cli.symbolic.trigonometry import contract
+
     if expression.is_Function:
         arguments = tuple(settled(argument) for argument in expression.args)
         return expression if arguments == expression.args else expression.func(*arguments)
     shorter = from_terms(contract(to_terms(expression)))
-    return shorter if size(shorter) < size(expression) else expression
-
-
-def size(expression: sympy.Expr) -> int:
-    """The number of leaves and operations of an expression."""
-    return 1 + sum(size(argument) for argument in expression.args)
+    return shorter if size_of(shorter) < size_of(expression) else expression
 
 
 def from_terms(terms: Mapping[Monomial, Fraction]) -> sympy.Expr:
@@ -127,7 +136,10 @@ def add_into(total: Terms, terms: Mapping[Monomial, Fraction], factor: Fraction 
 
 def multiply(left: Terms, right: Terms) -> Terms:
     """The product of two sums, expanded. Raises ``TooLargeError``."""
-    if len(left) * len(right) > LARGEST:
+    count = len(left) * len(right)
+    if count > LARGEST or (
+        count > 1 and count * (max(map(len, left)) + max(map(len, right))) > FACTORS * LARGEST
+    ):
         raise TooLargeError
     product: Terms = {}
     for monomial, coefficient in left.items():
@@ -154,6 +166,7 @@ def combine(left: Monomial, right: Monomial) -> Monomial:
     """The product of two monomials."""
     if not left or not right:
         return left or right
+    charge(2 * (1 + len(left) + len(right)))
     exponents = dict(left)
     for base, exponent in right:
         exponents[base] = exponents.get(base, Fraction(0)) + exponent

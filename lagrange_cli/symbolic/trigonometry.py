@@ -27,6 +27,8 @@ PARTNERS = {
     sympy.sinh: (sympy.cosh, -1),
 }
 """f(x)^2 + sign * partner(x)^2 is a constant."""
+MOST_WAVES = 8
+"""Sines and cosines in one term up to which addition theorems are looked for: there are w**2/2 pairs."""
 
 
 def contract(terms: Terms) -> Terms:
@@ -96,6 +98,8 @@ def contract_angles(terms: Terms, monomial: Monomial) -> bool:
 def wave_pairs(monomial: Monomial) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
     """Pairs of different sines and cosines of different angles in a monomial."""
     waves = [base for base, exponent in monomial if type(base) in WAVES and exponent >= 1]
+    if len(waves) > MOST_WAVES:
+        return
     waves.sort(key=sympy.default_sort_key)  # a set has no order, but the result must not depend on chance
     for index, first in enumerate(waves):
         for second in waves[index + 1 :]:

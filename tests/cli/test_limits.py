@@ -160,6 +160,58 @@ def test_equations_that_grow_beyond_bounds_are_refused_with_the_way_out(tmp_path
     chain = str(SYSTEMS / "n_pendulum.yaml")
     run = lagrange(command, chain, "--size", "N=40", cwd=tmp_path)
     assert (run.returncode, run.stdout) == (3, "")
-    assert run.stderr.startswith(f"{chain}: the equations have more than 2000 terms")
+    assert run.stderr.startswith(chain) and "the equations have more than 2000 terms" in run.stderr
     assert "LAGRANGE_LIMITS=nodes=" in run.stderr and not os.listdir(tmp_path)
     assert lagrange(command, chain, "--size", "N=4", cwd=tmp_path).returncode == 0
+
+
+BOTH = ("check", "equations")
+LARGE = {
+    "definitions that double": (
+        "definitions:\n  a0: x\n"
+        + "".join(f"  a{i + 1}: (1 + a{i})*(2 + a{i})\n" for i in range(16))
+        + "potential: a16\n",
+        ("check",),
+        "bad.yaml:26:12: this expression has 393211 terms and factors",
+    ),
+    "functions of functions": (
+        "definitions:\n  a0: x\n"
+        + "".join(f"  a{i + 1}: a{i} + a{i}*sin(a{i})\n" for i in range(11))
+        + "potential: a11\n",
+        ("check",),
+        "=printed=...",
+    ),
+    "many factors": (f"potential: {'*'.join(f'(x + {i})' for i in range(200))}\n", BOTH, ""),
+    "a deep nest": (f"potential: {'sin(x + ' * 30}x{')' * 30}\n", BOTH, ""),
+}
+
+
+@pytest.mark.parametrize(("text", "commands", "message"), LARGE.values(), ids=LARGE)
+def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands, message):
+    """What is derived is derived by both; ``message`` is that of ``equations`` where it refuses."""
+    (tmp_path / "bad.yaml").write_text(SYSTEM + text)
+    for command in commands:
+        run = limited(command, "bad.yaml", cwd=tmp_path)
+        assert run.returncode == 0, run.stderr
+    if message:
+        run = limited("equations", "bad.yaml", cwd=tmp_path)
+        assert (run.returncode, run.stdout) == (3, "") and message in run.stderr, run.stderr
+        assert "'check' and 'solve' may work nevertheless" in run.stderr
+
+
+def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path):
+    text = "sizes: {N: 45000}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
+    (tmp_path / "bad.yaml").write_text(text + "lagrangian: sum(x_dot[i]**2 - x[i]**2 for i in range(N))\n")
+    run = limited("check", "bad.yaml", cwd=tmp_path)
+    assert run.returncode == 3 and "a mass matrix of 45000 coordinates takes more than" in run.stderr
+    assert "LAGRANGE_LIMITS=work=" in run.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "solve", "equations"])
+def test_the_work_of_deriving_is_bounded(tmp_path, command, monkeypatch):
+    with_limits(monkeypatch, "work=2000")
+    pendulum = str(SYSTEMS / "double_pendulum.yaml")
+    run = lagrange(command, pendulum, cwd=tmp_path)
+    assert (run.returncode, run.stdout) == (3, "")
+    assert f"{pendulum}: deriving the equations takes more than 2000 steps of work" in run.stderr
+    assert "LAGRANGE_LIMITS=work=" in run.stderr and not os.listdir(tmp_path)

@@ -58,3 +58,17 @@ def test_reciprocals_are_taken_where_they_cost_less() -> None:
     for powers, cheaper in (((2, 3), True), ((1, 2), True), ((2,), False), ((3,), False), ((7, 13), False)):
         products = [graph.product([(r, -power), (graph.symbol("x"), 1)]) for power in powers]
         assert reciprocals(products) == ({r} if cheaper else set())
+
+
+def test_the_derivative_of_a_long_product_shares_its_parts() -> None:
+    """n products of n - 1 factors: n log2 n products of two, found without looking at every pair."""
+    graph, count = Graph(), 200
+    x = graph.symbol("x")
+    factors = [x + float(i) for i in range(count)]
+    products = [graph.product([(f, 1) for f in factors if f is not left_out]) for left_out in factors]
+    before = graph.work.spent
+    plan = associate(graph, products)
+    assert set(products) <= set(plan)
+    assert all(graph.product([(a, 1), (b, 1)]) is both for both, (a, b) in plan.items())
+    assert len(plan) <= count * math.ceil(math.log2(count))
+    assert graph.work.spent - before < 3_000_000
