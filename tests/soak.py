@@ -9,6 +9,7 @@ nobody disturbed, to the last byte.
 from __future__ import annotations
 
 import argparse
+import json
 import random
 import shlex
 import signal
@@ -29,10 +30,8 @@ from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """The most are such that the process is never asked."""
 OFTEN = ("--checkpoint", "0.03")
-MOST = 6
+MOST = 8
 """So often a run is ended before it is left in peace."""
-LOADING = 0.4
-"""Seconds that the command takes before it follows anything, about."""
 
 SECOND = {
     "central_force": 100_000, "central_force_cartesian": 80_000, "charged_particle": 400_000,
@@ -69,7 +68,7 @@ def random_scene(chance: random.Random) -> Scene:
 def random_motion(chance: random.Random) -> Scene:
     """A motion that takes about a second."""
     name = chance.choice(["driven_damped_pendulum", *SECOND])  # chaotic, and with what is hardly foretold
-    stop, modes = SECOND[name] * chance.uniform(0.5, 1.5), ["motion"]
+    stop, modes = SECOND[name] * chance.uniform(0.2, 1.0), ["motion"]
     chosen = ["solve", str(SYSTEMS / f"{name}.yaml")]
     if chance.random() < 0.12:
         chosen += ["--method", chance.choice(("DOP853", "LSODA"))]
@@ -145,16 +144,15 @@ class Kill:
 
 
 def undisturbed(scene: Scene, folder: Path) -> tuple[bytes, float]:
-    """What the command writes, and in how many seconds."""
-    for _ in range(2):  # what is compiled first takes longer
-        began = time.monotonic()
-        run = lagrange(*scene.arguments, cwd=folder)
-        seconds = time.monotonic() - began
-        assert run.returncode in (0, 4), run.stderr
-        content = (folder / scene.output).read_bytes()
-        (folder / scene.output).unlink()
-        if seconds < 3 * LOADING + 1:
-            break
+    """What the command writes, and in how many seconds where it need not be compiled."""
+    began = time.monotonic()
+    run = lagrange(*scene.arguments, "--json", cwd=folder)
+    seconds = time.monotonic() - began
+    assert run.returncode in (0, 4), run.stderr
+    took = json.loads(run.stdout)["seconds"]
+    seconds -= took["derive"] + took["compile"]
+    content = (folder / scene.output).read_bytes()
+    (folder / scene.output).unlink()
     return content, seconds
 
 
@@ -170,7 +168,7 @@ def disturbed(
         process = subprocess.Popen(
             command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
-        number, after = chance.choice(KILLS), chance.uniform(0.3, 1.0) * seconds
+        number, after = chance.choice(KILLS), chance.uniform(0.25, 0.8) * seconds
         try:
             _, err = process.communicate(timeout=after if kills < most else None)
         except subprocess.TimeoutExpired:
