@@ -19,7 +19,6 @@ import numpy as np
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
-from lagrange_cli.store.contents import sound
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -28,7 +27,7 @@ MAGIC = b"lagrange checkpoint 1\n"
 DIGEST = 32
 LARGEST = 2**29
 """Bytes that a checkpoint may have: more than samples of 50,000 coordinates take that do not fill a chunk."""
-LARGEST_HEAD, MOST_ITEMS = 2**24, 2**21
+LARGEST_HEAD, MOST_ITEMS = 2**25, 2**21
 """Bytes of its head, and values in it, which take some 80 bytes each when read."""
 KINDS = ("f8", "i8", "i1")
 """The types of arrays that a checkpoint may hold."""
@@ -59,6 +58,8 @@ class Checkpoint:
     def unpack(cls, content: bytes, shown: str) -> Checkpoint:
         """What ``pack`` gave; raises ``Unusable`` where it is not that, to the last bit."""
         from hashlib import sha256
+
+        from lagrange_cli.store.contents import sound
 
         start = len(MAGIC) + DIGEST
         rest = memoryview(content)[start:]
@@ -92,7 +93,7 @@ def damaged(shown: str) -> Unusable:
 
 def write_whole(path: Path, content: bytes) -> None:
     """Put ``content`` into the file, or leave it as it was; raises ``OSError``."""
-    part = path.with_name(f"{path.name}.new")
+    part = path.with_name(f"{path.name}.new")  # as in ``Target.longest``
     with suppress(OSError):  # what was left behind, or put there to lead elsewhere
         part.unlink(missing_ok=True)
     try:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import json
 import math
+import unicodedata
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -86,8 +87,8 @@ def written(check: Check) -> Check:
 
 
 def shown(value: Any) -> bool:
-    """A text that goes to a terminal."""
-    return text(value) and value.isprintable()
+    """A text that goes to a terminal: without control characters, but for line ends and tabs."""
+    return text(value) and not any(unicodedata.category(one) == "Cc" for one in value if one not in "\n\t")
 
 
 def state_of(check: Check) -> Check:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import atexit
+import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -50,6 +51,11 @@ class Target:
     def checkpoint(self) -> Path:
         """The hidden file beside the output that says how to go on with an unfinished one."""
         return self._beside("checkpoint")
+
+    @property
+    def longest(self) -> Path:
+        """The longest of the hidden names: that of a checkpoint until it is whole."""
+        return self._beside("checkpoint.new")
 
     def _beside(self, ending: str) -> Path:
         return self.path.with_name(f".{self.path.name}.{ending}")
@@ -145,9 +151,15 @@ def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin 
             raise FileError(f"{name} cannot be written: there is no directory {folder}")
         if not os.access(folder, os.W_OK | os.X_OK):
             raise FileError(f"{name} cannot be written: no permission to write in {folder}")
+        target = Target(name, path, force, origin=origin, replaces=replaces)
+        with suppress(FileNotFoundError):
+            os.lstat(target.longest)
+        return target
     except (OSError, ValueError) as error:  # a name too long, or with a NUL in it
+        if getattr(error, "errno", None) == errno.ENAMETOOLONG:
+            what = "its name is too long (hidden files beside it have longer ones)"
+            raise FileError(f"{name} cannot be written: {what}; --output names another") from error
         raise FileError(f"{name!r} cannot be written: {error}") from error
-    return Target(name, path, force, origin=origin, replaces=replaces)
 
 
 def kept(name: str, path: Path, why: str) -> FileError:

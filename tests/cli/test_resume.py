@@ -305,6 +305,17 @@ def test_the_final_state_of_a_run_that_fails_is_the_last_sample_wherever_it_was_
     assert (folder / "out.h5").read_bytes() == expected
 
 
+@pytest.mark.parametrize("length", [300, 250, 245, 230])
+def test_a_name_that_is_too_long_for_the_hidden_files_is_one_clear_error(folder, length, capsys):
+    """Before any work is done; at 230 letters a run that is cut off can be continued."""
+    name = "a" * length + ".h5"
+    status = solve(DOUBLE, "--stop", "1", "-o", name)
+    assert status == (0 if length == 230 else 5)
+    error = capsys.readouterr().err
+    assert ("its name is too long" in error) is (status == 5) and "report it" not in error
+    assert os.listdir(folder) == ([name] if status == 0 else [])
+
+
 def test_where_there_is_nothing_to_resume_the_run_starts(folder, capsys):
     assert solve(*RUN, "--resume") == 0
     assert "nothing to resume; the run starts at the beginning" in capsys.readouterr().err
