@@ -151,7 +151,7 @@ class Survey:
         self.positions: dict[str, Quantity] = {}
         for name, several in by_family(self.spec.embedding.items()).items():
             for expression in distinct(several):
-                components = vector(self.value(expression, f"embedding '{name}'"))
+                components = vector(self.value(expression, f"the position of '{name}'"))
                 found = self._position(components, expression, name)
                 found = self.positions[name] = joined([self.positions.get(name, found), found])
                 self.values[name] = (found,) * len(components)
@@ -161,7 +161,7 @@ class Survey:
         try:
             found = total([named(one) for one in components])
         except Contradiction as error:
-            message = f"embedding '{name}' has components in {' and '.join(map(shown, error.units))}"
+            message = f"the position of '{name}' has components in {' and '.join(map(shown, error.units))}"
             self._note(expression.place, message, error)
             return BROKEN
         plain = found.unit is not None and found.unit.pure and found.unit != RADIAN

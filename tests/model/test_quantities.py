@@ -435,8 +435,8 @@ def test_angles_are_in_radians_and_only_they():
         (one("k*x**2/2 + k*x"), "N*m and N are added in potential"),
         (one("k*x", k="{value: 1, unit: N/m}"), f"the potential is in N, other energies in {ENERGY}"),
         (one("{a: k*x**2, b: k*x}"), f"the potential 'b' is in N, other energies in {ENERGY}"),
-        (one(position="[x, x**2]"), "embedding 'bead' has components in m and m^2"),
-        (one(position="[sin(x)]"), "sin is taken of a quantity in m in embedding 'bead'"),
+        (one(position="[x, x**2]"), "the position of 'bead' has components in m and m^2"),
+        (one(position="[sin(x)]"), "sin is taken of a quantity in m in the position of 'bead'"),
         (one("k*x**(x)"), "an exponent is in m in potential"),
         (one(more="definitions: {d: x + x_dot}"), "m and m/s are added in definition 'd'"),
         (one(more="observables: {o: x + cos(x/x)}"), "m and a plain number are added in observable 'o'"),
@@ -454,7 +454,7 @@ def test_contradictions_are_told(text, message):
     (found,) = conflicts(text)
     assert message in found
     texts = find_units(read_spec(text, "a.yaml")).texts
-    if "potential" in message or "embedding" in message:
+    if "potential" in message or "position" in message:
         assert not texts.keys() & {"diagnostics/h", "diagnostics/p/x", "diagnostics/U"}
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.model.unit_tables import ALIASES, BASE, COHERENT, JOINED, KNOWN, OTHER
@@ -38,6 +38,7 @@ def read(text: str) -> Unit:
     return unit
 
 
+@settings(deadline=None)
 @given(units(), units(), units())
 def test_units_are_a_commutative_group(a, b, c):
     assert (a * b).same(b * a)
@@ -47,6 +48,7 @@ def test_units_are_a_commutative_group(a, b, c):
     assert ((a / b) * b).same(a)
 
 
+@settings(deadline=None)
 @given(units(), st.integers(-4, 4), st.integers(-4, 4))
 def test_powers_add_and_multiply(a, m, n):
     assert (a.power(m) * a.power(n)).same(a.power(m + n))
@@ -56,11 +58,13 @@ def test_powers_add_and_multiply(a, m, n):
         assert (root * root).same(a)
 
 
+@settings(deadline=None)
 @given(units())
 def test_what_is_written_is_read_again(a):
     assert read(str(a)).powers == a.powers or read(str(a)).same(a)
 
 
+@settings(deadline=None)
 @given(units())
 def test_what_udunits_gets_is_the_same_unit(a):
     text = udunits(str(a))
@@ -71,17 +75,20 @@ def test_what_udunits_gets_is_the_same_unit(a):
         assert fractions or a.symbols & {"EUR", "Msun", "dyn", "pc"}
 
 
+@settings(deadline=None)
 @given(units([*BASE, *COHERENT]))
 def test_simplified_units_are_the_same(a):
     assert simplified(a).same(a)
 
 
+@settings(deadline=None)
 @given(units(), units())
 def test_the_same_units_mean_the_same(a, b):
     (scale, dimensions), (other, others) = meaning(a), meaning(b)
     assert a.same(b) == (dimensions == others and math.isclose(scale, other, abs_tol=1e-9))
 
 
+@settings(deadline=None)
 @given(st.text(max_size=30))
 def test_any_text_is_a_unit_or_none(text):
     unit = read_unit(text)
