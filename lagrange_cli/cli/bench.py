@@ -22,6 +22,7 @@ from lagrange_cli.cli.settings import (
     resolve_tolerance,
 )
 from lagrange_cli.cli.source import derive_system, read_bytes, read_run
+from lagrange_cli.cli.times import with_times
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
 from lagrange_cli.records import replace
@@ -71,7 +72,11 @@ def parse_tolerances(
     show_default=True,
     help="Recommend the fastest method that reaches this error of q, relative to its size.",
 )
-@click.option("--stop", type=float, help="The time at which the motion ends.")
+@click.option(
+    "--stop",
+    metavar="TIME",
+    help="The time at which the motion ends: a number, or an expression in parameters (10*2*pi/omega).",
+)
 @click.option(
     "--methods",
     metavar="LIST",
@@ -108,7 +113,7 @@ def parse_tolerances(
 def bench(
     system: str,
     wanted: float,
-    stop: float | None,
+    stop: str | None,
     methods: str | None,
     tolerances: tuple[float, ...] | None,
     runs: int,
@@ -193,7 +198,7 @@ def count(entries: Mapping[str, Sequence[float]]) -> int:
 def compete(
     spec: Spec,
     values: Values,
-    stop: float | None,
+    stop: str | None,
     wanted: float,
     entries: Mapping[str, Sequence[float]],
     rules: Rules,
@@ -208,7 +213,10 @@ def compete(
     from lagrange_cli.contest.reference import TOLERANCES as OF_REFERENCE
     from lagrange_cli.contest.reference import find_reference
 
-    settings = resolve_settings(spec, SolveDefaults(stop=stop, samples=SAMPLES))
+    times = {} if stop is None else {"stop": stop}
+    settings = resolve_settings(
+        spec, with_times(SolveDefaults(samples=SAMPLES), times, spec, values.parameters)
+    )
     with waiting.stage("deriving the equations of motion"):
         prepare = preparing(spec, settings.backward)
 

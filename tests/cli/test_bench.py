@@ -109,7 +109,7 @@ def test_what_is_too_slow_is_cut_and_its_tighter_tolerances_are_skipped(capsys):
 
 
 def test_the_picture_is_drawn_with_every_method(capsys, folder):
-    status, out, _ = run(capsys, *FEW, "--stop", "2", "--quiet", "--plot", "hoop.svg")
+    status, out, _ = run(capsys, *FEW, "--stop", "4*a", "--quiet", "--plot", "hoop.svg")
     assert (status, out) == (0, "")
     root = ElementTree.parse(folder / "hoop.svg").getroot()
     texts = {"".join(each.itertext()).strip() for each in root.iter("{http://www.w3.org/2000/svg}text")}
@@ -127,6 +127,7 @@ def test_the_picture_is_drawn_with_every_method(capsys, folder):
         (["--budget", "0"], "'--budget'"),
         (["--plot", "hoop.txt"], "must end in .svg, .pdf or .png"),
         (["--stop", "0"], "the motion stops where it starts"),
+        (["--stop", "theta"], "--stop theta: 'theta' is not constant"),
         (["--set", "nosuch=1"], "unknown name 'nosuch'"),
     ],
 )
