@@ -212,8 +212,8 @@ def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOU
     tightest = TIGHTEST_TOLERANCE.get(method, TIGHTEST_OF_SCIPY) if double else FULL_DOUBLE_DOUBLE / 4
     if not tightest <= tolerance <= LOOSEST_TOLERANCE:
         raise UsageError(
-            f"the tolerance of method {method} must be from {tightest:.3g} to {LOOSEST_TOLERANCE:g}, "
-            f"not {tolerance:g}"
+            f"the tolerance {tolerance:g} is out of range; "
+            f"{method} takes {tightest:.3g} to {LOOSEST_TOLERANCE:g}"
         )
     return tolerance
 

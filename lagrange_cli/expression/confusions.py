@@ -138,6 +138,8 @@ COMPONENTS: dict[str, str] = {
     for spelling in ("{}dot", "{}_dot", "d{}", "v_{}", "{}d", "{}_d", "{}v", "vel_{}", "V{}")
 }
 """Components of a particle's velocity."""
+VELOCITIES = frozenset({"v", "V", "vel", "velocity", "speed", "dot", "rdot", "r_dot"})
+"""The whole of it."""
 
 _UNITS = """
     kg g mg t lb u m cm mm km nm um pm ft in au AU pc ly s ms us ns min h hr d yr N kN mN J kJ mJ eV keV

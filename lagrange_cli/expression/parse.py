@@ -686,7 +686,7 @@ def _product_hint(left: str, right: str) -> str:
     if right.startswith("_") and left.isdigit():
         return f"write {left}{right.replace('_', '')}"
     if right in "([" or left in ")]":
-        return "write * between them for a product"
+        return f"write {'(...)' if left in ')]' else left}*{'(...)' if right in '([' else right}"
     return f"write {left}*{right}"
 
 

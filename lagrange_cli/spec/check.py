@@ -170,6 +170,8 @@ class _Checker:
                     )
             return
         if "masses" not in places and "embedding" not in places:
+            if draft.strange:
+                return
             self.problems.add(
                 WHOLE_FILE,
                 "the system has no masses and no Lagrangian",

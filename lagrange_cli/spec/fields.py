@@ -123,6 +123,8 @@ def unreadable(place: Place, problems: Problems) -> Expression:
 
 
 def _quantity_hint(number: str, unit: str, where: str) -> str:
+    if where.endswith("of solve"):
+        return "write the number alone: the unit of t is given once, as in 'time: s'"
     hint = f"write {number}"
     if where.startswith("parameter"):
         hint = f"write {{value: {number}, unit: {unit}}}"
@@ -199,9 +201,10 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
                 error.hint or "write theta[i in range(N)]",
             )
             return None
-    problems.add(
-        key.place,
-        f"the {what} cannot be called {shown(key.text)}",
-        "a name begins with a letter and has only letters, digits and _",
-    )
+    hint = "a name begins with a letter and has only letters, digits and _"
+    forgotten = re.fullmatch(r"([^\W\d]\w*)\s*[ =]\s*([-+.\d]\S*)", key.text)
+    if forgotten:
+        problems.broken.add(forgotten[1])
+        hint = f"write {forgotten[1]}: {forgotten[2]}"
+    problems.add(key.place, f"the {what} cannot be called {shown(key.text)}", hint)
     return None

@@ -9,7 +9,7 @@ from typing import Any
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
-from lagrange_cli.expression.confusions import NAMES, parameter_example, rate_of
+from lagrange_cli.expression.confusions import NAMES, VELOCITIES, parameter_example, rate_of
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
@@ -79,7 +79,8 @@ RULES: dict[str, Rule] = {
     "coordinates": Rule(_CONSTANT, "initial values may use numbers and parameters"),
     "masses": Rule(_CONSTANT, "masses may use numbers and parameters"),
     "definitions": Rule(
-        _STATE, "definitions may use coordinates, velocities, t, parameters and other definitions"
+        _STATE,
+        "definitions may use coordinates, velocities, t, parameters and other definitions, but no particles",
     ),
     "embedding": Rule(_CONFIGURATION, "a position is r(q, t): coordinates, t and parameters only"),
     "lagrangian": Rule(_STATE, "a Lagrangian is L(q, q_dot, t): coordinates, velocities, t and parameters"),
@@ -275,10 +276,14 @@ class Names:
             known += VELOCITY_COMPONENTS[: len(meaning.value)]
         if component not in known:
             meant = CONFUSED_COMPONENTS.get(component, "")
+            hint = (
+                f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
+            )
+            if component in VELOCITIES and meaning.what is Kind.PARTICLE:
+                velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
+                hint = f"write ({velocity}) for its velocity"
             raise ExpressionError(
-                name.span,
-                f"the {meaning.what.value} '{base}' has no component '{component}'",
-                f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known),
+                name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
             )
 
     def _unknown(self, name: str, indices: Mapping[str, int]) -> tuple[str, str]:
@@ -297,6 +302,9 @@ class Names:
             return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
         if name in NAMES:
             return message, f"write {NAMES[name]}"
+        particles = [one for one, meaning in self.table.items() if meaning.what is Kind.PARTICLE]
+        if name in COMPONENTS + VELOCITY_COMPONENTS and particles:
+            return message, f"write {particles[0]}.{name} for that of {particles[0]}"
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])
         declare = f"or add it to the parameters: '{parameter_example(name)}'"
         return message, near or f"{known_hint(self._words())}; {declare}"

@@ -282,7 +282,7 @@ def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None)
     if mark is None or problem is None:
-        return _unreadable(source.filename, f"this is not YAML: {error}", "a system file is text in UTF-8")
+        return _unreadable(source.filename, f"YAML syntax error: {error}", "a system file is text in UTF-8")
     line, column = min(mark.line, len(source.lines) - 1), mark.column
     while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
         line -= 1
@@ -291,5 +291,5 @@ def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
     sought = f"{problem} {character!r}" if character == "\t" else problem
     hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
     context = getattr(error, "context", None)
-    message = f"this is not YAML: {context + ', ' if context else ''}{problem}"
+    message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
     return source.error(Place(line + 1, column + 1), message, hint)

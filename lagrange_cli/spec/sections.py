@@ -88,6 +88,8 @@ class Draft:
     places: Mapping[str, Place]
     positions: str = "positions"
     """The word that the file has for ``embedding``."""
+    strange: bool = False
+    """Whether there are unknown sections, which may be meant to be those that are missing."""
     name: str = ""
     description: str = ""
     sizes: tuple[Entry, ...] = ()
@@ -126,12 +128,14 @@ def read_draft(root: Node, problems: Problems) -> Draft:
         )
     solve = next((node for key, node in root.entries if key.text == "solve"), None)
     inner = solve.entries if isinstance(solve, nodes.Mapping) else ()
-    solve_places = {key.text: node.place for key, node in inner}
-    for key, node in inner:
-        if key.text == "outputs":
+    meant = [(meant_key("solve", key.text)[0] or key.text, key, node) for key, node in inner]
+    solve_places = {name if key.text not in SOLVE else key.text: node.place for name, key, node in meant}
+    for name, _, node in meant:
+        if name == "outputs":
             solve_places |= {f"outputs {word}": place for word, place in words_of(node)}
     word = next((key.text for key, _ in root.entries if key.text in ("embedding", *ALIASES)), "positions")
-    return Draft(places=places, positions=word, **sections, solve_places=solve_places)
+    strange = any(key.text not in (*SECTIONS, *ALIASES) for key, _ in root.entries)
+    return Draft(places=places, positions=word, strange=strange, **sections, solve_places=solve_places)
 
 
 def _entries(
@@ -143,7 +147,8 @@ def _entries(
         if isinstance(node, Scalar) and node.empty:
             return ()
         if not isinstance(node, nodes.Mapping):
-            problems.add(node.place, f"{where} must be 'name: expression' for each {what}", "one a line")
+            hint = f"write '{where}: {{{EXAMPLES.get(where, 'NAME: ...')}}}'"
+            problems.add(node.place, f"{where} must be a mapping with a name for each {what}", hint)
             return ()
         found = []
         for key, value in node.entries:
@@ -167,7 +172,8 @@ def _read_parameters(node: Node, where: str, problems: Problems) -> tuple[Declar
     if isinstance(node, Scalar) and node.empty:
         return ()
     if not isinstance(node, nodes.Mapping):
-        problems.add(node.place, "parameters must be 'name: value' for each", "one a line")
+        hint = "write 'parameters: {m: 1.0}', or one 'name: value' on each line"
+        problems.add(node.place, "parameters must be a mapping with names", hint)
         return ()
     found = []
     for key, value in node.entries:
@@ -261,6 +267,7 @@ def _read_table(
         elif name in found:
             message = "'embedding' and 'positions' are two words for the same section"
             problems.add(key.place, message, "leave one of them out")
+            found[name] += table[name](value, key.text, problems)
             name = ""
         if name:
             label = key.text if key.text in ALIASES else name
@@ -292,6 +299,12 @@ def _unknown_key(
 
 ALIASES = {"positions": "embedding"}
 """Other words for sections."""
+EXAMPLES = {
+    "masses": "bob: m", "embedding": "bob: [x, y]", "positions": "bob: [x, y]", "forces": "bob: [0, -m*g]",
+    "generalized_forces": "theta: -c*theta_dot", "definitions": "omega: sqrt(g/l)", "sizes": "N: 10",
+    "observables": "height: bob.y",
+}  # fmt: skip
+"""What a section may look like."""
 PHRASES = {"mass": "mass of", "position": "position of", "force": "force on"}
 """What is said before the name of something, where it is more than what it is."""
 PARAMETER: dict[str, Reader] = {"value": read_list, "unit": read_text, "description": read_text}

@@ -97,7 +97,7 @@ def test_what_a_method_refuses_is_a_line_with_the_reason(capsys):
     assert status == 0
     (line,) = [line for line in out.splitlines() if "refused" in line]
     assert line.split()[:2] == ["DOP853", "1e-15"]
-    assert line.endswith(" refused: the tolerance of method DOP853 must be from 2.22e-14 to 0.1, not 1e-15")
+    assert line.endswith(" refused: the tolerance 1e-15 is out of range; DOP853 takes 2.22e-14 to 0.1")
 
 
 def test_what_is_too_slow_is_cut_and_its_tighter_tolerances_are_skipped(capsys):

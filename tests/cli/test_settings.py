@@ -194,7 +194,7 @@ def test_times_are_numbers_or_expressions_in_parameters():
         ("x_dot", "'x_dot' is not constant"),
         ("t", "unknown name 't'"),
         ("k", "'k' is a list of parameters; take one of them, as k\\[0\\]"),
-        ("k[2]", "there is no 'k\\[2\\]'"),
+        ("k[2]", "no member 'k\\[2\\]'"),
         ("1/(omega - 2)", "--stop"),
         ("exp(1e4)", "--stop"),
         ("(1, 2)", "--stop"),
