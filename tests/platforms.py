@@ -23,7 +23,8 @@ from typing import Any
 LIBRARIES = (
     "click", "click.shell_completion", "h5py", "llvmlite.binding", "matplotlib.figure", "mpmath", "numpy",
     "numpy.random", "scipy.integrate", "sympy", "sympy.printing", "yaml", "tempfile", "traceback",
-    "multiprocessing", "concurrent.futures.thread", "subprocess", "platform",
+    "multiprocessing.connection", "multiprocessing.popen_spawn_posix", "multiprocessing.resource_tracker",
+    "concurrent.futures.thread", "subprocess", "platform",
 )  # fmt: skip
 """All that may be imported on the way."""
 MISSING = {
@@ -37,7 +38,7 @@ MISSING = {
         ),
         signal: (
             "SIGALRM", "SIGHUP", "SIGKILL", "SIGUSR1", "SIGUSR2", "SIGPIPE", "SIGQUIT", "SIGCHLD", "alarm",
-            "setitimer", "getitimer", "ITIMER_REAL", "pause", "pthread_kill", "pthread_sigmask",
+            "setitimer", "getitimer", "ITIMER_REAL", "pause", "pthread_kill",
             "siginterrupt", "sigwait",
         ),
         mmap: ("PROT_READ", "PROT_WRITE", "PROT_EXEC", "MAP_PRIVATE", "MAP_SHARED", "MAP_ANONYMOUS"),

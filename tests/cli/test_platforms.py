@@ -16,7 +16,7 @@ from lagrange_cli.limits import limit_time
 from tests.cli.command import ENVIRONMENT, ROOT, SYSTEMS
 
 PENDULUM, DOUBLE = str(SYSTEMS / "pendulum.yaml"), str(SYSTEMS / "double_pendulum.yaml")
-LONG = ["solve", DOUBLE, "--stop", "2000", "--samples", "1001"]
+LONG = ["solve", DOUBLE, "-o", "cut.h5", "--stop", "2000", "--samples", "1001"]
 EVERYTHING = [
     *([command, "--help"] for command in COMMANDS),
     ["systems"],
@@ -29,6 +29,7 @@ EVERYTHING = [
     ["solve", PENDULUM, "-o", "radau.h5", "--method", "Radau", "--stop", "1"],
     ["solve", PENDULUM, "-o", "long.h5", "--precision", "double-double", "--stop", "0.1"],
     ["solve", PENDULUM, "-o", "certified.h5", "--certify", "--stop", "1"],
+    ["solve", PENDULUM, DOUBLE, "--jobs", "2", "--force", "--stop", "1"],
     ["sweep", PENDULUM, "--over", "theta=0:1:9", "--stop", "1"],
     ["bench", PENDULUM, "--stop", "1", "--methods", "taylor,LSODA", "--tolerances", "1e-6"],
     ["cache", "info"],
@@ -60,6 +61,7 @@ def on(system, *commands, cwd):
 def test_every_command_does_its_job(system, tmp_path):
     assert {command[0] for command in EVERYTHING} == {*COMMANDS, "interrupted"}
     run = on(system, *EVERYTHING, cwd=tmp_path)
+    assert run.stderr.count("\n") == 2, run.stderr
     interrupted, refused = run.stderr.splitlines()
     assert run.returncode == INTERRUPTED and interrupted.startswith("double pendulum: interrupted at t = ")
     assert refused == "Error: . is a directory, not a system file"
