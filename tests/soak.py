@@ -106,17 +106,16 @@ def random_sweep(chance: random.Random) -> Scene:
     over, at_random = SWEPT[name]
     sampled, members = chance.random() < 0.5, int(10 ** chance.uniform(0.5, 3.5))
     modes = ["sweep", "sampled" if sampled else "ends"]
-    chosen = ["sweep", str(SYSTEMS / f"{name}.yaml"), "--stop", repr(SECOND[name] / members * 2)]
+    chosen = ["sweep", str(SYSTEMS / f"{name}.yaml"), "--stop", repr(SECOND[name] / members)]
     if chance.random() < 0.6:
         chosen += ["--over", over.format(members)]
     else:
         chosen += ["--random", f"{at_random}=normal(0.5,0.1)", "--members", str(members)]
         modes.append("random")
     if sampled:
-        chosen += ["--samples", str(chance.randint(2, 300))]
+        chosen += ["--samples", str(chance.randint(2, 300)), "--outputs", random_outputs(chance, name)]
     if chance.random() < 0.3:
         chosen += ["--jobs", chance.choice(("1", "2"))]
-    chosen += ["--outputs", random_outputs(chance, name)]
     return Scene((*chosen, *random_checkpoints(chance)), f"{name}_sweep.h5", tuple(modes))
 
 
