@@ -127,7 +127,7 @@ def advance(stepper: Stepper, case: Case, steps: int, first: int, size: int, pau
     wanted = times.chunk(first, size)
     padded, last = np.concatenate([wanted, np.full(LANES, np.nan)]), first + len(wanted) == times.count
     stop = stepper._advance(times.stop, padded, 0, len(wanted), last, pause)
-    done, taken = map(int, stepper._info)
+    done, taken = map(int, stepper._info[:2])
     return Piece(
         stop, steps + taken, first + done, stepper.samples[:, :done].copy(), stepper._memory.tobytes()
     )
