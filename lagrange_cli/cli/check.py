@@ -78,6 +78,8 @@ def check_system(
         emit(as_text(spec.name, residual, left_out, engine(residual) if verbose else ()))
         for warning in warnings[:MOST_LINES]:
             complain(replace(warning, message=f"warning: {warning.message}").render(spec.filename))
+        if len(warnings) > MOST_LINES:
+            complain(f"{spec.filename}: {len(warnings) - MOST_LINES} more warnings, see --json")
     return 0
 
 

@@ -128,3 +128,11 @@ def test_units_that_contradict_are_a_warning(tmp_path):
     (warning,) = json.loads(run.stdout)["warnings"]
     assert (warning["line"], warning["column"], warning["message"]) == (5, 12, message)
     assert run.stderr == ""
+
+
+def test_many_warnings_are_counted(tmp_path):
+    wrong = "".join(f"  o{i}: l + m\n" for i in range(25))
+    (tmp_path / "a.yaml").write_text(f"{CONTRADICTION.replace('unit: cm', 'unit: m')}observables:\n{wrong}")
+    run = lagrange("check", "a.yaml", cwd=tmp_path)
+    assert run.stderr.count("warning: m and kg are added in observable") == 20
+    assert run.stderr.splitlines()[-1] == "a.yaml: 5 more warnings, see --json"
