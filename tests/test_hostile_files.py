@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.cli.main import main
-from tests import fuzz, grammar
+from tests import fuzz, grammar, growth
 
 
 @pytest.fixture
@@ -32,6 +32,19 @@ def test_whatever_the_file_says(folder, seed):
     statuses = fuzz.feed(grammar.system(Random(seed)).encode(errors="replace"))
     assert set(statuses) <= set(fuzz.DOCUMENTED)
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
+
+
+@settings(
+    max_examples=4, derandomize=True, deadline=None, database=None,
+    suppress_health_check=[HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+@given(st.integers(0, 2**63))
+def test_what_grows(folder, seed):
+    """Files that ask for a lot of work, with little of it allowed; ``tests.hostile`` allows all of it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LAGRANGE_LIMITS", "work=300000,printed=3000")
+        statuses = fuzz.feed(growth.system(Random(seed))[1].encode())
+    assert set(statuses) <= set(fuzz.DOCUMENTED)
 
 
 @pytest.mark.parametrize(

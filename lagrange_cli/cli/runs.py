@@ -24,7 +24,7 @@ from lagrange_cli.cli.settings import (
     OUTPUTS,
     resolve_settings,
 )
-from lagrange_cli.cli.source import derive_system
+from lagrange_cli.cli.source import derive_system, located
 from lagrange_cli.cli.times import TIMES, with_times
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.integrate.methods import DOUBLE
@@ -232,21 +232,22 @@ def prepare_run(
     with watch.stage("import"):
         from lagrange_cli.integrate.prepare import prepare_system
         from lagrange_cli.native.cache import find_cache
-    return prepare_system(
-        spec,
-        partial(derive_system, exact=settings.precision != DOUBLE, portable=settings.portable),
-        find_cache(wanted=cached),
-        method=settings.method,
-        tolerance=settings.tolerance,
-        outputs=settings.outputs,
-        ensemble=ensemble,
-        precision=settings.precision,
-        portable=settings.portable,
-        order=order,
-        backward=settings.backward,
-        stage=watch.stage,
-        meanwhile=meanwhile,
-    )
+    with located(spec):
+        return prepare_system(
+            spec,
+            partial(derive_system, exact=settings.precision != DOUBLE, portable=settings.portable),
+            find_cache(wanted=cached),
+            method=settings.method,
+            tolerance=settings.tolerance,
+            outputs=settings.outputs,
+            ensemble=ensemble,
+            precision=settings.precision,
+            portable=settings.portable,
+            order=order,
+            backward=settings.backward,
+            stage=watch.stage,
+            meanwhile=meanwhile,
+        )
 
 
 def units_of(spec: Spec) -> Mapping[str, str]:

@@ -12,7 +12,14 @@ from lagrange_cli.integrate.methods import DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.recording import Recording
 from lagrange_cli.native.interface import Interface
-from lagrange_cli.native.machine import FULL, Machine, compile_object, first_level, load_machine
+from lagrange_cli.native.machine import (
+    FULL,
+    Machine,
+    compile_object,
+    first_level,
+    load_machine,
+    worth_improving,
+)
 from lagrange_cli.records import replace
 from lagrange_cli.spec.structure import structure
 
@@ -119,7 +126,8 @@ def prepare_system(
         if cache is not None and key is not None:
             kept = unpack(cache.load(key))
         if kept is not None:
-            machine, recording, level = load_machine(kept[2], kept[0]), kept[1], kept[3]
+            code = kept[2]
+            machine, recording, level = load_machine(code, kept[0]), kept[1], kept[3]
     if kept is None:
         with stage("import"):
             import lagrange_cli.integrate.writing  # noqa: F401
@@ -141,7 +149,7 @@ def prepare_system(
 
     machine_recording = recording
     with stage("import"):
-        better = improve if level != FULL else None
+        better = improve if level != FULL and worth_improving(code) else None
         following = follower(machine, method, tolerance, better, backward=backward)
     return Prepared(recording, machine, method, tolerance, following, backward, cached=kept is not None)
 

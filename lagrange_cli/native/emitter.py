@@ -10,8 +10,13 @@ import struct
 from collections.abc import Iterable
 from typing import TypeAlias
 
+from lagrange_cli.errors import TooLarge
+from lagrange_cli.limits import way_out, whole
+
 Operand: TypeAlias = str
 Value: TypeAlias = str | None
+
+MOST_INSTRUCTIONS = whole("instructions")
 
 ONE: Operand = "0x3FF0000000000000"
 
@@ -38,6 +43,12 @@ def fused(text: str) -> str:
 class Emitter:
     """Collects the body of one function."""
 
+    COST = 1
+    """How much longer than others its instructions take to compile."""
+    WAY_OUT = "write a smaller system, choose a method whose code is shorter: --method DOP853, " + way_out(
+        "instructions"
+    )
+
     def __init__(self, prefix: str = "%v") -> None:
         self._prefix = prefix
         self.lines: list[str] = []
@@ -49,8 +60,12 @@ class Emitter:
         self._depth: dict[str, int] = {}
 
     def fresh(self) -> str:
-        """A new name."""
+        """A new name. Raises ``TooLarge`` where a function has more of them than can be compiled."""
         self._count += 1
+        if self._count * self.COST > MOST_INSTRUCTIONS:
+            raise TooLarge(
+                f"the machine code has more than {MOST_INSTRUCTIONS // self.COST} instructions", self.WAY_OUT
+            )
         return f"{self._prefix}{self._count}"
 
     def line(self, text: str) -> None:

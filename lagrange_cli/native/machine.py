@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from lagrange_cli.native.interface import STEPPING, Interface
 from lagrange_cli.native.linker import Unsupported, load_image
+from lagrange_cli.native.stack import with_stack
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -18,6 +19,17 @@ QUICK, FULL = 0, 1
 twice as fast. Both give the same bits."""
 LARGE = 400_000
 """Characters of a program above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
+
+
+LARGE_RATES = 3_000_000
+"""The same for programs without series, which are compiled once and serve the whole run."""
+LARGEST_IMPROVED = 6_000_000
+"""Bytes of ``QUICK`` code beyond which ``FULL`` code is never made: that takes minutes and gigabytes."""
+STACK_PER_BYTE = 4
+"""Bytes of stack that a byte of code may take: to compute and store a vector of 64 takes 16 at least."""
+SMALL = 2**20
+"""Bytes of code that runs on the caller's stack."""
+COMPILER_STACK = 2**28
 
 
 class Loaded(Protocol):
@@ -44,7 +56,13 @@ class Machine:
 
 def first_level(program: Program) -> int:
     """The level to compile ``program`` with when nothing is known of the run."""
-    return QUICK if program.order >= STEPPING and len(program.text) > LARGE else FULL
+    large = LARGE if program.order >= STEPPING else LARGE_RATES
+    return QUICK if len(program.text) > large else FULL
+
+
+def worth_improving(code: bytes) -> bool:
+    """Whether better code than this, which was compiled quickly, is to be had at a reasonable price."""
+    return len(code) <= LARGEST_IMPROVED
 
 
 def compile_program(program: Program, optimize: int = FULL) -> Machine:
@@ -56,7 +74,9 @@ def compile_object(program: Program, optimize: int = FULL) -> bytes:
     """The object code of ``program`` for this processor."""
     from lagrange_cli.native.compiler import compile_text
 
-    return compile_text(program.text, optimize)
+    if len(program.text) <= LARGE:
+        return compile_text(program.text, optimize)
+    return with_stack(compile_text, COMPILER_STACK)(program.text, optimize)
 
 
 def load_machine(code: bytes, program: Interface) -> Machine:
@@ -66,7 +86,10 @@ def load_machine(code: bytes, program: Interface) -> Machine:
 
     def function(name: str, result: Any, *arguments: Any) -> Any:
         address = loaded.address(name)
-        return ctypes.CFUNCTYPE(result, *arguments)(address) if address else None
+        if not address:
+            return None
+        found = ctypes.CFUNCTYPE(result, *arguments)(address)
+        return with_stack(found, STACK_PER_BYTE * len(code)) if len(code) > SMALL else found
 
     stepping = program.order >= STEPPING
     return Machine(

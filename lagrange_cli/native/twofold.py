@@ -53,6 +53,8 @@ class Pair:
 class Twofold(Emitter):
     """The body of one function over such numbers, with loops over indices."""
 
+    COST = 4
+
     def __init__(self) -> None:
         super().__init__()
         self.label = "entry"

@@ -1,0 +1,78 @@
+"""Calls on stacks of their own: compiled code whose values do not fit the caller's."""
+
+from __future__ import annotations
+
+import resource
+import threading
+
+import pytest
+
+from lagrange_cli.errors import TooLarge
+from lagrange_cli.native import emitter, machine
+from lagrange_cli.native.stack import with_stack
+from lagrange_cli.native.twofold import Twofold
+from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+
+BODIES = """
+sizes: {N: 24}
+coordinates:
+  x[i in range(N)]: {initial: 0.37*i - 0.01*i*i}
+  y[i in range(N)]: {initial: 0.11*i + 0.003*i*i}
+  z[i in range(N)]: {initial: 0.5*i}
+masses:
+  b[i in range(N)]: 1/N
+embedding:
+  b[i in range(N)]: (x[i], y[i], z[i])
+potential: >-
+  -sum(1/N/N/sqrt((x[i] - x[j])**2 + (y[i] - y[j])**2 + (z[i] - z[j])**2 + 0.01)
+       for i in range(N) for j in range(i))
+solve: {stop: 0.001, samples: 2}
+"""
+
+
+def test_a_call_gets_the_stack_that_it_is_given():
+    before = threading.stack_size()
+    assert with_stack(lambda a, b: (a + b, threading.current_thread().name), 2**24)(1, 2)[0] == 3
+    assert threading.stack_size() == before
+    assert with_stack(threading.current_thread, 2**24)() is not threading.current_thread()
+
+
+def test_what_a_call_raises_is_raised():
+    with pytest.raises(ZeroDivisionError):
+        with_stack(lambda: 1 // 0, 2**20)()
+
+
+def test_values_that_do_not_fit_the_stack_of_the_process(tmp_path):
+    """24 bodies: a step holds 0.8 MB of values at once, and the process has a stack of half of that."""
+    (tmp_path / "bodies.yaml").write_text(BODIES)
+
+    def small_stack() -> None:
+        resource.setrlimit(resource.RLIMIT_STACK, (2**19, 2**19))
+
+    run = lagrange("solve", "bodies.yaml", "--no-cache", cwd=tmp_path, preexec_fn=small_stack, timeout=100)
+    assert run.returncode == 0, run.stderr
+
+
+def test_functions_of_too_many_instructions_are_refused(monkeypatch):
+    monkeypatch.setattr(emitter, "MOST_INSTRUCTIONS", 100)
+    body = emitter.Emitter()
+    for _ in range(100):
+        body.fresh()
+    with pytest.raises(TooLarge, match=r"more than 100 instructions; .*--method DOP853.*=instructions="):
+        body.fresh()
+    twice = Twofold()
+    with pytest.raises(TooLarge, match="more than 25 instructions"):
+        for _ in range(26):
+            twice.fresh()
+
+
+def test_the_refusal_names_the_file(tmp_path, monkeypatch):
+    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "instructions=50")
+    system = str(SYSTEMS / "double_pendulum.yaml")
+    run = lagrange("solve", system, "--no-cache", cwd=tmp_path)
+    assert run.returncode == 3 and run.stderr.startswith(f"{system}: the machine code has more than 50 ")
+
+
+def test_better_code_is_not_made_of_what_takes_minutes():
+    assert machine.worth_improving(bytes(1000))
+    assert not machine.worth_improving(bytes(machine.LARGEST_IMPROVED + 1))
