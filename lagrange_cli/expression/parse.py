@@ -79,6 +79,9 @@ def read(text: str, offset: int = 0) -> tuple[Tree, list[ExpressionError]]:
         tree = parser.whole()
     except _Hopeless:
         tree = Number("1", Span(offset, offset + len(text)))
+    except RecursionError:  # called from deep within something else
+        whole = Span(offset, offset + len(text))
+        return Number("1", whole), [ExpressionError(whole, "expression nested too deep", _PARTS)]
     return tree, parser.errors
 
 

@@ -227,6 +227,19 @@ def test_functions_of_other_languages_have_a_hint(function: str, hint: str) -> N
     assert hint in error.hint
 
 
+def nested(depth: int, text: str) -> list[ExpressionError]:
+    return nested(depth - 1, text) if depth else read(text)[1]
+
+
+@pytest.mark.parametrize("opening", ["1 + 1*(", "-sin(", "(1, ", "-(", "1 + 2*norm("])
+def test_what_is_nested_is_read_from_anywhere(opening: str) -> None:
+    deepest = MAX_NESTING // sum(opening.count(sign) for sign in "-(")
+    text = opening * deepest + "x" + ")" * deepest
+    assert read(text)[1] == []
+    (error,) = nested(900, text)
+    assert error.message == "expression nested too deep"
+
+
 def bare(tree: Tree) -> object:
     """The tree without its places."""
     own = [value for value in vars(tree).values() if isinstance(value, str)]
