@@ -96,7 +96,7 @@ def test_a_second_run_finds_the_program_and_gives_the_same_bytes(folder, capsys)
     assert main([*run, "-o", "a.h5", "--no-cache"]) == 0
     assert main([*run, "-o", "b.h5"]) == 0
     assert main([*run, "-o", "c.h5"]) == 0
-    assert "compiled programs on disk" in capsys.readouterr().out
+    assert "storing a new one" in capsys.readouterr().out
     contents = {(folder / name).read_bytes() for name in ("a.h5", "b.h5", "c.h5")}
     assert len(contents) == 1
 
