@@ -115,7 +115,7 @@ def as_text(
     return "\n".join(
         (
             f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
-            *([] if start.earlier is None else [f"  went on from t = {start.reached:.10g}"]),
+            *went_on(start, settings),
             f"  {ended(outcome)}",
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
@@ -125,6 +125,14 @@ def as_text(
             wrote(start, seconds["total"]),
         )
     )
+
+
+def went_on(start: Start, settings: Settings) -> list[str]:
+    """The line of the summary that says with what the run has begun, if not at the start."""
+    if start.earlier is None:
+        return []
+    spacing = f", with a sample every {abs(settings.step):g} as before" if start.extends else ""
+    return [f"  went on from t = {start.reached:.10g}{spacing}"]
 
 
 def wrote(start: Start, seconds: float) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.ended import final_shown
+from lagrange_cli.cli.extending import run_to_extend, to_extend
 from lagrange_cli.cli.report import complain, emit, emit_json
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
@@ -22,12 +23,13 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Start:
     """Where a run is written, the attributes that say what makes it, and the ``earlier`` run that it goes
-    on with; or the ``finished`` one that leaves nothing to do."""
+    on with (or ``extends``: follows farther); or the ``finished`` one that leaves nothing to do."""
 
     target: Target
     made_by: Mapping[str, Any]
     earlier: Earlier | None = None
     finished: Finished | None = None
+    extends: bool = False
 
     @property
     def replaced(self) -> bool:
@@ -69,20 +71,25 @@ def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Sta
         return Start(target, made_by)
     from lagrange_cli.store.resume import Earlier, find_earlier
 
-    found = find_earlier(target, signature(made_by))
+    run, before = signature(made_by), run_to_extend(target, made_by)
+    if before is not None:
+        run["run"] = before
+    found, why = find_earlier(target, run), "there is nothing to resume"
+    if before is not None:
+        found, why = to_extend(found), "the run that is there holds nothing that a longer one can go on from"
+        target = replace(target, force=True)
     if isinstance(found, Earlier):
+        found.check(run)
         replacing = found.part < 0 or bool(found.checkpoint.head.get("replace"))
         if target.path.exists() and not replacing and target.replaces is None:
             raise FileError(
                 f"{target.shown} is newer than the run that was cut off, and is kept: move it away"
             )
         target = replace(target, part=int(found.part == 0), force=replacing, origin=None)
-        return Start(target, made_by, earlier=found)
+        return Start(target, made_by, earlier=found, extends=before is not None)
     if found is not None and found.attributes.get("status") != "interrupted":
         return Start(target, made_by, finished=found)
-    if found is None:
-        why = "there is nothing to resume"
-    else:
+    if found is not None:
         why, target = f"{found.attributes['method']} keeps no checkpoints", replace(target, force=True)
     if not request.quiet:
         complain(f"{target.shown}: {why}; the run starts at the beginning")

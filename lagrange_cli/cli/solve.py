@@ -18,6 +18,7 @@ from lagrange_cli.cli.certifying import (
     series_of_errors,
 )
 from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
+from lagrange_cli.cli.extending import samples_before, spaced_as_before
 from lagrange_cli.cli.formats import CSV, FORMATS, HDF5, format_of
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.options import systems_argument
@@ -139,6 +140,8 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
         options = {} if demand is None else demand.options_given()
         target = find_output(system, name, request, {"command": "'lagrange solve'", **options})
     spec, values, settings = read_motion(system, request, watch)
+    if request.resume:
+        settings = spaced_as_before(target, settings, request)
     made_by = origin(spec, settings, dict(values.parameters), initial_state(values))
     if demand is not None:
         made_by |= demand.attributes()
@@ -285,6 +288,15 @@ def record(
             content = {"reached": progress.snapshot.t, "progress": progress.as_data()}
             return start.checkpoint(content, arrays, inside=inside)
 
+        def continued(outcome: Outcome) -> tuple[Checkpoint | None, Checkpoint | None]:
+            if outcome.progress is None or outcome.ending.status == "failed":
+                return None, None
+            last = checkpoint(outcome.progress, inside=True)
+            if outcome.ending.status == "interrupted":
+                return last, None
+            memory = {"memory": last.arrays["memory"]}
+            return None, replace(last, head={**last.head, "replace": False}, arrays=memory)
+
         def keep(progress: Progress) -> None:
             with watch.stage("write"):
                 writer.keep(checkpoint(progress))
@@ -293,7 +305,8 @@ def record(
             begin = None
             if start.earlier is not None:
                 with watch.stage("write"):
-                    begin = replay(start.earlier, writer, prepared, times)
+                    rows = layout.chunk_rows(samples_before(start.earlier))
+                    begin = replay(start.earlier, writer, prepared, times, rows)
             steps = 0 if begin is None else begin.snapshot.steps
             clock = Clock(request.checkpoint, request.checkpoint_count, steps)
             keeping = Keeping(begin, clock, keep) if demand is None else None
@@ -303,13 +316,12 @@ def record(
                 )
             shown.clear()
             with watch.stage("write"):
-                last = None if outcome.progress is None else checkpoint(outcome.progress, inside=True)
-                writer.close(attributes(start.made_by, outcome, settings), last)
+                writer.close(attributes(start.made_by, outcome, settings), *continued(outcome))
     return outcome
 
 
-def replay(earlier: Earlier, writer: Writer, prepared: Prepared, times: Times) -> Progress:
-    """Append the samples of an earlier run, and say how far it had come."""
+def replay(earlier: Earlier, writer: Writer, prepared: Prepared, times: Times, rows: int) -> Progress:
+    """Append the samples of an earlier run, in chunks of ``rows``, and say how far it had come."""
     from lagrange_cli.integrate.progress import Progress
     from lagrange_cli.store.checkpoint import damaged
 
@@ -319,6 +331,6 @@ def replay(earlier: Earlier, writer: Writer, prepared: Prepared, times: Times) -
         progress = Progress.from_data(data, memory, program, prepared.recording.conserved, times)
     except ValueError as error:
         raise damaged(earlier.shown) from error
-    for chunk in earlier.chunks(writer.rows, writer.shapes, progress.snapshot.samples):
+    for chunk in earlier.chunks(rows, writer.shapes, progress.snapshot.samples):
         writer.append(chunk)
     return progress

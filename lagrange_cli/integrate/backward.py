@@ -37,13 +37,19 @@ class Backward:
     ) -> End:
         """See ``motion.Method``."""
         begin = None if keeper.begin is None else reversed_snapshot(keeper.begin)
+        keep, ends = keeper.keep, keeper.ends
         end = self.method.follow(
             parameters,
             reversed_state(self.program, state),
             reversed_times(times),
             lambda when, states: accept(reversed_time(when), reversed_state(self.program, states)),
             lambda s: watch(reversed_time(s)),
-            Keeper(begin, keeper.due, lambda snapshot: keeper.keep(reversed_snapshot(snapshot))),
+            Keeper(
+                begin,
+                keeper.due,
+                lambda snapshot: keep(reversed_snapshot(snapshot)),
+                None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
+            ),
         )
         return replace(
             end,

@@ -70,7 +70,7 @@ class Outcome:
     or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
     conserved, else None, and ``h_size`` the size of what it is made of, 0 where that is not known;
     ``p_drift`` is the drift of each conserved momentum, by coordinate. ``unwatched`` is that of the
-    ``Recording``. ``progress`` is what the run can be continued from, if it was interrupted.
+    ``Recording``. ``progress`` is what the run can be continued from, if it was interrupted, or a longer one.
     ``final`` is the last sample, or where there is none the state at ``t``.
     ``trusted_until`` and ``error`` are those of its ``Certificate``, if it had one.
     """

@@ -27,13 +27,15 @@ class Snapshot:
     """Where a method can go on from, to the same bits: ``memory`` is all that it knows of the motion, at
     time ``t``.
 
-    ``steps`` have been taken, and ``samples`` handed over.
+    ``steps`` have been taken, and ``samples`` handed over. Unless they were ``limited``, the steps so far are
+    those of every motion that ends later, too.
     """
 
     memory: Array
     t: float
     steps: int
     samples: int
+    limited: bool = False
 
 
 @dataclass(frozen=True)
@@ -55,12 +57,14 @@ class Keeper:
     """Where a method begins (None: at the start), and whom it gives snapshots.
 
     ``due`` is asked several times a second, with the steps taken; where it says so, all samples before it
-    are handed over, and ``keep`` is given a snapshot.
+    are handed over, and ``keep`` is given a snapshot. ``ends`` is given the one that a longer motion can go
+    on from, if there is one, when all samples but the last are handed over.
     """
 
     begin: Snapshot | None
     due: Callable[[int], bool]
     keep: Callable[[Snapshot], None]
+    ends: Callable[[Snapshot], None] | None = None
 
 
 NO_KEEPER = Keeper(None, lambda steps: False, lambda snapshot: None)

@@ -40,6 +40,7 @@ class Progress:
             "t": snapshot.t,
             "steps": snapshot.steps,
             "samples": snapshot.samples,
+            "limited": snapshot.limited,
             "first": dict(self.first),
             "drift": dict(self.drift),
             "size": self.size,
@@ -55,7 +56,7 @@ class Progress:
         try:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
-            size = float(data["size"])
+            size, limited = float(data["size"]), bool(data["limited"])
             final = None if data["final"] is None else State(**data["final"])
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
@@ -67,7 +68,7 @@ class Progress:
             raise ValueError("not of this run")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
-        return cls(Snapshot(memory, t, steps, samples), first, drift, size, final)
+        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final)
 
 
 class Clock:

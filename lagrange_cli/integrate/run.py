@@ -56,6 +56,7 @@ def integrate(
         progress(t)
         return interrupted() or (certificate is not None and certificate.missed is not None)
 
+    further: Progress | None = None
     with Behind() as behind:
 
         def emit_behind(chunk: dict[str, Array]) -> None:
@@ -77,8 +78,12 @@ def integrate(
                 behind.wait()
                 keeping.keep(samples.progress(snapshot), snapshot.steps)
 
+            def ends(snapshot: Snapshot) -> None:
+                nonlocal further
+                further = samples.progress(snapshot)
+
             begin = None if keeping.begin is None else samples.restore(keeping.begin)
-            end = following(Keeper(begin, keeping.due, keep))
+            end = following(Keeper(begin, keeping.due, keep, ends))
     if certificate is not None:
         end = certified(end, certificate)
     h_drift, p_drift = samples.drifts()
@@ -92,7 +97,7 @@ def integrate(
         h_size=samples.size,
         p_drift=p_drift,
         unwatched=prepared.recording.unwatched,
-        progress=None if end.snapshot is None else samples.progress(end.snapshot),
+        progress=further if end.snapshot is None else samples.progress(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
         error=None if certificate is None else certificate.error,
         final=samples.final or state_of(end.t, end.state, prepared),

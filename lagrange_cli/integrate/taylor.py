@@ -75,9 +75,17 @@ class TaylorMethod:
 
         while True:
             wanted = times.chunk(first, size)
-            stop, done = stepper.fill(wanted, first + len(wanted) == times.count, pause)
+            last = first + len(wanted) == times.count
+            before_end = last and keeper.ends is not None and program.parts == 1 and len(wanted) > 0
+            stop, done = stepper.fill(wanted, last and not before_end, pause)
             first += done
             samples = stepper.samples[:, :done]
+            if before_end and stop is Stop.SAMPLES:
+                accept(wanted[:-1], samples[:, :-1])
+                if keeper.ends is not None and not stepper.limited:
+                    keeper.ends(stepper.snapshot(first - 1))
+                wanted, samples, done = wanted[-1:], samples[:, -1:], 1
+                stop, _ = stepper.fill(wanted[1:], True, pause)
             accept(wanted[:done], samples)
             if stop is Stop.NOT_FINITE and stepper.finite():
                 stop = (
@@ -128,7 +136,9 @@ class Stepper:
             nudge(self._constants, parameters, beside)
             self._rates()  # what is held is computed, and put off likewise
             nudge(self._memory[self._rows - program.kept : self._rows], parameters, beside)
-        self._info = np.zeros(2, dtype=np.int64)
+        self._info = np.zeros(3, dtype=np.int64)
+        self.limited = False
+        """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 4 * FEWEST
         self.samples = np.empty((program.parts * self._rows, size + LANES))
         self._first = self._short_step(beside) if beside else None
@@ -142,11 +152,11 @@ class Stepper:
 
     def snapshot(self, samples: int) -> Snapshot:
         """Where the motion is, so many samples having been handed over."""
-        return Snapshot(self._memory.copy(), self.t, self.steps, samples)
+        return Snapshot(self._memory.copy(), self.t, self.steps, samples, self.limited)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from there."""
-        self._memory[:], self.steps = snapshot.memory, snapshot.steps
+        self._memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
 
     @property
     def t(self) -> float:
@@ -207,6 +217,7 @@ class Stepper:
                 self._memory[self._clock + 2 : self._clock + CLOCK] = self._usual
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
+            self.limited |= bool(self._info[2])
             if stop is not Stop.PAUSE or watch(self.t):
                 return stop, done
             spent = time.perf_counter() - began

@@ -350,6 +350,8 @@ define i64 @advance(ptr noalias %constants, ptr noalias %state, ptr noalias %wor
 entry:
   %total = alloca double, align 8
   %begana = alloca i64, align 8
+  %limita = alloca i64, align 8
+  %limitb = alloca i64, align 8
   %lengtha = alloca double, align 8
   %unevena = alloca double, align 8
   %tpa = getelementptr inbounds double, ptr %state, i64 @@time@@
@@ -373,6 +375,8 @@ entry:
   %rates = getelementptr inbounds double, ptr %trial, i64 @@at_rates@@
   %allowed = getelementptr inbounds double, ptr %trial, i64 @@at_allowed@@
   %stepsa = getelementptr inbounds i64, ptr %info, i64 1
+  %limitsa = getelementptr inbounds i64, ptr %info, i64 2
+  store i64 0, ptr %limita, align 8
   call void @clear(ptr %work, i64 @@work_size@@)
   br label %step
 step:
@@ -463,6 +467,8 @@ confirmed:
 ; The samples in the step are many more: it is taken when they are done, from the state as it was, doubts and all.
 many:
   call void @copy(ptr %trial, ptr %state)
+  %limit_then = load i64, ptr %limitb, align 8
+  store i64 %limit_then, ptr %limita, align 8
   %without = sub i64 %taken, 1
   br label %return
 checked:
@@ -598,6 +604,15 @@ bounded:
   %gap_now = phi double [ %gap_kept, %free ], [ %gap, %near ], [ %gap, %straight ]
   %hl = phi double [ %h, %free ], [ %before, %near ], [ %over, %straight ]
   %confirm = phi i1 [ true, %free ], [ true, %near ], [ false, %straight ]
+; Whether the end is within what the step looked at: where it is not, another end would have changed nothing so far.
+  %limit_before = load i64, ptr %limita, align 8
+  store i64 %limit_before, ptr %limitb, align 8
+  %looks_beyond = fcmp oge double %shown, %left
+  %goes_beyond = fcmp oge double %hl, %left
+  %is_limited = or i1 %looks_beyond, %goes_beyond
+  %limited_now = zext i1 %is_limited to i64
+  %limit_now = or i64 %limit_before, %limited_now
+  store i64 %limit_now, ptr %limita, align 8
   br label %sampling
 sampling:
   %at = phi i64 [ %index, %bounded ], [ %atn, %stored ]
@@ -769,6 +784,8 @@ return:
   %used = phi i64 [ %index, %confirmed ], [ %index, %many ], [ %index, %checked ], [ %index, %expanded ], [ %began, %wall ], [ %began, %inside ], [ %index, %rescue ], [ %index, %long ], [ %index, %pass ], [ %index, %noisy ], [ %sampled, %sampledall ], [ %sampled, %clock ]
   %steps = phi i64 [ %taken, %confirmed ], [ %without, %many ], [ %taken, %checked ], [ %taken, %expanded ], [ %less, %wall ], [ %less, %inside ], [ %taken, %rescue ], [ %taken, %long ], [ %taken, %pass ], [ %taken, %noisy ], [ %taken, %sampledall ], [ %taken1, %clock ]
   store i64 %used, ptr %info, align 8
+  %limited = load i64, ptr %limita, align 8
+  store i64 %limited, ptr %limitsa, align 8
   store i64 %steps, ptr %stepsa, align 8
   ret i64 %code
 }

@@ -110,7 +110,7 @@ made_by = table(either(text, number, lambda value: type(value) is list and all(m
 
 progress = fields(
     {
-        "t": finite, "steps": count, "samples": count, "size": number,
+        "t": finite, "steps": count, "samples": count, "size": number, "limited": flag,
         "first": table(number), "drift": table(number), "final": either(nothing, state_of(number)),
     }
 )  # fmt: skip
@@ -132,7 +132,7 @@ sweep = fields({**common, "outcome": outcome, "regions": table(pair(count, count
 
 def ending(value: Any) -> bool:
     """and of the record of a run that has ended."""
-    if not fields({"attributes": table(attribute), "t": number})(value):
+    if not fields({"attributes": table(attribute), "t": number}, {"further": motion})(value):
         return False
     said = value["attributes"]
     return all(check(said.get(name)) for name, check in told.items())

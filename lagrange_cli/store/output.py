@@ -67,11 +67,15 @@ class Output:
             self._kept = True
 
     def close(
-        self, attributes: Mapping[str, str | int | float], checkpoint: Checkpoint | None = None
+        self,
+        attributes: Mapping[str, str | int | float],
+        checkpoint: Checkpoint | None = None,
+        further: Checkpoint | None = None,
     ) -> None:
         """Write the root's attributes in their order, close the file and give it its name.
 
-        With a ``checkpoint`` the file says how the run can be continued.
+        With a ``checkpoint`` the file says how the run can be continued; with ``further``, how one that ends
+        later goes on from a run that is complete.
         """
         from lagrange_cli.store.checkpoint import Checkpoint
         from lagrange_cli.store.trusted import sealed
@@ -82,7 +86,10 @@ class Output:
             self.file.attrs[name] = value
         self.file.close()
         if checkpoint is None:
-            record = Checkpoint({"attributes": dict(attributes), "t": self.last}, {})
+            head = {"attributes": dict(attributes), "t": self.last}
+            record = Checkpoint(head, {})
+            if further is not None:
+                record = Checkpoint({**head, "further": further.head}, further.arrays)
             self.sink.write(sealed(record.pack(), self.sink.seek(0, os.SEEK_END)))
         self.sink.synchronize()
         self.check()

@@ -6,6 +6,7 @@ import binascii
 import math
 import os
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -68,33 +69,39 @@ class Earlier:
         self, rows: int, shapes: Mapping[str, tuple[int, ...]], count: int
     ) -> Iterator[dict[str, np.ndarray]]:
         """The ``count`` samples, in chunks of ``rows`` and then the rest; ``shapes`` are those of the series'
-        samples."""
+        samples. In an output that is whole, the rest is the beginning of one more chunk."""
         arrays = self.checkpoint.arrays
         whole, rest = divmod(count, rows)
+        apart = "rest/t" in arrays
+        pieces = whole if apart else -(-count // rows)
         for path, shape in shapes.items():
-            for name, kind, size in (
-                (f"places/{path}", "i8", (whole, 2)),
-                (f"rest/{path}", "f8", (rest, *shape)),
-            ):
-                found = arrays.get(name)
-                if found is None or found.dtype != kind or found.shape != size:
-                    raise damaged(self.shown)
-        for number in range(whole):
-            chunk = {}
+            places, beside = arrays.get(f"places/{path}"), arrays.get(f"rest/{path}")
+            if (
+                places is None or places.dtype != "i8" or places.ndim != 2 or places.shape[1] != 2
+                or not pieces <= len(places) <= pieces + (not apart)
+            ):  # fmt: skip
+                raise damaged(self.shown)
+            if apart and (beside is None or beside.dtype != "f8" or beside.shape != (rest, *shape)):
+                raise damaged(self.shown)
+        for number in range(pieces):
+            chunk, length = {}, min(rows, count - number * rows)
             for path, shape in shapes.items():
                 place, checksum = map(int, arrays[f"places/{path}"][number])
                 piece = self.read(place, 8 * rows * math.prod(shape), checksum)
-                chunk[path] = np.frombuffer(piece).reshape(rows, *shape)
+                chunk[path] = np.frombuffer(piece).reshape(rows, *shape)[:length]
             yield chunk
-        yield {path: arrays[f"rest/{path}"] for path in shapes}
+        if apart:
+            yield {path: arrays[f"rest/{path}"] for path in shapes}
 
 
 @dataclass(frozen=True)
 class Finished:
-    """An output that needs nothing more: the attributes of its root, and the last sample time (nan: none)."""
+    """An output that needs nothing more: the attributes of its root, and the last sample time (nan: none).
+    A run that ends later may go on ``further`` from it."""
 
     attributes: Attributes
     t: float
+    further: Earlier | None = None
 
 
 def unfinished(target: Target) -> Earlier | None:
@@ -163,10 +170,25 @@ def read_output(target: Target) -> Earlier | Finished:
     """The output that stands under the name already, by its record alone (see ``trusted``)."""
     record = read_record(target.path, target.shown)
     if "attributes" in record.head:
-        return Finished(record.head["attributes"], record.head["t"])
+        further = None
+        if "further" in record.head:
+            further = Earlier(target.shown, target.path, Checkpoint(record.head["further"], record.arrays))
+        return Finished(record.head["attributes"], record.head["t"], further)
     if record.head["part"] != -1:
         raise damaged(target.shown)
     return Earlier(target.shown, target.path, record)
+
+
+def runs_before(target: Target) -> tuple[str, ...]:
+    """The attributes ``run`` of what earlier runs have left of motions: unfinished ones first."""
+    texts = []
+    for find in (unfinished, lambda target: read_output(target) if target.path.exists() else None):
+        with suppress(FileError):
+            found = find(target)
+            if found is not None:
+                head = found.attributes if isinstance(found, Finished) else found.checkpoint.head["run"]
+                texts += [str(head.get("run"))] if "sweep" not in head else []
+    return tuple(texts)
 
 
 def check_same(shown: str, earlier: Any, run: Attributes) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.records import replace
 from lagrange_cli.store.layout import Layout, Series
 from lagrange_cli.store.output import Output, open_file
 from lagrange_cli.store.scales import Scales, describe
@@ -72,6 +73,7 @@ class Writer(Output):
         self.sink.expect(whole)
         dataset.id.write_direct_chunk((self._written, *(0 for _ in samples.shape[1:])), whole)
         self._places[path].append(self.sink.found)
+        self._sums[path].append(binascii.crc32(whole.data))
 
     def finish(self) -> None:
         """Write the samples that do not fill a chunk."""
@@ -87,25 +89,28 @@ class Writer(Output):
         return self._written + self._filled
 
     def state(self) -> dict[str, np.ndarray]:
-        """Where the samples are: of each series the places of its whole chunks with their checksums
-        (chunks, 2), and the rest itself."""
-        found = {}
-        for path, rest in self._rest.items():
-            places, sums, size = self._places[path], self._sums[path], rest.nbytes
-            for place in places[len(sums) :]:
-                self.sink.seek(place)
-                piece = bytearray(size)
-                self.sink.readinto(piece)
-                sums.append(binascii.crc32(piece))
-            found[f"places/{path}"] = np.array([places, sums], dtype="i8").T.reshape(-1, 2)
-            found[f"rest/{path}"] = rest[: self._filled].copy()
-        return found
+        """Where the samples are: the ``pieces``, and the rest itself."""
+        rest = {f"rest/{path}": rest[: self._filled].copy() for path, rest in self._rest.items()}
+        return {**self.pieces(), **rest}
+
+    def pieces(self) -> dict[str, np.ndarray]:
+        """Of each series the places of its chunks with their checksums (chunks, 2)."""
+        return {
+            f"places/{path}": np.array([places, self._sums[path]], dtype="i8").T.reshape(-1, 2)
+            for path, places in self._places.items()
+        }
 
     def close(
-        self, attributes: Mapping[str, str | int | float], checkpoint: Checkpoint | None = None
+        self,
+        attributes: Mapping[str, str | int | float],
+        checkpoint: Checkpoint | None = None,
+        further: Checkpoint | None = None,
     ) -> None:
+        """See ``Output``; ``further`` is completed by where the samples are."""
         self.finish()
-        super().close(attributes, checkpoint)
+        if further is not None:
+            further = replace(further, arrays={**further.arrays, **self.pieces()})
+        super().close(attributes, checkpoint, further)
 
 
 def create_datasets(file: Any, layout: Layout, rows: int) -> dict[str, Any]:

@@ -335,7 +335,7 @@ def test_scipys_methods_start_again_and_say_so(folder, interrupted_after, capsys
 OTHERS = {
     "parameters": (["--set", "m1=3"], "of other parameters"),
     "initial state": (["--set", "theta1=0.5"], "of another initial state"),
-    "end": (["--stop", "900"], "another --stop"),
+    "start": (["--start", "1"], "another --stop"),
     "samples": (["--samples", "70002"], "--samples"),
     "outputs": (["--outputs", "q"], "--outputs"),
     "tolerance": (["--tolerance", "1e-9"], "of another --tolerance"),

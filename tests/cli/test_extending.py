@@ -1,0 +1,144 @@
+"""``lagrange solve --resume --stop 200``: a finished or interrupted run that is followed farther."""
+
+import json
+import os
+from pathlib import Path
+
+import h5py
+import pytest
+
+from lagrange_cli.cli.main import main
+from tests.cli.command import SYSTEMS
+from tests.cli.test_resume import folder, interrupted_after  # noqa: F401 - fixtures
+
+PENDULUM, DOUBLE = (str(SYSTEMS / f"{name}.yaml") for name in ("pendulum", "double_pendulum"))
+DRIVEN, ATWOOD = (str(SYSTEMS / f"{name}.yaml") for name in ("driven_damped_pendulum", "atwood"))
+MOTIONS = {
+    "kink.yaml": "x_dot**2/2 - sqrt(x**2)",
+    "free.yaml": "x_dot**2/2 - 3*x",
+    "wall.yaml": "x_dot**2/2 - tanh(1e3*(x - 2))",
+    "fall.yaml": "x_dot**2/2 + 1/x",
+}
+
+
+@pytest.fixture(autouse=True)
+def systems(folder):  # noqa: F811
+    for name, lagrangian in MOTIONS.items():
+        text = f"coordinates: {{x: {{initial: 0.3, velocity: 1}}}}\nlagrangian: {lagrangian}\n"
+        Path(name).write_text(text, encoding="utf-8")
+
+
+def solve(system: str, *options: str, output: str = "out.h5") -> int:
+    return main(["solve", system, "-o", output, *options])
+
+
+def content(name: str = "out.h5") -> bytes:
+    return Path(name).read_bytes()
+
+
+def at_once(system: str, *options: str) -> bytes:
+    """What the whole run writes if nobody disturbs it."""
+    assert solve(system, *options, "--quiet", output="whole.h5") == 0
+    return content("whole.h5")
+
+
+LONGER = {
+    "the step is a whole part": (PENDULUM, [], "20", "30"),
+    "the step is none": (PENDULUM, ["--step", "0.3"], "10", "30"),
+    "chaos, in several chunks": (DOUBLE, ["--step", "1e-3"], "70", "150"),
+    "everything is written": (DRIVEN, ["--outputs", "all", "--step", "0.1"], "50", "300"),
+    "backward": (PENDULUM, ["--step", "0.1"], "-10", "-30"),
+    "portable": (PENDULUM, ["--portable"], "10", "30"),
+    "a series without end": (ATWOOD, ["--step", "0.1"], "1", "2"),
+    "no series goes on": ("free.yaml", ["--step", "0.1"], "1.3", "30"),
+    "kinks": ("kink.yaml", ["--step", "0.1"], "1.3", "30"),
+    "a wall ahead": ("wall.yaml", ["--step", "0.1"], "1.3", "30"),
+}
+
+
+@pytest.mark.parametrize(("system", "options", "stop", "later"), LONGER.values(), ids=LONGER)
+def test_a_finished_run_goes_on_to_the_bytes_of_the_longer_one(system, options, stop, later, capsys):
+    expected = at_once(system, *options, "--stop", later)
+    assert solve(system, *options, "--stop", stop) == 0
+    capsys.readouterr()
+    assert solve(system, *options, "--stop", later, "--resume") == 0
+    said = capsys.readouterr()
+    assert "went on from t = " in said.out and said.err == ""
+    assert content() == expected
+    assert solve(system, *options, "--stop", later, "--resume") == 0
+    assert "needs nothing more" in capsys.readouterr().out
+
+
+ANEW = {
+    "a wall at the end": ("wall.yaml", ["--step", "0.1"], "1.69", "30"),
+    "31 digits": (PENDULUM, ["--precision", "double-double"], "1", "2"),
+    "scipy": (PENDULUM, ["--method", "DOP853"], "1", "2"),
+}
+
+
+@pytest.mark.parametrize(("system", "options", "stop", "later"), ANEW.values(), ids=ANEW)
+def test_where_nothing_is_kept_the_run_starts_at_the_beginning_and_says_so(
+    system, options, stop, later, capsys
+):
+    expected = at_once(system, *options, "--stop", later)
+    assert solve(system, *options, "--stop", stop) == 0
+    assert solve(system, *options, "--stop", later, "--resume") == 0
+    assert "the run starts at the beginning" in capsys.readouterr().err
+    assert content() == expected
+
+
+def test_samples_stay_as_far_apart_as_they_are(capsys):
+    assert solve(DOUBLE, "--stop", "10", "--samples", "101") == 0
+    assert solve(DOUBLE, "--stop", "25.05", "--resume") == 0
+    assert "with a sample every 0.1 as before" in capsys.readouterr().out
+    assert content() == at_once(DOUBLE, "--stop", "25.05", "--step", "0.1")
+    before = content()
+    assert solve(DOUBLE, "--stop", "50", "--samples", "101", "--resume") == 5
+    error = capsys.readouterr().err
+    assert "out.h5 has a sample every 0.1, and not every 0.5" in error and "leave out --samples" in error
+    assert content() == before
+
+
+def test_a_run_that_was_interrupted_goes_on_to_another_end(interrupted_after):  # noqa: F811
+    run = (DOUBLE, "--step", "0.01")
+    expected = at_once(*run, "--stop", "1500")
+    interrupted_after(2)
+    assert solve(*run, "--stop", "1000") == 130
+    assert solve(*run, "--stop", "1500", "--resume") == 130  # and once more, on the way
+    interrupted_after(0)
+    assert solve(*run, "--stop", "1500", "--resume") == 0
+    assert content() == expected and sorted(os.listdir())[:2] == ["fall.yaml", "free.yaml"]
+
+
+def test_a_shorter_run_is_refused(capsys):
+    assert solve(PENDULUM) == 0
+    before = content()
+    for stop in ("10", "-10"):
+        assert solve(PENDULUM, "--stop", stop, "--resume") == 5
+        error = capsys.readouterr().err
+        assert "out.h5 is of a run until t = 20: --resume goes on to that time or a later one" in error
+    assert content() == before
+
+
+def test_a_motion_that_cannot_be_followed_needs_nothing_more(capsys):
+    assert solve("fall.yaml", "--set", "x_dot=0", "--stop", "1") == 4
+    assert solve("fall.yaml", "--set", "x_dot=0", "--stop", "2", "--resume") == 4
+    assert "needs nothing more" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("path", ["t", "q/theta", "diagnostics/h"])
+def test_samples_that_were_changed_are_not_gone_on_with(path, capsys):
+    assert solve(PENDULUM) == 0
+    with h5py.File("out.h5", "r+") as file:
+        file[path][7] += 1
+    before = content()
+    assert solve(PENDULUM, "--stop", "30", "--resume") == 5
+    assert "--force" in capsys.readouterr().err and content() == before
+
+
+def test_what_a_finished_run_keeps_is_little():
+    assert solve(PENDULUM, "--samples", "100001") == 0
+    with h5py.File("out.h5") as file:
+        assert "checkpoint" not in file and json.loads(file.attrs["run"])["count"] == 100001
+        data = sum(file[path].size * 8 for path in ("t", "q/theta", "v/theta", "diagnostics/h"))
+    assert len(content()) < 2 * 5 / 4 * data
