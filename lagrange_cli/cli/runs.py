@@ -71,7 +71,8 @@ OPTIONS = (
     click.option(
         "--resume",
         is_flag=True,
-        help="Go on where an earlier run was killed or interrupted, to the same bytes; without one, start.",
+        help="Go on where an earlier run was killed or interrupted, or to a later --stop than it had, to the "
+        "same bytes; without one, start.",
     ),
     click.option(
         "--checkpoint",
