@@ -1,6 +1,7 @@
 """Motions backward in time, by every way to ask for them: one must give what the others give."""
 
 import h5py
+import mpmath
 import numpy as np
 import pytest
 
@@ -8,12 +9,13 @@ from lagrange_cli.cli.main import main
 
 SYSTEM = """
 name: damped and driven
-parameters: {c: 0.25}
+parameters: {c: 0.25, F: 1}
 coordinates: {x: {initial: 0.5, velocity: -0.25}}
-lagrangian: x_dot**2/2 - x**2/2 + x*cos(2*t)/3
+lagrangian: x_dot**2/2 - x**2/2 + F*x*cos(2*t)/3
 dissipation: c*x_dot**2/2
 solve: {start: 1, stop: -3, samples: 9, outputs: [q, v, action]}
 """
+LONG = ("q/x", "low/q/x", "v/x", "low/v/x")
 
 
 @pytest.fixture
@@ -57,6 +59,17 @@ def test_every_way_to_follow_it_gives_the_same_motion(written):
         if "double-double" in options:
             assert all(0 < np.max(np.abs(other[f"low/{path}"])) < 1e-15 for path in series)
     assert close(written("solve", "--method", "LSODA")["v/x"], plain["v/x"], 1e-8)
+
+
+def test_all_31_digits_are_right_backward(written):
+    """x = cos(t)/2 - sin(t)/4 and its velocity, with their low parts."""
+    plain = ("--set", "c=0", "--set", "F=0", "--start", "0", "--precision", "double-double")
+    found = written("solve", *plain)
+    with mpmath.workdps(40):
+        for t, *parts in zip(found["t"].tolist(), *(found[path].tolist() for path in LONG)):
+            x, x_low, v, v_low = map(mpmath.mpf, parts)
+            assert abs(x + x_low - (mpmath.cos(t) / 2 - mpmath.sin(t) / 4)) < 1e-29
+            assert abs(v + v_low + mpmath.sin(t) / 2 + mpmath.cos(t) / 4) < 1e-29
 
 
 def test_a_sweep_gives_what_solve_gives(written):
