@@ -147,6 +147,9 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
     if given.stop is not None and not any(map(problems.at, times)):
         stop, sampling = given.stop, "samples" if given.step is None else "step"
         check(sampling, lambda: sample_times(given.start or 0.0, stop, given.samples, given.step))
+    elif given.samples is not None:
+        samples = given.samples
+        check("samples", lambda: check_count(samples))
 
 
 def sample_times(start: float, stop: float, samples: int | None, step: float | None) -> tuple[int, float]:

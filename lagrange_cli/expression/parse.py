@@ -215,7 +215,7 @@ class _Parser:
             self.refuse(Span(0, len(self.text)), "this is not a name", _KEY)
         for i, axis in enumerate(axes):
             if axis.index and axis.index in [one.index for one in axes[:i]]:
-                self.error(axis.span, f"the index '{axis.index}' comes twice", "give it another name")
+                self.error(axis.span, f"the index '{axis.index}' is used twice", "give it another name")
         return Key(self.name_of(token), self.text, tuple(axes))
 
     def axis(self) -> Axis:

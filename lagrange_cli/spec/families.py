@@ -134,7 +134,7 @@ class _Expander:
                 if place in members:
                     first = members[place].place.line
                     self.problems.add(
-                        piece.place, f"'{member.name}' is given twice", f"it is already in line {first}"
+                        piece.place, f"'{member.name}' is given twice", f"it is already given in line {first}"
                     )
                     return None
                 members[place] = member

@@ -33,13 +33,13 @@ _HINTS: tuple[tuple[str, str], ...] = (
     ("tab character", _SPACES),
     ("'\\t'", _SPACES),
     ("cannot start any token", "put the text in quotes: no text can begin with this character"),
-    ("mapping values are not allowed", "write 'key: value', one a line and equally indented"),
+    ("mapping values are not allowed", "write 'key: value', one per line, with equal indentation"),
     ("',' or ']'", 'put each item that has [ ] { } or a comma in quotes, or write a vector as "(x, y)"'),
-    ("',' or '}'", "put each value that has [ ] { } or a comma in quotes, or write one key a line"),
+    ("',' or '}'", "put each value that has [ ] { } or a comma in quotes, or write one key per line"),
     ("alphabetic or numeric character", "put the text in quotes: it begins with '*' or '&'"),
-    ("undefined alias", "put the text in quotes: '*' at its beginning stands for an alias"),
-    ("could not find expected ':'", "write 'key: value', one a line"),
-    ("expected ':'", "write 'key: value', one a line"),
+    ("undefined alias", "put the text in quotes: in YAML a leading '*' means an alias"),
+    ("could not find expected ':'", "write 'key: value', one per line"),
+    ("expected ':'", "write 'key: value', one per line"),
     ("expected key", "indent all keys of a section equally"),
     ("<block end>", "indent all keys of a section equally"),
     ("'-' indicator", "indent all items of a list equally, each after '- '"),
@@ -84,7 +84,7 @@ class Sequence:
 
 @dataclass(frozen=True)
 class Mapping:
-    """Keys and values in the file's order; no key comes twice."""
+    """Keys and values in the file's order; no key is given twice."""
 
     entries: tuple[tuple[Scalar, Node], ...]
     place: Place
@@ -174,14 +174,16 @@ class _Composer:
 
     def _node(self, event: Any, depth: int) -> Node:
         if depth > MAX_DEPTH:
-            raise self._error(event, f"the file is nested more than {MAX_DEPTH} deep", "no key needs that")
+            raise self._error(
+                event, f"the file is nested more than {MAX_DEPTH} deep", "no section needs that"
+            )
         if isinstance(event, yaml.AliasEvent):
             node = self.anchors.get(str(event.anchor))
             if node is None:
                 raise self._error(
                     event,
-                    f"'*{event.anchor}' refers to nothing before it",
-                    "put the text in quotes: '*' at its beginning stands for an alias",
+                    f"'*{event.anchor}' is an unknown YAML alias",
+                    "put the text in quotes: in YAML a leading '*' means an alias",
                 )
             self._count(event, node.size)
             return node
@@ -224,7 +226,7 @@ class _Composer:
             elif key.text in seen:
                 self.problems.add(
                     key.place,
-                    f"the key {shown(key.text)} comes twice",
+                    f"the key {shown(key.text)} is given twice",
                     f"it is already in line {seen[key.text].line}",
                 )
             else:
@@ -265,7 +267,7 @@ class _Composer:
         if self.size > MAX_NODES:
             raise self._error(
                 event,
-                f"the file has more than {MAX_NODES} values once its aliases are written out",
+                f"the file has more than {MAX_NODES} values with its aliases expanded",
                 f"shorten it, {way_out('values')}",
             )
 

@@ -225,7 +225,7 @@ def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Decla
             if name is None:
                 continue
             if name.label in seen:
-                problems.add(item.place, f"the coordinate '{name.label}' comes twice", "leave one out")
+                problems.add(item.place, f"the coordinate '{name.label}' is given twice", "leave one out")
             else:
                 seen.add(name.label)
                 found.append(Declared(name.name, item.place, name, item.passage))

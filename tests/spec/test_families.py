@@ -317,7 +317,11 @@ BAD = [
         COORDINATE + "\n  u[0, 0]: {}",
         [(7, "u[0, 0]", "different numbers of indices", "same number of indices")],
     ),
-    (COORDINATE, "  - u[i in range(N)]\n  - u[i in range(N)]", [(7, "u[i in range(N)]", "comes twice", "")]),
+    (
+        COORDINATE,
+        "  - u[i in range(N)]\n  - u[i in range(N)]",
+        [(7, "u[i in range(N)]", "is given twice", "")],
+    ),
     ("k: 2.0", "k: 2.0\n  i: 3", [(7, "i in range(N)", "the index 'i' has the name of a parameter", "")]),
     ("k: 2.0", "N: 2.0", [(4, "N", "the parameter 'N' has the name of a size", "line 1"), (11, "k", "", "")]),
     # one mistake of all members
