@@ -124,3 +124,18 @@ def test_lines_of_prose_are_short(page):
 def test_the_prose_is_plain(page):
     text = re.sub(r"\s+", " ", page.read_text(encoding="utf-8"))
     assert [found[0] for each in CONTORTED for found in re.finditer(each, text)] == []
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_no_line_within_a_paragraph_begins_like_an_item_of_a_list(page):
+    """A minus sign at the beginning of a line, as after wrapping ``p - b``, would begin a list."""
+    lines = dict(prose(page))
+    before = [(number, lines.get(number - 1, ""), line) for number, line in lines.items()]
+    item = re.compile(r" *(?:[-+*]|\d+[.)]) ")
+    wrong = [
+        number
+        for number, above, line in before
+        if item.match(line) and above.strip() and not (item.match(above) or above.startswith("  "))
+        if not above.endswith(":")
+    ]
+    assert wrong == []
