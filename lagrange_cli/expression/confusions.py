@@ -47,6 +47,9 @@ STRANGERS: dict[str, tuple[str, str]] = {
 PRIMES = frozenset("'′’`\"″")
 """What is written after a name for a derivative."""
 
+QUOTES = frozenset("'\":")
+"""Where these stand, the rest of a text may be anything."""
+
 DEGREES = frozenset({"deg", "degree", "degrees", "°"})
 RADIANS = frozenset({"rad", "radian", "radians"})
 
@@ -90,7 +93,7 @@ NAMES: dict[str, str] = {
 """Names of constants: what stands after 'write'."""
 
 _PARAMETER_EXAMPLES = {
-    "g": "9.81", "G": "6.674e-11", "c": "299792458", "hbar": "1.0546e-34", "k_B": "1.38e-23",
+    "g": "9.81", "G": "6.674e-11", "hbar": "1.0546e-34", "k_B": "1.38e-23",
     "eps0": "8.854e-12", "mu0": "1.2566e-6",
 }  # fmt: skip
 
@@ -159,6 +162,11 @@ def quantity(text: str) -> tuple[str, str] | None:
     """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
     match = _QUANTITY.fullmatch(text)
     return (match["number"], match["unit"]) if match else None
+
+
+def is_unit(text: str) -> bool:
+    """Whether it is the name of a unit."""
+    return quantity(f"1 {text}") is not None
 
 
 _DECIMAL_COMMA = re.compile(r"\s*[-+]?[0-9]+,[0-9]+\s*")

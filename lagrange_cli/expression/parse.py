@@ -11,7 +11,16 @@ import re
 import unicodedata
 
 from lagrange_cli.expression.bounds import check_exponent
-from lagrange_cli.expression.confusions import DEGREES, FUNCTIONS, NOT_SMOOTH, PRIMES, RADIANS, decimal_comma
+from lagrange_cli.expression.confusions import (
+    DEGREES,
+    FUNCTIONS,
+    NOT_SMOOTH,
+    PRIMES,
+    QUOTES,
+    RADIANS,
+    STRANGERS,
+    decimal_comma,
+)
 from lagrange_cli.expression.near import near_hint, shown
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.scan import Token, tokens
@@ -142,12 +151,23 @@ class _Parser:
         token = self.next
         if token.complaint:
             if token.kind == "stranger":
-                self.structural(token.span, *token.complaint)
-                raise _Hopeless  # quotes, colons: what follows may be anything
+                self.skip_strangers()
+                return self.advance()
             self.error(token.span, *token.complaint)
         if token.kind != "end":
             self.place += 1
         return token
+
+    def skip_strangers(self) -> None:
+        """Note and go past characters that have no meaning."""
+        while self.next.kind == "stranger":
+            token = self.next
+            if token.text in DEGREES and self.last is not None and self.last.kind == "number":
+                return
+            self.structural(token.span, *(token.complaint or ("", "")))
+            if token.text not in STRANGERS or token.text in QUOTES:
+                raise _Hopeless  # what follows may be anything
+            self.place += 1
 
     def sees(self, *texts: str) -> bool:
         """Whether the next token is one of these signs or words."""
@@ -332,6 +352,7 @@ class _Parser:
         start = self.next.span.start
         left = self.operand()
         while True:
+            self.skip_strangers()
             token = self.next
             level = _LEVELS.get(token.text, 0) if token.kind in ("sign", "word") else 0
             juxtaposed = not level and self.is_juxtaposed(token)
@@ -448,7 +469,8 @@ class _Parser:
         if self.sees("."):
             self.refuse(token.span, "misplaced '.'", "it follows the name of a vector, as in bead.x")
         if token.kind == "stranger":
-            self.advance()
+            self.skip_strangers()
+            return self.operand()
         if token.kind == "word" and token.text in ("if", "else", "and", "or") and not self.condition:
             self.unexpected([])
         return self.missing()

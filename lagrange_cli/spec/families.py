@@ -8,6 +8,7 @@ from math import prod
 from typing import Any, TypeVar
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.confusions import is_unit
 from lagrange_cli.expression.indices import counted, integer
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.parse import parse
@@ -211,6 +212,8 @@ class _Expander:
             self.problems.broken.add(name)  # said once
             message = f"unknown size '{name}'"
             hint = near_hint(name, self.sizes) or known_hint(self.sizes) or f"add 'sizes: {{{name}: 10}}'"
+            if is_unit(name):
+                hint += f"; a unit is written '{piece.name}: {{value: 1.0, unit: {name}}}'"
         self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
 
     def _shown(self, axis: Axis) -> str:

@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from lagrange_cli.expression.confusions import DEGREES, RADIANS, quantity
+from lagrange_cli.expression.confusions import DEGREES, RADIANS, is_unit, quantity
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse_key, read
@@ -203,6 +203,10 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
             return None
     hint = "a name begins with a letter and has only letters, digits and _"
     forgotten = re.fullmatch(r"([^\W\d]\w*)\s*[ =]\s*([-+.\d]\S*)", key.text)
+    united = re.fullmatch(r"([^\W\d]\w*)\s*\((.*)\)", key.text)
+    if united and is_unit(united[2]):
+        problems.broken.add(united[1])
+        hint = f"write {united[1]}: {{..., unit: {united[2]}}}"
     if forgotten:
         problems.broken.add(forgotten[1])
         hint = f"write {forgotten[1]}: {forgotten[2]}"

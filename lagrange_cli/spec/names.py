@@ -230,7 +230,7 @@ class Names:
             return Meaning(Kind.DEFINITION, frozenset(), None)
         meaning = self.table.get(base)
         if meaning is None:
-            raise ExpressionError(name.span, *self._unknown(base, expression.indices))
+            raise ExpressionError(name.span, *self._unknown(base, section, expression.indices))
         rule = RULES[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]
         if forbidden:
@@ -286,7 +286,7 @@ class Names:
                 name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
             )
 
-    def _unknown(self, name: str, indices: Mapping[str, int]) -> tuple[str, str]:
+    def _unknown(self, name: str, section: str, indices: Mapping[str, int]) -> tuple[str, str]:
         message = f"unknown name {shown(name)}"
         if name in indices or name in CONSTANTS:
             return f"'{name}' is a number: it takes no index and has no components", f"write {name}"
@@ -303,7 +303,7 @@ class Names:
         if name in NAMES:
             return message, f"write {NAMES[name]}"
         particles = [one for one, meaning in self.table.items() if meaning.what is Kind.PARTICLE]
-        if name in COMPONENTS + VELOCITY_COMPONENTS and particles:
+        if name in COMPONENTS + VELOCITY_COMPONENTS and particles and Kind.PARTICLE in RULES[section].allowed:
             return message, f"write {particles[0]}.{name} for that of {particles[0]}"
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])
         declare = f"or add it to the parameters: '{parameter_example(name)}'"

@@ -202,6 +202,8 @@ HABITS = [
     ("x''", "x", ["the equations of motion determine them"]),
     ("sin(30 deg)", "sin(30)", ["angles are in radians: write 30*pi/180"]),
     ("cos(0.5rad)", "cos(0.5)", ["write 0.5; angles are in radians"]),
+    ("k*|x| + y", "k*x + y", ["the length of a vector a is norm(a)"]),
+    ("sin²(x) + y", "[x] + y", ["write sin(x)**2"]),
     ("cos(30°)", "cos(30)", ["angles are in radians: write 30*pi/180"]),
 ]
 
