@@ -124,6 +124,7 @@ def rational(value: Fraction) -> sympy.Rational:
 
 def add_into(total: Terms, terms: Mapping[Monomial, Fraction], factor: Fraction = Fraction(1)) -> None:
     """Add ``factor * terms`` to ``total`` in place, without terms that cancel. Raises ``TooLargeError``."""
+    charge(6 * len(terms))
     for monomial, coefficient in terms.items():
         value = total.get(monomial, 0) + factor * coefficient
         if value:
@@ -141,6 +142,7 @@ def multiply(left: Terms, right: Terms) -> Terms:
         count > 1 and count * (max(map(len, left)) + max(map(len, right))) > FACTORS * LARGEST
     ):
         raise TooLargeError
+    charge(20 * count)
     product: Terms = {}
     for monomial, coefficient in left.items():
         for other, factor in right.items():
