@@ -86,9 +86,7 @@ def certify_options(command: Command) -> Command:
         if certify or digits is not None or target_error is not None:
             demand = Demand(DIGITS if digits is None else digits, target_error)
             if request.resume:
-                raise UsageError(
-                    "a run with --certify writes no checkpoints: start it anew, without --resume"
-                )
+                raise UsageError("a run with --certify writes no checkpoints: leave out --resume")
         return command(request=request, demand=demand, **given)
 
     decorated: Any = gathered

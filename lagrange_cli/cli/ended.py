@@ -132,7 +132,7 @@ def went_on(start: Start, settings: Settings) -> list[str]:
     if start.earlier is None:
         return []
     spacing = f", with a sample every {abs(settings.step):g} as before" if start.extends else ""
-    return [f"  went on from t = {start.reached:.10g}{spacing}"]
+    return [f"  continued from t = {start.reached:.10g}{spacing}"]
 
 
 def wrote(start: Start, seconds: float) -> str:

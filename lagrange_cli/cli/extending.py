@@ -72,13 +72,13 @@ def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
         if stop == now["stop"]:
             return None
         raise FileError(
-            f"{shown} is of a run until t = {stop:g}: --resume goes on to that time or a later one; "
-            "--force starts anew, --output names another"
+            f"{shown} holds a run to t = {stop:g}: --resume continues to that time or a later one; "
+            "--force starts again, --output names another"
         )
     if before["step"] != now["step"]:
         raise FileError(
-            f"{shown} has a sample every {abs(before['step']):g}, and not every {abs(now['step']):g}: "
-            "to go on with it, leave out --samples and --step; --force starts anew, --output names another"
+            f"{shown} has a sample every {abs(before['step']):g}, not every {abs(now['step']):g}: "
+            "to continue it, leave out --samples and --step; --force starts again, --output names another"
         )
     return texts[0]
 

@@ -76,14 +76,14 @@ def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Sta
         run["run"] = before
     found, why = find_earlier(target, run), "there is nothing to resume"
     if before is not None:
-        found, why = to_extend(found), "the run that is there holds nothing that a longer one can go on from"
+        found, why = to_extend(found), "the earlier run cannot be extended"
         target = replace(target, force=True)
     if isinstance(found, Earlier):
         found.check(run)
         replacing = found.part < 0 or bool(found.checkpoint.head.get("replace"))
         if target.path.exists() and not replacing and target.replaces is None:
             raise FileError(
-                f"{target.shown} is newer than the run that was cut off, and is kept: move it away"
+                f"{target.shown} is newer than the interrupted run, and is kept: move it away, then --resume"
             )
         target = replace(target, part=int(found.part == 0), force=replacing, origin=None)
         return Start(target, made_by, earlier=found, extends=before is not None)
@@ -105,8 +105,8 @@ def make_room(target: Target) -> None:
 
         if unfinished(target) is not None:
             raise FileError(
-                f"{target.shown}: an earlier run was cut off, and what it has computed is kept: "
-                "--resume goes on with it, --force starts anew"
+                f"{target.shown}: an earlier run was interrupted, and its results are kept: "
+                "--resume continues it, --force starts again"
             )
     target.clear()
 

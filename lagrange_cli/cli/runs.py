@@ -160,9 +160,7 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
             times = {name: text for name in TIMES if (text := given.pop(name)) is not None}
             options = SolveDefaults(**{name: given.pop(name) for name in names})
             if resume and force:
-                raise UsageError(
-                    "--resume keeps what an earlier run has done, --force does not: give one of them"
-                )
+                raise UsageError("--resume keeps the earlier run, --force discards it: give one of them")
             request = Request(
                 options, times, overrides, sizes, output, force, not no_cache, timings, as_json, quiet,
                 resume, checkpoint, checkpoint_count,

@@ -72,7 +72,7 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
     A number of samples and a step are two ways to say one thing, so that either overrules both.
     """
     if options.samples is not None and options.step is not None:
-        raise UsageError("--samples and --step are two ways to say the same: give one of them")
+        raise UsageError("--samples and --step both set the sample times: give one of them")
     given = {
         name: getattr(options, name)
         for name in ("start", "stop", "samples", "step", "method", "tolerance", "outputs")
@@ -98,11 +98,11 @@ def resolve_settings(
     method = resolve_method(asked.method)
     if precision != DOUBLE and method != METHODS[0]:
         raise UsageError(
-            f"--precision {precision} is for {METHODS[0]} alone, not {method}: add --method {METHODS[0]}"
+            f"--precision {precision} needs method {METHODS[0]}, not {method}: add --method {METHODS[0]}"
         )
     if portable and method != METHODS[0]:
         raise UsageError(
-            f"--portable is for {METHODS[0]} alone, not {method}, whose bits are those of scipy's libraries: "
+            f"--portable needs method {METHODS[0]}, not {method}, whose bits depend on scipy's libraries: "
             f"add --method {METHODS[0]}"
         )
     return Settings(

@@ -110,9 +110,9 @@ def solve(
     if form == CSV:
         check_table(request)
     if demand is not None and precision != DOUBLE:
-        raise UsageError(f"--certify is for precision {DOUBLE}, for now: leave out one of the two")
+        raise UsageError(f"--certify needs precision {DOUBLE}: leave out one of the two")
     if demand is not None and portable:
-        raise UsageError("the estimates of --certify are not portable: leave out one of the two")
+        raise UsageError("--certify and --portable cannot be combined: leave out one of the two")
     solve_one = partial(solve_system, request=request, demand=demand)
     if jobs == 1 or len(systems) == 1:
         return run_each(systems, solve_one, as_json=request.as_json)
@@ -166,7 +166,7 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
             say(as_table(watch.report(), began, cached=prepared.cached))
     if status in ("failed", "interrupted"):
         resumable = outcome.progress is not None and request.format == HDF5
-        way_on = "; --resume goes on from there" if resumable else ""
+        way_on = "; --resume continues from there" if resumable else ""
         complain(f"{spec.name}: {outcome.message}{way_on}")
     warning = doubt(outcome, settings)
     if warning is not None and not request.quiet:

@@ -171,7 +171,7 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
         if request.timings:
             emit(as_table(watch.report(), began, cached=prepared.cached))
     if outcome.status != "complete":
-        way_on = "; --resume goes on with the others" if outcome.status == "interrupted" else ""
+        way_on = "; --resume continues with the others" if outcome.status == "interrupted" else ""
         complain(f"{ensemble.spec.name}: {sentence(ensemble, outcome)}{way_on}")
     return EXIT_STATUS[outcome.status]
 

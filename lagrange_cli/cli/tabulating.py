@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 def check_table(request: Request) -> None:
     """Refuse what a table cannot have."""
     if request.resume:
-        raise UsageError("--resume is for HDF5 outputs: a CSV file holds nothing to go on from")
+        raise UsageError("--resume needs an HDF5 output: a CSV file stores no checkpoint")
     if request.streams and request.as_json:
         raise UsageError("--json and the table would both go to standard output: give --output a name")
 

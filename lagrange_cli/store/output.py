@@ -50,7 +50,7 @@ class Output:
         """Raise what the sink has kept from HDF5."""
         if self.sink.error is not None:
             error = unwritable(self._target.shown, self.sink.error)
-            hint = "; --resume goes on from the last checkpoint" if self._kept else ""
+            hint = "; --resume continues from the last checkpoint" if self._kept else ""
             raise FileError(f"{error}{hint}") from self.sink.error
 
     def keep(self, checkpoint: Checkpoint) -> None:

@@ -93,12 +93,12 @@ class Target:
             how = "appeared" if self.replaces is None else "was changed"
             raise FileError(
                 f"{self.shown} {how} while this run was computing and is kept; "
-                f"the result is whole in {self.temporary}"
+                f"the complete result is in {self.temporary}"
             )
         try:
             self.temporary.replace(self.path)
         except OSError as error:
-            where = f"; the result is whole in {self.temporary}" if self.temporary.exists() else ""
+            where = f"; the complete result is in {self.temporary}" if self.temporary.exists() else ""
             raise FileError(f"{unwritable(self.shown, error)}{where}") from error
         if complete and self.origin is not None:
             self.origin.note(self.path)
@@ -139,7 +139,7 @@ def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin 
         if path.is_dir():
             raise FileError(f"{name} is a directory: name a file in it, as {Path(name) / 'NAME.h5'}")
         if path.exists() and not path.is_file():
-            raise FileError(f"{name} is no plain file and cannot be replaced by one")
+            raise FileError(f"{name} is not a regular file and cannot be replaced")
         if path.exists():
             found = "" if origin is None else origin.judge(path)
             if not isinstance(found, str):
@@ -168,7 +168,7 @@ def kept(name: str, path: Path, why: str) -> FileError:
 
     if interrupted(path):
         return FileError(
-            f"{name} is of a run that was interrupted, and is kept: --resume goes on with it, "
+            f"{name} holds an interrupted run and is kept: --resume continues it, "
             "--force replaces it, --output names another"
         )
     return FileError(f"{name} exists and is kept{why}: --force replaces it, --output names another")

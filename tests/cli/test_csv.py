@@ -102,7 +102,7 @@ def test_a_reader_that_hangs_up_ends_an_endless_stream_quietly():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([*RUN, "-o", "run.csv", "--resume"], "--resume is for HDF5 outputs"),
+        ([*RUN, "-o", "run.csv", "--resume"], "--resume needs an HDF5 output"),
         ([*RUN, "-o", "-"], "add --format csv"),
         ([*RUN, "-o", "-", "--format", "csv", "--json"], "give --output a name"),
         ([*RUN, "-o", "run.mat"], "outputs are HDF5 or CSV, not mat: name the file run.h5 or run.csv"),

@@ -63,7 +63,7 @@ def test_a_finished_run_goes_on_to_the_bytes_of_the_longer_one(system, options, 
     capsys.readouterr()
     assert solve(system, *options, "--stop", later, "--resume") == 0
     said = capsys.readouterr()
-    assert "went on from t = " in said.out and said.err == ""
+    assert "continued from t = " in said.out and said.err == ""
     assert content() == expected
     assert solve(system, *options, "--stop", later, "--resume") == 0
     assert "needs nothing more" in capsys.readouterr().out
@@ -95,7 +95,7 @@ def test_samples_stay_as_far_apart_as_they_are(capsys):
     before = content()
     assert solve(DOUBLE, "--stop", "50", "--samples", "101", "--resume") == 5
     error = capsys.readouterr().err
-    assert "out.h5 has a sample every 0.1, and not every 0.5" in error and "leave out --samples" in error
+    assert "out.h5 has a sample every 0.1, not every 0.5" in error and "leave out --samples" in error
     assert content() == before
 
 
@@ -116,7 +116,7 @@ def test_a_shorter_run_is_refused(capsys):
     for stop in ("10", "-10"):
         assert solve(PENDULUM, "--stop", stop, "--resume") == 5
         error = capsys.readouterr().err
-        assert "out.h5 is of a run until t = 20: --resume goes on to that time or a later one" in error
+        assert "out.h5 holds a run to t = 20: --resume continues to that time or a later one" in error
     assert content() == before
 
 

@@ -135,8 +135,8 @@ def test_it_goes_on_on_another_machine(options, code, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--method", "DOP853"), "--portable is for taylor alone, not DOP853"),
-        (("--certify",), "the estimates of --certify are not portable"),
+        (("--method", "DOP853"), "--portable needs method taylor, not DOP853"),
+        (("--certify",), "--certify and --portable cannot be combined"),
     ],
 )
 def test_what_is_not_portable_is_refused(options, message, tmp_path, monkeypatch, capsys):

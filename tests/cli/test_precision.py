@@ -56,7 +56,7 @@ def test_double_is_the_default_and_leaves_no_trace(folder):
     [
         (
             ("--method", "DOP853"),
-            "--precision double-double is for taylor alone, not DOP853: add --method taylor",
+            "--precision double-double needs method taylor, not DOP853: add --method taylor",
         ),
         (("--tolerance", "1e-40"), "the tolerance 1e-40 is out of range; taylor takes 1.23e-32 to 0.1"),
         (("--set", "g=1/0"), "--set g=1/0: division by zero"),

@@ -179,11 +179,11 @@ def test_an_interrupted_run_is_kept_and_every_message_names_the_way_on(folder, m
     monkeypatch.setattr(solving, "Interrupts", Nervous)
     monkeypatch.setattr(Nervous, "patience", 1)
     assert solve("--stop", "1e5") == 130
-    assert "interrupted at t = " in (error := capsys.readouterr().err) and "--resume goes on" in error
+    assert "interrupted at t = " in (error := capsys.readouterr().err) and "--resume continues" in error
     edit()
     assert solve() == 5
     error = capsys.readouterr().err
-    assert "pendulum.h5 is of a run that was interrupted, and is kept: --resume goes on with it" in error
+    assert "pendulum.h5 holds an interrupted run and is kept: --resume continues it" in error
     assert "--force replaces it, --output names another" in error
 
 

@@ -167,7 +167,7 @@ def test_an_interrupted_sweep_follows_only_the_members_that_are_missing(
     with h5py.File("out.h5") as file:
         ended = (file["status"][()] == b"complete").sum()
         assert (file["status"][()] == b"interrupted").sum() == len(file["status"]) - ended > 0
-        assert file.attrs["status"] == "interrupted" and f"when {ended} of" in file.attrs["message"]
+        assert file.attrs["status"] == "interrupted" and f"after {ended} of" in file.attrs["message"]
     with xarray.open_dataset("out.h5", group="q", engine="h5netcdf") as data:
         assert np.isfinite(data.theta2.values).all(axis=-1).sum() in (ended, 0)
     followed = followed_members(monkeypatch)
@@ -229,10 +229,10 @@ def test_a_run_that_was_killed_is_kept_and_goes_on(folder, capfd):
     expected = whole(folder, *LONG)
     assert killed(folder, *LONG) == LEFT
     assert solve(*LONG) == 5
-    assert "--resume goes on with it, --force starts anew" in capfd.readouterr().err
+    assert "--resume continues it, --force starts again" in capfd.readouterr().err
     assert sorted(os.listdir(folder)) == [".out.h5.checkpoint", ".out.h5.part"]
     assert solve(*LONG, "--resume") == 0
-    assert "went on from t = " in capfd.readouterr().out
+    assert "continued from t = " in capfd.readouterr().out
     assert (folder / "out.h5").read_bytes() == expected
     assert os.listdir(folder) == ["out.h5"]
 
@@ -277,7 +277,7 @@ def test_a_run_that_was_killed_when_its_output_had_just_got_its_name_is_finished
     assert sorted(os.listdir(folder)) == (sorted({*remains, "out.h5"} - {LEFT[1]}) if others else ["out.h5"])
     if others:
         assert solve(*LONG, "--resume") == 5
-        assert "out.h5 is newer than the run that was cut off" in capsys.readouterr().err
+        assert "out.h5 is newer than the interrupted run" in capsys.readouterr().err
         (folder / "out.h5").unlink()
         assert solve(*LONG, "--resume") == 0
         assert (folder / "out.h5").read_bytes() == whole_long(folder)
@@ -413,7 +413,7 @@ def test_damage_is_found_and_nothing_is_lost(folder, remains, name, where, flip,
         assert (folder / "out.h5").read_bytes() == whole_long(folder)
         (folder / "out.h5").unlink()
     else:
-        assert status == 5 and "is damaged: --force starts anew" in error
+        assert status == 5 and "is damaged: --force starts again" in error
         assert (folder / name).read_bytes() == bytes(content)
 
 
@@ -443,7 +443,7 @@ def test_a_full_disk_keeps_what_the_last_checkpoint_has(folder):
     )  # fmt: skip
     assert run.returncode == 5
     assert run.stderr == (
-        "Error: out.h5 could not be written: File too large; --resume goes on from the last checkpoint\n"
+        "Error: out.h5 could not be written: File too large; --resume continues from the last checkpoint\n"
     )
     assert sorted(os.listdir(folder)) == [".out.h5.checkpoint", ".out.h5.part"]
     assert solve(*LONG, "--resume") == 0
@@ -473,7 +473,7 @@ def test_a_folder_that_becomes_unwritable_keeps_the_result_in_the_hidden_file(fo
     monkeypatch.setattr(Path, "replace", refused)
     assert solve(*RUN, "--checkpoint", "0") == 5
     error = capsys.readouterr().err
-    assert "out.h5 could not be written: Permission denied; the result is whole in" in error
+    assert "out.h5 could not be written: Permission denied; the complete result is in" in error
     assert (folder / ".out.h5.part").read_bytes() == expected
 
 

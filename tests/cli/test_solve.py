@@ -214,7 +214,7 @@ BAD = {
     "directory as output": ([PENDULUM, "-o", "folder"], 5, "is a directory"),
     "output in no directory": ([PENDULUM, "-o", "no/where.h5"], 5, "no directory"),
     "output in a file": ([PENDULUM, "-o", "empty.yaml/out.h5"], 5, "no directory"),
-    "output to a device": ([PENDULUM, "-o", "/dev/null", "--force"], 5, "no plain file"),
+    "output to a device": ([PENDULUM, "-o", "/dev/null", "--force"], 5, "not a regular file"),
     "output to standard output": ([PENDULUM, "-o", "-"], 2, "standard output"),
     "output over the input": (["pendulum.yaml", "-o", "pendulum.yaml", "--force"], 2, "system file itself"),
     "one output for two": ([PENDULUM, SYSTEMS / "atwood.yaml", "-o", "x.h5"], 2, "several systems"),
