@@ -120,7 +120,7 @@ def test_what_is_said_of_many_members_stays_short(tmp_path):
 
 def test_many_masses_that_are_not_coupled_are_listed_in_short(tmp_path):
     (tmp_path / "free.yaml").write_text(FREE.replace("x[i]\n", "x[i] + x[i - i % 2]\n"), encoding="utf-8")
-    check = lagrange("check", "free.yaml", cwd=tmp_path)
+    check = lagrange("check", "--verbose", "free.yaml", cwd=tmp_path)
     assert "{x[0], x[1]}, {x[2], x[3]}" in check.stdout
     assert all(len(line) < 200 for line in check.stdout.splitlines())
 
