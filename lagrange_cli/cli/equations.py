@@ -88,6 +88,7 @@ def show_system(
     """Print one system's equations; returns the exit status."""
     from lagrange_cli.cli.source import located, read_bytes, read_run
     from lagrange_cli.expression.symbolic import SympyAlgebra
+    from lagrange_cli.limits import Work
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.values import resolve_parameters
     from lagrange_cli.symbolic.derive import derive_equations
@@ -102,18 +103,19 @@ def show_system(
             lambda spec, problems: resolve_parameters(spec, overrides, problems),
         )
     check_printed(spec)
-    with waiting.stage("deriving the equations of motion"), located(spec), counting():
+    work = Work()
+    with waiting.stage("deriving the equations of motion"), located(spec), counting(work):
         derived = derive_equations(build_model(spec, SympyAlgebra()))
     with waiting.stage("comparing with the compiled equations"):
         verification = verify_system(spec, derived, overrides) if verifying else None
     if format_ == "json":
         from lagrange_cli.symbolic.data import as_data
 
-        with waiting.stage("writing the equations"), located(spec), counting():
+        with waiting.stage("writing the equations"), located(spec), counting(work):
             data = as_data(derived, form, parameters)
         emit_json(data | verdict(verification))
     else:
-        with waiting.stage("writing the equations"), located(spec), counting():
+        with waiting.stage("writing the equations"), located(spec), counting(work):
             text = written(derived, format_, form, parameters)
         if verification is not None and not (quiet and verification.agrees):
             text += f"\n\n{comment(format_)}{verification}"

@@ -39,9 +39,12 @@ COUNTER = Counter()
 
 
 @contextmanager
-def counting() -> Iterator[None]:
-    """A context in which the work of sympy is counted; ``TooLarge`` is raised where it is too much."""
-    work = COUNTER.work = Work()
+def counting(work: Work | None = None) -> Iterator[None]:
+    """A context in which the work of sympy is counted, in ``work`` if it has begun before.
+
+    ``TooLarge`` is raised where it is too much.
+    """
+    work = COUNTER.work = Work() if work is None else work
     plain = Basic.__new__
 
     def counted(cls: type[Basic], *arguments: Any) -> Any:
