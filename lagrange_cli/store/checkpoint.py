@@ -55,7 +55,7 @@ class Checkpoint:
         return MAGIC + sha256(rest).digest() + rest
 
     @classmethod
-    def unpack(cls, content: bytes, shown: str) -> Checkpoint:
+    def unpack(cls, content: bytes | bytearray, shown: str) -> Checkpoint:
         """What ``pack`` gave; raises ``Unusable`` where it is not that, to the last bit."""
         from hashlib import sha256
 

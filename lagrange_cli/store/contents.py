@@ -12,11 +12,12 @@ import unicodedata
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from lagrange_cli.store.target import PARTS
+
 Check = Callable[[Any], bool]
 
 MOST = 2**53
 """Of what is counted."""
-PARTS = 2
 STATUSES = ("complete", "stopped", "failed", "interrupted")
 """How a run may have ended."""
 

@@ -54,7 +54,7 @@ class Earlier:
         """Raise ``FileError`` unless it is an earlier part of ``run``."""
         check_same(self.shown, self.checkpoint.head["run"], run)
 
-    def read(self, place: int, size: int, checksum: int | None = None) -> bytes:
+    def read(self, place: int, size: int, checksum: int | None = None) -> bytearray:
         """A piece of the file; raises ``Unusable`` where it is not there, or is not what it was."""
         try:
             with open_plain(self.source) as file:
@@ -119,7 +119,7 @@ def unfinished(target: Target) -> Earlier | None:
     return Earlier(target.shown, source, checkpoint) if source.is_file() else None
 
 
-def read_file(place: Path, shown: str) -> bytes:
+def read_file(place: Path, shown: str) -> bytearray:
     """All of a file."""
     try:
         with open_plain(place) as file:

@@ -55,7 +55,7 @@ def open_plain(path: Path) -> io.FileIO:
     return file
 
 
-def read_exactly(file: io.FileIO, place: int, size: int) -> bytes:
+def read_exactly(file: io.FileIO, place: int, size: int) -> bytearray:
     """A piece of a file; raises ``ValueError`` where it ends before."""
     file.seek(place)
     piece = bytearray(size)
@@ -65,7 +65,7 @@ def read_exactly(file: io.FileIO, place: int, size: int) -> bytes:
         if not count:
             raise ValueError("the file ends before")
         done += count
-    return bytes(piece) if size < PIECE else piece  # type: ignore[return-value]
+    return piece
 
 
 def read_record(path: Path, shown: str) -> Checkpoint:

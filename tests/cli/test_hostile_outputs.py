@@ -24,8 +24,10 @@ import pytest
 import lagrange_cli.cli.solve as solving
 import lagrange_cli.cli.sweep as sweeping
 from lagrange_cli.cli.main import main
+from lagrange_cli.cli.runs import EXIT_STATUS
 from lagrange_cli.store import checkpoint as checkpoints
 from lagrange_cli.store.checkpoint import LARGEST, MAGIC, Checkpoint, Unusable
+from lagrange_cli.store.contents import STATUSES
 from lagrange_cli.store.trusted import END, read_record, sealed
 from tests.cli.command import SYSTEMS
 from tests.cli.test_resume import Nervous
@@ -283,6 +285,10 @@ def test_what_is_no_plain_file_of_ours_is_not_read(folder, outputs, name, kind, 
     assert status in (0, 5) and "Traceback" not in error and "report it" not in error
     assert peak < 2**28, peak
     assert Path("precious").read_bytes() == b"precious"
+
+
+def test_every_way_to_end_has_its_status():
+    assert set(STATUSES) == set(EXIT_STATUS)
 
 
 def test_a_head_of_many_values_is_refused_before_they_are_made(monkeypatch):
