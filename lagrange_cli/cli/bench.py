@@ -58,7 +58,9 @@ def parse_tolerances(
         return tuple(float(part) for part in text.split(","))
     except ValueError as error:
         raise click.BadParameter(
-            f"{text!r} is not a comma list of numbers, as in --tolerances 1e-6,1e-9", context, parameter
+            f"{text!r} is not a comma-separated list of numbers, as in --tolerances 1e-6,1e-9",
+            context,
+            parameter,
         ) from error
 
 
@@ -81,33 +83,34 @@ def parse_tolerances(
     "--methods",
     metavar="LIST",
     shell_complete=comma_list(METHODS),
-    help=f"A comma list of {', '.join(METHODS)} [all].",
+    help=f"The methods to compare: a comma-separated list of {', '.join(METHODS)} [all].",
 )
 @click.option(
     "--tolerances",
     metavar="LIST",
     callback=parse_tolerances,
-    help=f"A comma list [{','.join(f'{x:g}' for x in TOLERANCES)}, and full precision for {TAYLOR}].",
+    help="The tolerances to try: a comma-separated list "
+    f"[{','.join(f'{x:g}' for x in TOLERANCES)}, and full precision for {TAYLOR}].",
 )
 @click.option(
     "--runs",
     type=click.IntRange(min=1),
     default=5,
     show_default=True,
-    help="Take the median time of this many runs, after a first one.",
+    help="The number of timed runs after a warm-up run. Their median is reported.",
 )
 @click.option(
     "--budget",
     type=click.FloatRange(min=0, min_open=True),
     default=2.0,
     show_default=True,
-    help="Seconds for all runs of one method at one tolerance, without compiling.",
+    help="The time limit in seconds for all runs of one method at one tolerance, compilation excluded.",
 )
 @click.option(
     "--plot",
     metavar="FILE.svg",
     shell_complete=files("svg", "pdf", "png"),
-    help="Draw time against error, as .svg, .pdf or .png.",
+    help="Plot the run time against the error, as .svg, .pdf or .png.",
 )
 @shared_options
 def bench(

@@ -23,7 +23,7 @@ MOST_LINES = 20
 
 @click.command("check")
 @systems_argument
-@click.option("--verbose", is_flag=True, help="Also say how the equations will be integrated.")
+@click.option("--verbose", is_flag=True, help="Also describe how the equations will be integrated.")
 @shared_options
 def check(
     systems: tuple[str, ...],
@@ -33,7 +33,7 @@ def check(
     as_json: bool,
     quiet: bool,
 ) -> int:
-    """Validate system files and say what kind of systems they describe.
+    """Validate system files and classify the systems that they describe.
 
     Degrees of freedom, scleronomic or rheonomic, cyclic coordinates, what is conserved and why, and what
     'solve' will skip. A file is refused exactly if 'solve' refuses it, and all its mistakes are shown. Warns

@@ -104,7 +104,7 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
 def ended(outcome: Outcome) -> str:
     """How the motion ended; why, if it did not reach the end, is said on standard error."""
     status: str = outcome.ending.status
-    return outcome.message if status == "complete" else f"{status}; what was computed until then is written"
+    return outcome.message if status == "complete" else f"{status}; the results so far are written"
 
 
 def as_text(
@@ -137,7 +137,7 @@ def went_on(start: Start, settings: Settings) -> list[str]:
 
 def wrote(start: Start, seconds: float) -> str:
     """The line of the summary that says what is written."""
-    replaced = " (replaced that of an earlier run of this file)" if start.replaced else ""
+    replaced = " (replaced the result of an earlier run of this file)" if start.replaced else ""
     return f"  wrote {start.target.shown} in {seconds:.3f} s{replaced}"
 
 
@@ -170,4 +170,4 @@ def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) ->
         name = max(momenta, key=lambda one: momenta[one])
         drifts[f"largest of {len(momenta)} momenta, {name}"] = momenta[name]
     shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items())
-    return f"drift: {shown or 'not computed, no conserved quantity is written'}"
+    return f"drift: {shown or 'not computed, as no conserved quantity is written'}"

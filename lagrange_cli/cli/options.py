@@ -53,7 +53,7 @@ def parse_outputs(
         return None
     names = tuple(name.strip() for name in text.split(",") if name.strip())
     if not names:
-        raise click.BadParameter("expected a comma list, as in --outputs q,v,h", context, parameter)
+        raise click.BadParameter("expected a comma-separated list, as in --outputs q,v,h", context, parameter)
     return names
 
 
@@ -90,7 +90,7 @@ def shared_options(command: Command) -> Command:
                 multiple=True,
                 callback=parse_overrides,
                 shell_complete=names("sizes"),
-                help="Change a size of the file, as in N=50; repeatable.",
+                help="Change a size that the file declares, as in N=50; repeatable.",
             ),
             click.option(
                 "--json",

@@ -56,43 +56,53 @@ OPTIONS = (
         "If it is before the start, the motion is followed backward.",
     ),
     click.option(
-        "--samples", type=int, help=f"Write so many samples, evenly from start to stop [{DEFAULT_SAMPLES}]."
+        "--samples", type=int, help=f"The number of samples, evenly spaced over the run [{DEFAULT_SAMPLES}]."
     ),
-    click.option("--step", metavar="TIME", help="Write a sample every so often instead, and one at the end."),
     click.option(
-        "--tolerance", type=float, help="The relative error of a step [full double precision; scipy: 1e-10]."
+        "--step",
+        metavar="TIME",
+        help="The time between samples, in place of their number. The last sample is at the stop time.",
+    ),
+    click.option(
+        "--tolerance", type=float, help="The relative error per step [full double precision; scipy: 1e-10]."
     ),
     click.option(
         "--method",
         metavar="NAME",
         shell_complete=word(METHODS),
-        help=f"One of {', '.join(METHODS)} [{METHODS[0]}].",
+        help=f"The integration method: one of {', '.join(METHODS)} [{METHODS[0]}].",
     ),
     click.option(
         "--resume",
         is_flag=True,
-        help="Go on where an earlier run was killed or interrupted, or to a later --stop than it had, to the "
-        "same bytes; without one, start.",
+        help="Continue an earlier run that was killed or interrupted, or extend one to a later --stop. The "
+        "result has the same bytes as that of an uninterrupted run. Without an earlier run, start at the "
+        "beginning.",
     ),
     click.option(
         "--checkpoint",
         type=click.FloatRange(min=0),
         default=SECONDS,
-        help=f"Seconds between the checkpoints from which --resume goes on [{SECONDS:g}].",
+        help=f"The time in seconds between the checkpoints from which --resume continues [{SECONDS:g}].",
     ),
     click.option(
         "--checkpoint-count",
         type=click.IntRange(min=1),
         default=COUNT,
-        help=f"Write a checkpoint after at most this many steps (sweep: members), too [{COUNT}].",
+        help=f"Also write a checkpoint after this many steps (sweep: members) [{COUNT}].",
     ),
     click.option(
-        "--force", is_flag=True, help="Replace an existing output; otherwise it is kept and reported."
+        "--force",
+        is_flag=True,
+        help="Replace any existing output. By default, only the result of a short run of the same command "
+        "is replaced.",
     ),
     click.option(
-        "--no-cache", is_flag=True, help="Compile anew, and keep nothing ('lagrange cache --help')."
+        "--no-cache",
+        is_flag=True,
+        help="Do not use the cache of compiled programs ('lagrange cache --help').",
     ),
-    click.option("--timings", is_flag=True, help="Say how long each stage took."),
+    click.option("--timings", is_flag=True, help="Print how long each stage took."),
 )
 
 
@@ -188,7 +198,7 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
 def list_of_outputs() -> str:
     """For the help of ``--outputs``."""
     default = f"{','.join(DEFAULT_OUTPUTS)}, and observables if the file declares any"
-    return f"a comma list of {', '.join(OUTPUTS)}, or all [{default}]"
+    return f"a comma-separated list of {', '.join(OUTPUTS)}, or all [{default}]"
 
 
 def output_name(system: str, output: str | None, suffix: str = "", format: str = HDF5) -> str:
@@ -277,7 +287,7 @@ def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...
     if prepared.machine.program.parts > 1:
         from lagrange_cli.integrate.twofold import LOW
 
-        text = "what {} is beyond the double in /{}"
+        text = "low part of {}, to be added to /{}"
         found += [
             replace(one, path=LOW + one.path, long_name=text.format(one.long_name, one.path)) for one in found
         ]

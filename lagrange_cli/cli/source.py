@@ -143,4 +143,4 @@ def shipped_hint(system: str) -> str:
     name = Path(system).stem
     if name not in shipped.names():
         return ""
-    return f"\n  a system of that name is shipped: lagrange systems {name} > {name}.yaml"
+    return f"\n  there is an example system of that name: lagrange systems {name} > {name}.yaml"

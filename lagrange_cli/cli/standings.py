@@ -40,7 +40,9 @@ def as_text(standings: Standings) -> str:
         f"its error is about {reference.error:.1e}",
     ]
     if reference.reason:
-        lines.append(f"  compared up to t = {times.stop:g}, not to {reference.asked:g}: {reference.reason}")
+        lines.append(
+            f"  compared up to t = {times.stop:g}, instead of {reference.asked:g}: {reference.reason}"
+        )
     best = choose(standings.results, standings.wanted)
     chosen = "none" if best.result is None else str(best.result.contender)
     recommended = f"  for an error of {standings.wanted:g}: {chosen} ({best.because})"

@@ -24,11 +24,11 @@ def choose(results: Sequence[Result], wanted: float) -> Choice:
         if not known:
             return Choice(None, "no method reached the end")
         error, nearest = min(((row[1], row[2].contender) for row in known), key=lambda row: row[0])
-        return Choice(None, f"no method reaches it; the smallest error is {error:.1e}, of {nearest}")
+        return Choice(None, f"no method is so accurate; the smallest error is {error:.1e}, of {nearest}")
     seconds, _, best = reaching[0]
     if len(reaching) == 1:
-        return Choice(best, "the only one that reaches it")
-    because = f"the fastest of {len(reaching)} that reach it"
+        return Choice(best, "the only one with this accuracy")
+    because = f"the fastest of {len(reaching)} with this accuracy"
     others = [row for row in reaching if row[2].contender.method != best.contender.method]
     if not others:
         return Choice(best, f"{because}, all of the same method")

@@ -92,7 +92,7 @@ def why(found: Sequence[Followed], good: float) -> str:
     """The reason why the shortest of the motions ended."""
     outcome = min(found, key=lambda each: len(each.q)).outcome
     if outcome.ending is Ending.INTERRUPTED:
-        return "computing it further exceeds --budget"
+        return "computing the reference further would exceed --budget"
     return outcome.message
 
 

@@ -19,9 +19,9 @@ class Ending(Enum):
     SINGULAR_MASS_MATRIX = "singular mass matrix"
     STEP_UNDERFLOW = (
         "the step size fell below the resolution of time "
-        "(a collision, a singularity, or a jump of the force that holds the motion)"
+        "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
     )
-    NOT_A_NUMBER = "the equations of motion gave something that is not a finite number"
+    NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
     METHOD_FAILED = "the method could not meet its tolerance"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
@@ -40,10 +40,10 @@ class Ending(Enum):
 
 
 WAYS_OUT = {
-    Ending.SINGULAR_MASS_MATRIX: "end before it with --stop, or describe the system in other coordinates",
-    Ending.STEP_UNDERFLOW: "end before it with --stop, or smooth what is singular there",
-    Ending.NOT_A_NUMBER: "end before it with --stop; look for an overflow, a division by zero, or a root or "
-    "logarithm of a negative number",
+    Ending.SINGULAR_MASS_MATRIX: "end the run before it with --stop, or use other coordinates",
+    Ending.STEP_UNDERFLOW: "end the run before it with --stop, or smooth the singularity",
+    Ending.NOT_A_NUMBER: "end the run before it with --stop; look for an overflow, a division by zero, or a "
+    "root or logarithm of a negative number",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

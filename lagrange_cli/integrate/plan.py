@@ -119,14 +119,14 @@ class _Planner:
 
     def ledgers(self) -> None:
         energetics = self.energetics
-        text = "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: exactly 0"
+        text = "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: 0 for an exact solution"
         source = self.watch("h", energetics.energy_function)
         rate = energetics.power - energetics.lagrangian_rate(self.model.time)
         self.add_balance(Dataset("diagnostics/ledger/h", (), text, Making.BALANCE, (source,)), [rate])
         momenta = dict(zip(self.model.coordinates, energetics.momenta))
         torques = dict(zip(self.model.coordinates, energetics.torques))
         for family in self.coordinates:
-            text = f"p(t) - p(0) - int (dL/d{family.label} + Q): exactly 0"
+            text = f"p(t) - p(0) - int (dL/d{family.label} + Q): 0 for an exact solution"
             names = tuple(self.watch(f"p_{name}", momenta[name]) for name in family.members)
             dataset = of_family("diagnostics/ledger/p/", text, Making.BALANCE, family, names)
             self.add_balance(dataset, [torques[name] for name in family.members])

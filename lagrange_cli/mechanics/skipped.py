@@ -33,17 +33,17 @@ def engine(residual: Residual) -> tuple[str, ...]:
         said.append(f"{matrix} contains parameters only: it is factored once per run, not once per step")
     size, blocks = len(model.q), residual.blocks
     if size > 1 and len(blocks) == size:
-        said.append(f"{matrix} is diagonal: solving with it is one division for each coordinate")
+        said.append(f"{matrix} is diagonal: it is inverted by one division per coordinate")
     elif len(blocks) > 1:
         listed = in_short(["{" + in_short([model.coordinates[k] for k in block]) + "}" for block in blocks])
-        said.append(f"{matrix} is block-diagonal, {listed}: each block is factored by itself")
+        said.append(f"{matrix} is block-diagonal, {listed}: each block is factored separately")
     if not any(node.symbols & model.time.symbols for node in residual.residual):
-        said.append("the equations do not contain t: no Taylor series of t is computed")
+        said.append("the equations do not depend on t: no Taylor series of t is computed")
     count = len(_parameter_nodes(residual))
     if count:
         noun = "subexpression" if count == 1 else "subexpressions"
-        said.append(f"{count} {noun} in parameters alone: computed once per run, not once per step")
-    said.append("sympy and scipy are not imported: neither deriving nor the Taylor method needs them")
+        said.append(f"{count} {noun} of parameters alone: computed once per run, not once per step")
+    said.append("sympy and scipy are not imported: the derivation and the Taylor method do not need them")
     return tuple(said)
 
 

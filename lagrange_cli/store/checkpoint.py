@@ -88,7 +88,7 @@ class Checkpoint:
 
 def damaged(shown: str) -> Unusable:
     """The error of a checkpoint that cannot be used."""
-    return Unusable(f"what an earlier run left for {shown} is damaged: --force starts again")
+    return Unusable(f"the checkpoint of {shown} is damaged: --force starts again")
 
 
 def write_whole(path: Path, content: bytes) -> None:

@@ -52,7 +52,7 @@ class Origin:
 
     def judge(self, output: Path) -> Stamp | str:
         """The stamp of an existing output, if this run may replace it; else what is known against that, as a
-        clause that follows ``it is kept``, or nothing."""
+        clause that follows ``it already exists``, or nothing."""
         content = read_note(output)
         if content is None or content["system"] != self.system:
             return ""
@@ -64,9 +64,9 @@ class Origin:
             return ""
         other = [text for name, text in content["options"].items() if self.options.get(name) != text]
         if other:
-            return f", as it was made with {', '.join(other)}"
+            return f" and was made with {', '.join(other)}"
         if content["seconds"] > LONG:
-            return f", as it took {content['seconds']:.0f} s"
+            return f" and took {content['seconds']:.0f} s to compute"
         return stamp
 
 

@@ -103,7 +103,7 @@ class Output:
         size = len(sealed(packed, 0))
         dataset = self.file.create_dataset(CHECKPOINT, shape=(size,), dtype="u1", dcpl=in_one_piece())
         dataset[:] = np.frombuffer(sealed(packed, dataset.id.get_offset()), dtype="u1")
-        dataset.attrs["long_name"] = "what lagrange --resume goes on from"
+        dataset.attrs["long_name"] = "the state from which lagrange --resume continues"
         dataset.make_scale(CHECKPOINT)
 
     def abandon(self) -> None:

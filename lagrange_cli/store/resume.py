@@ -31,7 +31,7 @@ DIFFERENT = {
     "precision": "of another --precision",
     "sweep": "of other members",
     "run": "of another initial state, or of another --stop, --samples, --step or --outputs",
-    "machine": "made on another processor, or by another LLVM, which would give other last digits",
+    "machine": "made on another processor or with another version of LLVM, so the last digits would differ",
 }
 """What it means that an attribute of an earlier run is not that of this one."""
 
@@ -130,9 +130,7 @@ def read_file(place: Path, shown: str) -> bytearray:
     except ValueError as error:
         raise damaged(shown) from error
     except OSError as error:
-        raise FileError(
-            f"what an earlier run left for {shown} could not be read: {error.strerror}"
-        ) from error
+        raise FileError(f"the checkpoint of {shown} could not be read: {error.strerror}") from error
 
 
 def find_earlier(target: Target, run: Attributes) -> Earlier | Finished | None:
@@ -195,7 +193,7 @@ def check_same(shown: str, earlier: Any, run: Attributes) -> None:
     """Raise ``FileError`` unless ``earlier`` says what ``run`` says."""
     name = difference(earlier, run)
     if name == "generator" and (not isinstance(earlier, Mapping) or name not in earlier):
-        raise FileError(f"{shown} is no output of lagrange: --force replaces it, --output names another")
+        raise FileError(f"{shown} is not an output of lagrange: --force replaces it, --output names another")
     if name is not None:
         what = DIFFERENT.get(name, f"of another {name}")
         raise FileError(

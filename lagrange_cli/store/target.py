@@ -92,7 +92,7 @@ class Target:
         if self.path.exists() and not self.force and not self.replaceable():
             how = "appeared" if self.replaces is None else "was changed"
             raise FileError(
-                f"{self.shown} {how} while this run was computing and is kept; "
+                f"{self.shown} {how} during this run and was not replaced; "
                 f"the complete result is in {self.temporary}"
             )
         try:
@@ -137,7 +137,7 @@ def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin 
     try:
         path = Path(os.path.realpath(name))
         if path.is_dir():
-            raise FileError(f"{name} is a directory: name a file in it, as {Path(name) / 'NAME.h5'}")
+            raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / 'NAME.h5'}")
         if path.exists() and not path.is_file():
             raise FileError(f"{name} is not a regular file and cannot be replaced")
         if path.exists():
@@ -157,7 +157,7 @@ def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin 
         return target
     except (OSError, ValueError) as error:  # a name too long, or with a NUL in it
         if getattr(error, "errno", None) == errno.ENAMETOOLONG:
-            what = "its name is too long (hidden files beside it have longer ones)"
+            what = "its name is too long (the hidden files beside it have longer names)"
             raise FileError(f"{name} cannot be written: {what}; --output names another") from error
         raise FileError(f"{name!r} cannot be written: {error}") from error
 
@@ -168,10 +168,10 @@ def kept(name: str, path: Path, why: str) -> FileError:
 
     if interrupted(path):
         return FileError(
-            f"{name} holds an interrupted run and is kept: --resume continues it, "
+            f"{name} contains an interrupted run: --resume continues it, "
             "--force replaces it, --output names another"
         )
-    return FileError(f"{name} exists and is kept{why}: --force replaces it, --output names another")
+    return FileError(f"{name} already exists{why}: --force replaces it, --output names another")
 
 
 def unwritable(name: str, error: Exception) -> FileError:

@@ -51,7 +51,7 @@ def open_plain(path: Path) -> io.FileIO:
     file = io.FileIO(os.open(path, flags))
     if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
         file.close()
-        raise OSError(0, "no plain file")
+        raise OSError(0, "not a regular file")
     return file
 
 
@@ -121,6 +121,6 @@ def record_before(file: io.FileIO, end: int, shown: str) -> Checkpoint | None:
 def foreign(shown: str) -> FileError:
     """The error of a file that is none of this program's."""
     return FileError(
-        f"{shown} is damaged, was changed by another program, or is no output of lagrange: "
+        f"{shown} is damaged, was changed by another program, or is not an output of lagrange: "
         "--force replaces it, --output names another"
     )

@@ -55,7 +55,7 @@ def test_what_is_off_is_wrong() -> None:
 
 def test_a_refusal_must_be_right_up_to_where_it_ends_and_say_what_to_do() -> None:
     q, h = np.cos(TIMES[:50]), np.full(50, 0.5)
-    said = told("failed", "a collision at t = 5; end before it with --stop")
+    said = told("failed", "a collision at t = 5; end the run before it with --stop")
     assert judged(OSCILLATOR, said, kept(q, h), CIRCLE).verdict == "refused"
     assert judged(OSCILLATOR, said, kept(q + 1e-9, h), CIRCLE).verdict == "wrong"
     assert judged(OSCILLATOR, told("failed", "a collision"), kept(q, h), CIRCLE).verdict == "wrong"

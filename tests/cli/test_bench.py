@@ -86,8 +86,8 @@ def test_a_chaotic_motion_is_compared_as_far_as_it_is_known(capsys):
     _, out, _ = run(capsys, *arguments, system=system)
     shortened = out.splitlines()[2]
     assert shortened.startswith("  compared up to t = ")
-    assert shortened.endswith(", not to 60: the error of the reference exceeds 1e-11 beyond this time")
-    assert "none (no method reaches it; the smallest error is " in out
+    assert shortened.endswith(" instead of 60: the error of the reference exceeds 1e-11 beyond this time")
+    assert "none (no method is so accurate; the smallest error is " in out
     _, out, _ = run(capsys, *arguments, "--json", system=system)
     assert json.loads(out)["stop"] < 15 and json.loads(out)["recommended"] is None
 
@@ -120,7 +120,7 @@ def test_the_picture_is_drawn_with_every_method(capsys, folder):
     ("arguments", "message"),
     [
         (["--methods", "taylor,dop"], "unknown method 'dop'; known: taylor, DOP853"),
-        (["--tolerances", "1e-3,x"], "'1e-3,x' is not a comma list of numbers"),
+        (["--tolerances", "1e-3,x"], "'1e-3,x' is not a comma-separated list of numbers"),
         (["--error", "1e-16"], "--error must be from 1e-12 to 0.1, not 1e-16"),
         (["--error", "nan"], "--error must be from 1e-12 to 0.1, not nan"),
         (["--runs", "0"], "'--runs'"),

@@ -210,7 +210,7 @@ def structures(file: Any, pipe: str) -> Iterator[None]:
                 made = file.create_dataset(
                     path, shape=(2**31,), dtype="u1", chunks=(2**31,), compression="gzip"
                 )
-                made.attrs["long_name"] = "what lagrange --resume goes on from"
+                made.attrs["long_name"] = "the state from which lagrange --resume continues"
             elif kind == "huge":
                 file.create_dataset(path, shape=(2**60,), dtype="u1", chunks=(2**10,))
             elif kind == "cycle":

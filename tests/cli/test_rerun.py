@@ -40,7 +40,10 @@ def test_what_an_earlier_run_of_the_file_has_written_is_replaced(folder, capsys)
     edit()
     assert solve() == 0
     said = capsys.readouterr()
-    assert "wrote pendulum.h5 in" in said.out and "(replaced that of an earlier run of this file)" in said.out
+    assert (
+        "wrote pendulum.h5 in" in said.out
+        and "(replaced the result of an earlier run of this file)" in said.out
+    )
     assert said.err == "" and sorted(os.listdir()) == ["pendulum.h5", "pendulum.yaml"]
     with h5py.File("pendulum.h5") as file:
         assert json.loads(file.attrs["parameters"])["l"] == 2.0
@@ -68,11 +71,11 @@ def test_sweeps_likewise(folder, capsys):
     assert main(run) == 0
     edit()
     assert main([*run, "--outputs", "q"]) == 0
-    assert "(replaced that of an earlier run" in capsys.readouterr().out
+    assert "(replaced the result of an earlier run" in capsys.readouterr().out
     assert main(run) == 5
-    assert "is kept, as it was made with --outputs q: --force" in capsys.readouterr().err
+    assert "already exists and was made with --outputs q: --force" in capsys.readouterr().err
     assert main(["solve", "pendulum.yaml", "-o", "pendulum_sweep.h5"]) == 5
-    assert "as it was made with 'lagrange sweep'" in capsys.readouterr().err
+    assert "and was made with 'lagrange sweep'" in capsys.readouterr().err
 
 
 OTHERS = {
@@ -92,7 +95,7 @@ def test_a_run_that_was_asked_for_otherwise_is_kept(folder, earlier, later, mess
     edit()
     assert solve(*later) == 5
     error = capsys.readouterr().err
-    assert "pendulum.h5 exists and is kept, as it was" in error and message in error
+    assert "pendulum.h5 already exists and was" in error and message in error
     assert "--force replaces it, --output names another" in error
     assert Path("pendulum.h5").read_bytes() == before
     assert solve(*earlier) == 0  # the same again
@@ -120,7 +123,7 @@ def test_an_output_that_was_changed_is_kept(folder, change, capsys):
     change()
     before = Path("pendulum.h5").read_bytes()
     assert solve() == 5
-    assert "pendulum.h5 exists and is kept: --force" in capsys.readouterr().err
+    assert "pendulum.h5 already exists: --force" in capsys.readouterr().err
     assert Path("pendulum.h5").read_bytes() == before
 
 
@@ -133,7 +136,7 @@ def test_an_output_that_is_changed_during_the_run_is_kept(folder, monkeypatch, c
 
     monkeypatch.setattr(solving, "prepare_all", changing)
     assert solve() == 5
-    assert "pendulum.h5 was changed while this run was computing and is kept" in capsys.readouterr().err
+    assert "pendulum.h5 was changed during this run and was not replaced" in capsys.readouterr().err
     assert "mine" in h5py.File("pendulum.h5") and h5py.is_hdf5(".pendulum.h5.part")
 
 
@@ -142,7 +145,7 @@ def test_one_of_another_file_of_the_same_name_is_kept(folder, capsys):
     Path("other").mkdir()
     Path("other/pendulum.yaml").write_text(TEXT, encoding="utf-8")
     assert main(["solve", "other/pendulum.yaml", "-o", "out.h5"]) == 5
-    assert "out.h5 exists and is kept: --force" in capsys.readouterr().err
+    assert "out.h5 already exists: --force" in capsys.readouterr().err
 
 
 def test_one_of_standard_input_is_kept(folder, monkeypatch):
@@ -156,7 +159,7 @@ def test_the_result_of_a_long_run_is_kept(folder, monkeypatch, capsys):
     assert solve() == 0
     monkeypatch.setattr(notes, "LONG", 0.0)
     assert solve() == 5
-    assert "is kept, as it took " in capsys.readouterr().err
+    assert "already exists and took " in capsys.readouterr().err
 
 
 def test_without_notes_everything_is_kept(folder, monkeypatch, capsys):
@@ -183,7 +186,7 @@ def test_an_interrupted_run_is_kept_and_every_message_names_the_way_on(folder, m
     edit()
     assert solve() == 5
     error = capsys.readouterr().err
-    assert "pendulum.h5 holds an interrupted run and is kept: --resume continues it" in error
+    assert "pendulum.h5 contains an interrupted run: --resume continues it" in error
     assert "--force replaces it, --output names another" in error
 
 

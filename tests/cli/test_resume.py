@@ -370,7 +370,7 @@ def test_another_file_of_the_same_name_is_not_continued(folder, capsys):
     for content in (b"", b"what is this?", (SYSTEMS / "pendulum.yaml").read_bytes()):
         (folder / "out.h5").write_bytes(content)
         assert solve(*RUN, "--resume") == 5
-        assert "or is no output of lagrange" in capsys.readouterr().err
+        assert "or is not an output of lagrange" in capsys.readouterr().err
         assert (folder / "out.h5").read_bytes() == content
     with h5py.File("other.h5", "w") as file:
         file["t"] = np.arange(3.0)

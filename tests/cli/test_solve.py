@@ -172,7 +172,7 @@ def test_an_existing_output_is_kept_and_reported_before_any_work(tmp_path):
     (tmp_path / "broken.h5").write_text("precious")
     run = lagrange("solve", "broken.yaml", cwd=tmp_path)
     assert (run.returncode, run.stdout) == (5, "")
-    assert run.stderr == "Error: broken.h5 exists and is kept: --force replaces it, --output names another\n"
+    assert run.stderr == "Error: broken.h5 already exists: --force replaces it, --output names another\n"
     assert (tmp_path / "broken.h5").read_text() == "precious"
 
 
@@ -230,7 +230,7 @@ BAD = {
     "step of zero": ([PENDULUM, "--step", "0"], 2, "positive"),
     "samples and step": ([PENDULUM, "--samples", "5", "--step", "1"], 2, "one of them"),
     "unknown output": ([PENDULUM, "--outputs", "q,enrgy"], 2, "did you mean 'energy'"),
-    "no output": ([PENDULUM, "--outputs", ","], 2, "expected a comma list"),
+    "no output": ([PENDULUM, "--outputs", ","], 2, "expected a comma-separated list"),
     "unknown method": ([PENDULUM, "--method", "rk4"], 2, "taylor"),
     "tolerance out of range": ([PENDULUM, "--tolerance", "7"], 2, "tolerance"),
     "sizes": ([PENDULUM, "--size", "N=3"], 2, "unknown size 'N'; the file has no 'sizes'"),

@@ -361,7 +361,7 @@ def test_mistakes_in_the_system_keep_their_place(tmp_path):
 def test_an_existing_file_is_kept_unless_forced(tmp_path):
     (tmp_path / "rotating_hoop_sweep.h5").write_text("precious")
     run = lagrange("sweep", HOOP, "--over", "m=1,2", cwd=tmp_path)
-    assert run.returncode == 5 and "exists and is kept" in run.stderr
+    assert run.returncode == 5 and "already exists" in run.stderr
     assert (tmp_path / "rotating_hoop_sweep.h5").read_text() == "precious"
     sweep_json(HOOP, "--over", "m=1,2", "--force", cwd=tmp_path)
     assert h5py.is_hdf5(tmp_path / "rotating_hoop_sweep.h5")

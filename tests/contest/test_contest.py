@@ -149,14 +149,14 @@ def test_the_fastest_that_reaches_the_error_is_recommended():
     ]
     best = choose(results, 1e-9)
     assert best.result is results[1]
-    assert best.because == "the fastest of 3 that reach it; DOP853 at 1e-12 takes 20 times as long"
+    assert best.because == "the fastest of 3 with this accuracy; DOP853 at 1e-12 takes 20 times as long"
     assert choose(results, 1e-8).result is results[3]
     assert choose(results, 1e-8).because.endswith("taylor at 1e-09 takes 1.3 times as long")
-    assert choose(results, 1e-12).because == "the only one that reaches it"
-    assert choose(results[:3], 1e-9).because == "the fastest of 2 that reach it, all of the same method"
+    assert choose(results, 1e-12).because == "the only one with this accuracy"
+    assert choose(results[:3], 1e-9).because == "the fastest of 2 with this accuracy, all of the same method"
 
 
 def test_where_none_reaches_it_the_nearest_is_named():
     best = choose([result("taylor", 1e-6, 1.0, 1e-6), result("BDF", 1e-9, 2.0, math.nan)], 1e-9)
     assert best.result is None
-    assert best.because == "no method reaches it; the smallest error is 1.0e-06, of taylor at 1e-06"
+    assert best.because == "no method is so accurate; the smallest error is 1.0e-06, of taylor at 1e-06"

@@ -132,7 +132,7 @@ def test_it_ends_before_the_motion_does_and_says_why():
     assert reference.reason == f"{Ending.STEP_UNDERFLOW.value}, t = 3.456"
     late = by_hand(circle, Ending.INTERRUPTED, until=3.456)
     reference = find_reference([late, by_hand(circle)], 0.0, 10.0, 1e-9, ["x", "x"])
-    assert reference.reason == "computing it further exceeds --budget"
+    assert reference.reason == "computing the reference further would exceed --budget"
 
 
 def test_a_motion_that_cannot_be_known_at_all_is_refused():

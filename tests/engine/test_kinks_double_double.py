@@ -92,7 +92,7 @@ def ended(folder, system, stop):
 def test_a_force_that_holds_the_motion_where_it_jumps_ends_it(tmp_path):
     """Dry friction brings a body to rest where the other force is smaller: from there there is no motion."""
     found = ended(tmp_path, FRICTION, "50")
-    assert "a jump of the force that holds the motion" in found["message"]
+    assert "a discontinuity of the force at which the motion sticks" in found["message"]
     frequency = MP.sqrt(MP.mpf("0.02"))  # x'' = -0.2 - 0.02 x
     at_rest = MP.atan(MP.mpf("0.3") / ((MP.mpf("1.7") + 10) * frequency)) / frequency
     assert abs(found["t"] - at_rest) < 1e-15

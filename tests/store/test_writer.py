@@ -192,7 +192,7 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
     [
         (".", "is a directory"),
         ("nowhere/out.h5", "there is no directory"),
-        ("/dev/null", "no plain file"),
+        ("/dev/null", "not a regular file"),
         ("x" * 300, "cannot be written|could not be written"),
         ("a\0b", "cannot be written"),
     ],
