@@ -166,7 +166,7 @@ def test_an_error_while_writing_leaves_no_file(tmp_path):
 def test_a_file_that_appears_meanwhile_is_kept_and_the_result_too(tmp_path):
     out = tmp_path / "out.h5"
     with (
-        pytest.raises(FileError, match="appeared while"),
+        pytest.raises(FileError, match="appeared during"),
         Writer(find_target(str(out), force=False), LAYOUT, expected=3) as writer,
     ):
         writer.append(chunk_of(0, 3))
