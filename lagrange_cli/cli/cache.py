@@ -29,7 +29,10 @@ def cache() -> None:
 @cache.command("info")
 @as_json_option
 def info(as_json: bool) -> None:
-    """Show the folder, the number of programs and their size, or why the cache is not used."""
+    """Show the cache's folder and what it holds.
+
+    This is the number of programs and their size, or the reason why the cache is not used.
+    """
     found = describe_cache()
     if as_json:
         emit_json(found)

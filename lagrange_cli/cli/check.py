@@ -35,9 +35,10 @@ def check(
 ) -> int:
     """Validate system files and classify the systems that they describe.
 
-    Degrees of freedom, scleronomic or rheonomic, cyclic coordinates, what is conserved and why, and what
-    'solve' will skip. A file is refused exactly if 'solve' refuses it, and all its mistakes are shown. Warns
-    where units contradict each other. Nothing is integrated or written.
+    Print the degrees of freedom, whether the system is scleronomic or rheonomic, the cyclic coordinates, the
+    conserved quantities with the reasons, and what 'solve' will skip. A file is accepted exactly if 'solve'
+    accepts it. All its mistakes are shown, and units that contradict each other are warned of. Nothing is
+    integrated or written.
     """
     return run_each(
         systems,

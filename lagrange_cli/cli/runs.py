@@ -48,12 +48,12 @@ SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
 
 OPTIONS = (
-    click.option("--start", metavar="TIME", help="The time of the initial state [0]."),
+    click.option("--start", metavar="TIME", help="The time at which the motion begins [0]."),
     click.option(
         "--stop",
         metavar="TIME",
         help="The time at which the motion ends: a number, or an expression in parameters (10*2*pi/omega). "
-        "If it is before the start, the motion is followed backward.",
+        "If it is before the start, the motion is integrated backward.",
     ),
     click.option(
         "--samples", type=int, help=f"The number of samples, evenly spaced over the run [{DEFAULT_SAMPLES}]."
@@ -198,7 +198,10 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
 def list_of_outputs() -> str:
     """For the help of ``--outputs``."""
     default = f"{','.join(DEFAULT_OUTPUTS)}, and observables if the file declares any"
-    return f"a comma-separated list of {', '.join(OUTPUTS)}, or all [{default}]"
+    return (
+        f"a comma-separated list of {', '.join(OUTPUTS)}, or all [{default}]. The ledgers are the balances "
+        "of work and energy, and of force and momentum"
+    )
 
 
 def output_name(system: str, output: str | None, suffix: str = "", format: str = HDF5) -> str:

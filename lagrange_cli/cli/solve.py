@@ -67,27 +67,28 @@ if TYPE_CHECKING:
     "--jobs",
     type=click.IntRange(min=1),
     default=1,
-    help="Solve this many systems at a time, each in its own process [1].",
+    help="The number of systems to solve in parallel, each in its own process [1].",
 )
 @click.option(
     "--precision",
     type=click.Choice(PRECISIONS),
     default=DOUBLE,
-    help=f"About 16 digits, or 31 in {DOUBLE_DOUBLE_COST} times the time [{DOUBLE}].",
+    help="The arithmetic: double has about 16 digits; double-double has 31 and takes "
+    f"{DOUBLE_DOUBLE_COST} times as long [{DOUBLE}].",
 )
 @click.option(
     "--portable",
     is_flag=True,
-    help="Compute the same bits on every machine, without the functions of its C library.",
+    help="Give the same bits on every machine, whatever its processor and its C library.",
 )
 @click.option(
     "--format",
     "asked_format",
     type=click.Choice(FORMATS),
-    help="What to write: an HDF5 file, or a table as text [by the name of the output: csv for .csv].",
+    help="The format of the output [csv if the name of the output ends in .csv, else hdf5].",
 )
 @run_options(
-    output="The file to write [SYSTEM.h5, in this directory]; - for standard output, with --format csv.",
+    output="The file to write [SYSTEM.h5 in the current directory]; - is standard output, with --format csv.",
     outputs=f"What to write, as {list_of_outputs()}.",
 )
 @certify_options
@@ -102,7 +103,8 @@ def solve(
 ) -> int:
     """Integrate the motion of each system and write it to an HDF5 file, or to a table as CSV.
 
-    SYSTEM.yaml may be - for standard input (written to stdin.h5). Options overrule the file's 'solve'.
+    SYSTEM.yaml may be - for standard input (written to stdin.h5). Options override the section 'solve' of the
+    file.
     """
     form = format_of(request.output, asked_format)
     request = replace(request, precision=precision, portable=portable, format=form)
@@ -124,7 +126,7 @@ def solve(
 def refuse_shared_outputs(systems: tuple[str, ...], request: Request) -> None:
     """No two systems may be written to one file."""
     if request.output is not None and len(systems) > 1:
-        raise UsageError("--output names one file, but there are several systems; leave it out")
+        raise UsageError("--output names one file, but there are several systems: leave it out")
     names = [output_name(system, request.output, format=request.format) for system in systems]
     for name in names:
         if names.count(name) > 1:

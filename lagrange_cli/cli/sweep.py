@@ -98,7 +98,8 @@ LARGEST = 2**26
 )
 @run_options(
     output="The file to write [SYSTEM_sweep.h5 in the current directory].",
-    outputs=f"Write samples of each motion: {list_of_outputs()}. Without it only the end is written.",
+    outputs=f"Write samples of each motion: {list_of_outputs()}. Without this option only the end is "
+    "written.",
 )
 def sweep(
     system: str,
