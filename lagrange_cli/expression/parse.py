@@ -42,6 +42,7 @@ from lagrange_cli.expression.syntax import (
     names,
 )
 from lagrange_cli.expression.vocabulary import CALLABLE, CONSTANTS, NON_SMOOTH, RESERVED, TIME
+from lagrange_cli.records import dataclass
 
 MAX_LENGTH = 10_000
 """Characters of one expression."""
@@ -63,6 +64,8 @@ _CLOSES = {"(": ")", "[": "]"}
 _SUM = "sum(m[j]*x[j] for j in range(N) if j != i)"
 _LOOP = "write 'for j in range(N)'"
 _PARTS = "name parts of it under 'definitions'"
+_SHOWN_FACTORS = 30
+"""Characters of a hint from which on it names no further factor."""
 
 
 def parse(text: str, offset: int = 0) -> Tree:
@@ -114,6 +117,14 @@ class _Hopeless(Exception):
     """Nothing more can be said of the text than what has been said."""
 
 
+@dataclass(frozen=True)
+class _Juxtaposed:
+    """A token with no operator before it, and the mistake as which it is reported."""
+
+    token: Token
+    error: ExpressionError
+
+
 class _Parser:
     """Tokens, the place of the next one, and the mistakes found so far."""
 
@@ -125,8 +136,6 @@ class _Parser:
         self.place = 0
         self.lost = False
         """Whether the structure is lost: more errors in it would follow from the first."""
-        self.without_sign = False
-        """Whether a product without its sign has been reported."""
         self.condition = False
         """Whether this is within the condition of a sum."""
         self.depth = self.operators = self.loops = 0
@@ -224,6 +233,9 @@ class _Parser:
         if not self.sees("["):
             self.refuse(Span(0, max(1, len(self.text))), "this is not a name", _KEY)
         opening = self.advance()
+        if re.search(r"\.\.|:", self.text):
+            span = Span(opening.span.stop, len(self.text.rstrip("] ")))
+            self.refuse(span, "these are not indices", f"write {self.name_of(token)}[i in range(N)]")
         axes = [self.axis()]
         while self.sees(","):
             self.advance()
@@ -351,6 +363,7 @@ class _Parser:
         """An expression of operators that bind at least so tightly."""
         start = self.next.span.start
         left = self.operand()
+        juxtaposition: _Juxtaposed | None = None
         while True:
             self.skip_strangers()
             token = self.next
@@ -364,7 +377,7 @@ class _Parser:
                 if self.is_unit(token):
                     self.place += 1
                     continue
-                self.juxtaposed(token)
+                juxtaposition = self.juxtaposed(token, juxtaposition)
                 operator = "*"
             else:
                 self.count(token)
@@ -434,17 +447,18 @@ class _Parser:
             self.error(span, "unit after a number", f"write {last.text}; angles are in radians")
         return True
 
-    def juxtaposed(self, token: Token) -> None:
-        last = self.last
-        if last is None or self.without_sign:
-            return
-        self.without_sign = True  # one of the kind is enough
-        span = Span(last.span.start, token.span.stop)
-        self.error(
-            span,
-            f"missing operator between '{last.text}' and '{token.text}'",
-            _product_hint(last.text, token.text),
-        )
+    def juxtaposed(self, token: Token, before: _Juxtaposed | None) -> _Juxtaposed:
+        """Note a missing operator before ``token``; the two of ``m g h`` are one mistake."""
+        last = self.tokens[self.place - 1]
+        if before and before.token is last and len(before.error.hint) < _SHOWN_FACTORS:
+            error = before.error
+            error.hint += f"*{_factor(token.text)}"
+        else:
+            span = Span(last.span.start, token.span.stop)
+            message = f"missing operator between '{last.text}' and '{token.text}'"
+            error = ExpressionError(span, message, _product_hint(last.text, token.text))
+            self.errors.append(error)
+        return _Juxtaposed(token, error)
 
     # Operands
 
@@ -710,9 +724,11 @@ def _wrong_count(name: str, arguments: list[Tree], text: str, offset: int) -> tu
 def _product_hint(left: str, right: str) -> str:
     if right.startswith("_") and left.isdigit():
         return f"write {left}{right.replace('_', '')}"
-    if right in "([" or left in ")]":
-        return f"write {'(...)' if left in ')]' else left}*{'(...)' if right in '([' else right}"
-    return f"write {left}*{right}"
+    return f"write {_factor(left)}*{_factor(right)}"
+
+
+def _factor(text: str) -> str:
+    return "(...)" if text in "([)]" else text
 
 
 def _function_hint(function: str, argument: str = "") -> str:

@@ -212,6 +212,9 @@ class _Expander:
             self.problems.broken.add(name)  # said once
             message = f"unknown size '{name}'"
             hint = near_hint(name, self.sizes) or known_hint(self.sizes) or f"add 'sizes: {{{name}: 10}}'"
+            if name.islower() and piece.key.axes == (axis,) and not axis.index:
+                size = next(iter(self.sizes), "N")
+                hint = f"write {piece.key.name}[{name} in range({size})] for all members"
             if is_unit(name):
                 hint += f"; a unit is written '{piece.name}: {{value: 1.0, unit: {name}}}'"
         self.problems.add(piece.at(error.span), f"{message} in '{piece.key.label}'", hint)
@@ -240,7 +243,7 @@ class _Expander:
             self.problems.add(
                 pieces[0].place,
                 f"the family '{name}' has no member '{member_name(name, missing)}'",
-                "declare all members from 0 on, as in range(N)",
+                f"declare all members from 0 on, as in {name}[i in range(N)]",
             )
             return None
         names = tuple(members[place].name for place in sorted(members))

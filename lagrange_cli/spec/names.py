@@ -258,6 +258,9 @@ class Names:
             message = f"'{name.base}' is not a family and takes no index"
         elif not name.indices:
             message, example = f"missing index on the family '{name.base}'", f"{example} for one member"
+            members = meaning.family.members if meaning.family else ()
+            if due == 1 and meaning.what is Kind.PARAMETER and len(members) in (2, 3):
+                example += f", or ({', '.join(members)}) for a vector"
         else:
             message = f"wrong number of indices on '{name.base}': {len(name.indices)} instead of {due}"
         raise ExpressionError(name.span, message, f"write {example}")
@@ -306,12 +309,18 @@ class Names:
         if name in COMPONENTS + VELOCITY_COMPONENTS and particles and Kind.PARTICLE in RULES[section].allowed:
             return message, f"write {particles[0]}.{name} for that of {particles[0]}"
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])
-        declare = f"or add it to the parameters: '{parameter_example(name)}'"
-        return message, near or f"{known_hint(self._words())}; {declare}"
+        known = known_hint(self._words(section))
+        declare = f"add it to the parameters: '{parameter_example(name)}'"
+        return message, near or (f"{known}; or {declare}" if known else declare)
 
-    def _words(self) -> list[str]:
-        """All names as they may be written, families with an index."""
-        return [one.family.label if one.family else name for name, one in self.table.items()]
+    def _words(self, section: str) -> list[str]:
+        """All names that may be used in a section, as they are written there: families with an index."""
+        allowed = RULES[section].allowed
+        return [
+            one.family.label if one.family else name
+            for name, one in self.table.items()
+            if one.kinds <= allowed
+        ]
 
 
 def range_hint(name: str, family: Family) -> str:

@@ -11,7 +11,8 @@ from typing import Any
 
 from lagrange_cli.expression.confusions import STATE, meant_key
 from lagrange_cli.expression.near import known_hint, near_match, shown
-from lagrange_cli.expression.syntax import Key, Span
+from lagrange_cli.expression.parse import read
+from lagrange_cli.expression.syntax import Key, Span, Vector
 from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec import nodes
@@ -191,6 +192,16 @@ def _read_parameters(node: Node, where: str, problems: Problems) -> tuple[Declar
     return tuple(found)
 
 
+def _initial_of(node: Node) -> str:
+    """What stands where ``{initial: ...}`` should, if it is an initial value, or an example of one."""
+    text = node.text if isinstance(node, Scalar) else ""
+    value, mistakes = read(text)
+    return "0.1" if mistakes or isinstance(value, Vector) or len(text) > _SHORT else text
+
+
+_SHORT = 30
+
+
 def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Declared, ...]:
     example = "write 'theta: {initial: 0.1, velocity: 0}', or a list of names"
     found = []
@@ -208,7 +219,7 @@ def _read_coordinates(node: Node, where: str, problems: Problems) -> tuple[Decla
                 problems.add(
                     value.place,
                     f"coordinate '{label}' must be a mapping",
-                    f"write {name.text}: {{initial: 0.1}}",
+                    f"write {name.text}: {{initial: {_initial_of(value)}}}",
                 )
             if len(problems.found) > before and fields.get("initial") is None:
                 fields = {**fields, "initial": unreadable(key.place, problems)}

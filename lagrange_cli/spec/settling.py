@@ -21,7 +21,9 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
         names.problems.add_once(
             expression.place,
             f"expected a scalar in {where}, found a vector",
-            "take a component, as in bead.x, or norm() or dot()",
+            "vectors are written under 'definitions'"
+            if section == "parameters"
+            else "take a component, as in bead.x, or norm() or dot()",
         )
 
 

@@ -75,6 +75,8 @@ REFUSED = [
     ("", 0, 1, "empty", ""),
     ("2x", 0, 2, "missing operator", "write 2*x"),
     ("m g", 0, 3, "missing operator", "write m*g"),
+    ("m g h + 1", 0, 3, "missing operator between 'm' and 'g'", "write m*g*h"),
+    ("m 2 (x)", 0, 3, "missing operator", "write m*2*(...)"),
     ("2(x)", 0, 2, "missing operator", "write 2*(...)"),
     ("(a)(b)", 2, 4, "missing operator", "write (...)*(...)"),
     ("1_000", 0, 5, "", "write 1000"),
@@ -192,7 +194,7 @@ HABITS = [
     # what is written, what it is read as, and the hint of each mistake
     ("x^2", "x**2", ["write ** for powers"]),
     ("x²·y", "x**2*y", ["write **2", "write *"]),
-    ("2x − 3 y", "2*x - 3*y", ["write 2*x", "write -"]),
+    ("2x − 3 y", "2*x - 3*y", ["write 2*x", "write -", "write 3*y"]),
     ("a×b÷c", "a*b/c", ["write *", "write /"]),
     ("√(x)", "sqrt(x)", ["write sqrt(...)"]),
     ("{x + y}*z", "(x + y)*z", ["write (", "write )"]),

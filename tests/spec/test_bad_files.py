@@ -58,7 +58,11 @@ BAD = [
     ]),
     ("  theta: {initial: 0.1}", "  - theta\n  - theta", [(8, "theta", "is given twice", "")]),
     ("  theta: {initial: 0.1}", "  theta: 0.1", [(7, "0.1", "must be a mapping", "{initial: 0.1}")]),
+    ("  theta: {initial: 0.1}", "  theta: pi/3", [(7, "pi/3", "must be a mapping", "{initial: pi/3}")]),
+    ("  theta: {initial: 0.1}", "  theta: 3 deg", [(7, "3 deg", "must be a mapping", "{initial: 0.1}")]),
     ("  m: 1", "  m: l + 1", []),
+    ("  m: 1", "  m: 2*z", [(3, "z", "unknown name 'z'", "known: m, l, g; or add")]),
+    ("  m: 1", "  m: (1, 2)", [(3, "(1, 2)", "expected a scalar", "under 'definitions'")]),
     ("  m: 1", "  m: a\n  a: b\n  b: a", [(4, "a", "parameter 'a' depends on itself: a -> b -> a", "")]),
     ("  m: 1", "  m: m", [(3, "m", "depends on itself: m -> m", "")]),
     ("name: pendulum", "definitions: {a: b, b: a}", [(1, "a", "'a' depends on itself: a -> b", "")]),
@@ -85,6 +89,10 @@ BAD = [
     # expressions
     (POTENTIAL, "m*g*theta^2", [(12, "^", "'^'", "write ** for powers")]),
     (POTENTIAL, "2theta", [(12, "2theta", "missing operator", "2*theta")]),
+    (POTENTIAL, "2theta + m g theta", [
+        (12, "2theta", "missing operator", "2*theta"),
+        (12, "m g", "missing operator", "write m*g*theta"),
+    ]),
     (POTENTIAL, "sin theta", [(12, "sin theta", "missing parentheses after 'sin'", "sin(theta)")]),
     (POTENTIAL, "m*theta'", [(12, "theta'", "a prime", "theta_dot")]),
     (POTENTIAL, "sin(theta, 1)", [(12, "sin(theta, 1)", "wrong number of arguments for 'sin'", "sin(x)")]),
@@ -316,3 +324,10 @@ def test_columns_count_characters_not_bytes() -> None:
     text = text.replace("'ü' ", "sin(θ)*m + θθ  # ä")
     (problem,) = problems(text)
     assert underlined(problem) == "θθ"
+
+
+def test_a_list_of_numbers_is_no_vector() -> None:
+    text = PENDULUM.replace("  m: 1", "  m: 1\n  B: [0, 1]").replace(POTENTIAL, "dot(B, bob)")
+    (problem,) = problems(text)
+    assert underlined(problem) == "B"
+    assert problem.hint == "write B[i] for one member, or (B[0], B[1]) for a vector"

@@ -281,6 +281,9 @@ BAD = [
     ("{N: 4}", "[4]", [(1, "[", "sizes must be", ""), (6, "N", "unknown size 'N' in 'u[i]'", "add 'sizes")]),
     ("sizes: {N: 4}\n", "", [(5, "N", "unknown size 'N' in 'u[i]'", "add 'sizes: {N: 10}'")]),
     ("{N: 4}", "{M: 4}", [(6, "N", "unknown size 'N'", "known: M")]),
+    ("u[i in range(N)]: {", "u[k]: {", [(6, "k", "unknown size 'k'", "write u[k in range(N)]")]),
+    ("u[i in range(N)]: {", "u[N]: {", [(6, "u[N]", "no member 'u[0]'", "as in u[i in range(N)]")]),
+    ("u[i in range(N)]: {", "u[0..3]: {", [(6, "0..3", "not indices", "write u[i in range(N)]")]),
     ("{N: 4}", "{t: 4}", [(1, "t", "the name 't' is reserved", ""), (6, "N", "unknown size", "")]),
     (
         "{N: 4}",
