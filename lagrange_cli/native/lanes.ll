@@ -1,14 +1,15 @@
 ; Members of an ensemble in the lanes of vectors, with @@names@@ filled in by lane_stepper.py
 ;
 ; %queue holds the number of the next member, that of the first one that may not begin yet, and whether to stop
-; (any thread may change them); member n starts from row n of %states with row n of %parameters. What comes of it
-; goes to row n of %results: the state, then the time, and as integers the steps and the samples reached; then
-; %ended[n] becomes 1 + the reason. (What did not come to its end, or was not confirmed, is left to @advance.) Its samples go to %samples, part n modulo %slots.
+; (any thread may change them). Member n starts from row n of %states with row n of %parameters. Its result goes to row n
+; of %results: the state, then the time, and as integers the numbers of steps and samples; then %ended[n] becomes 1 + the
+; reason. (Members that did not reach their end, or were not confirmed, are left to @advance.) Its samples go to part n
+; modulo %slots of %samples.
 ;
-; A pack of lanes stays as it is between calls. @follow returns when it is told to stop, or when no member is left
-; that may begin and all its lanes are empty.
+; A pack of lanes is unchanged between calls. @follow returns when it is told to stop, or when all its lanes are empty and no
+; member may begin.
 
-; Load the next member into a lane; false where there is none.
+; Load the next member into a lane; false if there is none.
 define internal i1 @admit(ptr %pack, i64 %lane, ptr %parameters, ptr %states, ptr %queue, double %start) #1 {
 entry:
   %limita = getelementptr inbounds i64, ptr %queue, i64 1
@@ -73,7 +74,7 @@ done:
   ret void
 }
 
-; Store what came of a lane's member.
+; Store the result of a lane's member.
 define internal void @retire(ptr %pack, i64 %lane, i64 %code, ptr %results, ptr %ended) #1 {
 entry:
   %column = getelementptr inbounds double, ptr %pack, i64 %lane
@@ -111,7 +112,7 @@ rest:
   ret void
 }
 
-; Sample the lanes in %mask at %dt into the step: rows of %trial, then one column after the other.
+; Sample the lanes in %mask at the time %dt of the step: rows of %trial, then column by column.
 define internal void @record(ptr %pack, @@real@@ %dt, <@@lanes@@ x i1> %mask, i64 %count, i64 %slots, ptr %samples) #1 {
 entry:
   %work = getelementptr inbounds @@real@@, ptr %pack, i64 @@at_work@@
@@ -155,7 +156,7 @@ done:
   ret void
 }
 
-; How far into the step each lane's next sample is; not a number where there is none.
+; The time of each lane's next sample within the step; nan if there is none.
 define internal @@real@@ @ahead(ptr %pack, ptr %times, i64 %count) #1 {
 entry:
   br label %lane

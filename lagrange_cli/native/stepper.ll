@@ -22,7 +22,7 @@ define internal double @size(ptr noalias %state, ptr noalias %row, i64 %i, doubl
   ret double %size
 }
 
-; How much smaller coefficient %c is than %size; infinite where either is nothing.
+; The ratio of %size to coefficient %c; infinite if either is 0.
 define internal double @ratio(double %size, double %c) #0 {
   %c0 = call double @llvm.fabs.f64(double %c)
   %q = fdiv double %size, %c0
@@ -34,8 +34,8 @@ define internal double @ratio(double %size, double %c) #0 {
   ret double %result
 }
 
-; By how much shorter a step must be whose velocities' higher coefficients are smaller than doubles can be, since only the
-; others are there; 1 if these are most of them, or if the higher ones are 0 for another reason.
+; The factor for a step if higher coefficients of the velocities have underflowed, so that only the lower ones limit it. It
+; is 1 if most coefficients are there, or if the higher ones are 0 for another reason.
 define internal double @faded(ptr noalias %work) #0 {
 entry:
   br label %order
@@ -73,8 +73,8 @@ found:
   ret double %result
 }
 
-; The step from the coefficients of the velocities, whose sizes are measured over a step %h. %total becomes infinite or no
-; number where a coefficient is.
+; The step size from the coefficients of the velocities; their sizes are measured over a step %h. %total becomes infinite or
+; nan if a coefficient is.
 ;
 ; The root of a number is 2^(log2 / m): its logarithm is read off its bits (to 0.09), the power is an exponent and a parabola
 ; (to 0.3 percent). The step needs no more, and this gives the same bits on every machine.
@@ -167,8 +167,8 @@ done:
   ret double %smaller
 }
 
-; a step that follows a much shorter one, or none: bounded by every coefficient from the @@lowest@@th on, since the
-; last two may vanish by chance or symmetry
+; A step after a much shorter one, or the first step: it is bounded by every coefficient from the @@lowest@@th on, since the
+; last two may vanish by chance or by symmetry.
 define internal double @cautious(ptr noalias %state, ptr noalias %work, double %guess) #0 {
 entry:
   br label %loop
@@ -189,7 +189,7 @@ done:
   ret double %result
 }
 
-; Zeros. (What is not finite would stay: sums take in more coefficients than there are, times 0.)
+; Set to zero. (Infinities and nan would spread: the sums also contain unused coefficients, times 0.)
 define internal void @clear(ptr noalias %place, i64 %count) #0 {
 entry:
   br label %loop
@@ -204,8 +204,8 @@ done:
   ret void
 }
 
-; So near a singularity that the higher coefficients overflow: a step with the finite ones alone; the others are set to 0.
-; The result is 0 if fewer than @@fewest@@ are left.
+; If the higher coefficients overflow close to a singularity: a step with the finite ones only; the others are set to 0. The
+; result is 0 if fewer than @@fewest@@ are left.
 define internal double @shortened(ptr noalias %state, ptr noalias %work, double %guess) #0 {
 entry:
   br label %order
@@ -268,8 +268,8 @@ hopeless:
   ret double 0.0
 }
 
-; Whether the accelerations at the end of a step, in the series that begins there, are those that the step's own series
-; foretold: %allowed is how far they may be apart.
+; Whether the accelerations at the end of a step, from the series that begins there, agree with those predicted by the step's
+; own series; %allowed is the largest difference allowed.
 define internal i1 @foretold(ptr noalias %work, ptr noalias %rates, ptr noalias %allowed, double %uneven, i1 %lax, double %room, double %slack) #0 {
 entry:
 @@splat_slack@@
@@ -310,7 +310,7 @@ done:
   ret i1 %all
 }
 
-; 0 times the sum of the accelerations: no number where one is not finite.
+; 0 times the sum of the accelerations: nan if one is not finite.
 define internal double @accelerations(ptr noalias %work) #0 {
 entry:
   %row = getelementptr inbounds double, ptr %work, i64 @@slot_1@@
@@ -404,10 +404,9 @@ check:
   %good = and i1 %foretold, %regular
   %isblind = icmp eq i64 %pending, @@blind@@
   br i1 %good, label %confirmed, label %refuse
-; (Where it hardly differs, again and again, it is rounding, and then that much is allowed.)
-;
-; Not what the series foretold: something in between that a series does not see. Back, and no further than half the way; or,
-; where the equations were singular just beyond it, twice as far beyond it.
+; The prediction failed: there is a critical point within the step that the series does not show. Go back and take at most
+; half the step; or, if the equations were singular just beyond the point, go twice as far beyond it. (If small differences
+; recur, they are due to rounding, and the allowance is raised.)
 refuse:
   %began = load i64, ptr %begana, align 8
   %less = sub i64 %taken, 1
@@ -417,7 +416,8 @@ refuse:
   %isfar = fcmp ogt double %toofar, %much
   %hopeless = and i1 %isfar, %isblind
   br i1 %hopeless, label %wall, label %again_from
-; No other side within reach: it is said at the last state where the equations hold, or the first where they are not finite.
+; The critical point cannot be passed. The run ends at the last state where the equations hold, or at the first one where
+; they are not finite.
 wall:
   %there = call double @accelerations(ptr %work)
   %number = fcmp ord double %there, 0.0
@@ -464,7 +464,7 @@ confirmed:
   store double 0.0, ptr %laxa, align 8
   switch i64 %pending, label %checked [ i64 @@end@@, label %return
                                         i64 @@samples@@, label %many ]
-; The samples in the step are many more: it is taken when they are done, from the state as it was, doubts and all.
+; The step contains more samples than there is room for. It is completed after they are written, from the unchanged state.
 many:
   call void @copy(ptr %trial, ptr %state)
   %limit_then = load i64, ptr %limitb, align 8
@@ -520,9 +520,8 @@ long:
   %short = fcmp olt double %h, %left
   %stuck = and i1 %tiny, %short
   br i1 %stuck, label %return, label %approach
-; Short of a place that no step may pass, halfway to it, until it is as near as doubles tell. From there to just beyond it: what
-; a series does not see there, it has passed. If steps as short as that were not confirmed either, then what they are
-; held against is rounding.
+; Before a critical point: halve the distance until it is at the resolution of doubles, then step to just beyond the point. If
+; steps as short as that are not confirmed either, the differences are due to rounding.
 approach:
   %gap = load double, ptr %gapa, align 8
   %keptpace = load double, ptr %pacea, align 8
@@ -537,8 +536,8 @@ approach:
   store double %keptlax, ptr %laxn, align 8
   %nogap = fcmp oeq double %gap, 0.0
   br i1 %nogap, label %free, label %near
-; What steps are held to is their usual length, the pace. It shrinks no faster than a step does where a singularity is
-; straight ahead; and steps that grow again after such a place are short for its sake alone.
+; The allowance is based on the usual step size (the pace). It shrinks no faster than the steps do in front of a singularity,
+; and short steps just after a critical point do not reduce it.
 free:
   %gap_kept = phi double [ %gap, %approach ], [ 0.0, %noisy ]
   %quarter_more = fmul double %hp, 1.25
@@ -579,7 +578,7 @@ noisy:
   %tried = fcmp ogt double %keptlax, 0.0
   store double 1.0, ptr %laxn, align 8
   br i1 %tried, label %return, label %free
-; Again and again within no time: a place that the motion does not leave.
+; Passed many times while t hardly changes: the motion sticks at this point.
 pass:
   %lastpass = load double, ptr %lasta, align 8
   %passes = load double, ptr %timesa, align 8
@@ -592,7 +591,7 @@ pass:
   store double %passes2, ptr %timesn, align 8
   %stays = fcmp oge double %passes2, @@passes@@
   br i1 %stays, label %return, label %straight
-; So near to it the higher coefficients are nothing but rounding.
+; This close to the point, the higher coefficients consist of rounding errors only.
 straight:
   %twice_resolved = fmul double %resolved, 2.0
   %short_gap = call double @llvm.minnum.f64(double %gap, double %twice_resolved)
@@ -604,7 +603,7 @@ bounded:
   %gap_now = phi double [ %gap_kept, %free ], [ %gap, %near ], [ %gap, %straight ]
   %hl = phi double [ %h, %free ], [ %before, %near ], [ %over, %straight ]
   %confirm = phi i1 [ true, %free ], [ true, %near ], [ false, %straight ]
-; Whether the end is within what the step looked at: where it is not, another end would have changed nothing so far.
+; Whether the stop time may have influenced this step. As long as it has not, a run to a later time takes the same steps.
   %limit_before = load i64, ptr %limita, align 8
   store i64 %limit_before, ptr %limitb, align 8
   %looks_beyond = fcmp oge double %shown, %left

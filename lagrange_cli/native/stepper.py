@@ -1,21 +1,18 @@
 """The stepping loop as machine code: step size, check, dense output at the sample times, compensated update.
 
-``@advance`` takes steps until its sample times are used up, the end is reached, or something stops it.
-Its state is
-an array of doubles: the rows' values (q, v, integrals), the low parts that compensated summation keeps
-for each (Kahan, CACM 8, 1965), then t, its low part, and the last step's length.
+``@advance`` takes steps until its sample times are used up, the end is reached, or something stops it. Its
+state is an array of doubles: the rows' values (q, v, integrals), the low parts that compensated summation
+keeps for each (Kahan, CACM 8, 1965), then t, its low part, and the last step's length.
 
 The step follows Jorba and Zou (2005), eq. 3-8: the radius of convergence is estimated from the last two
-coefficients, and h = radius / e^2 at the order that fits the tolerance. Each velocity is measured
-against its own
-size or its change within a step (by its first three terms), whichever is largest, so that units and mixed
+coefficients, and h = radius / e^2 at the order that fits the tolerance. Each velocity is measured against its
+own size or its change within a step (by its first three terms), whichever is largest, so that units and mixed
 scales do not matter.
 
-No series sees what it has never come near: a kink of the potential, a narrow wall. So every step is
-confirmed by the next one's series, whose accelerations must be those that its own foretold; until then its
-samples may still be taken back. A place that was not seen is approached by halves, and passed where it leaves
-the accelerations finite: the error of that is what they change times the resolution of time.
-"""
+A series does not show a kink of the potential or a narrow wall that the motion has not reached. So every step
+is confirmed by the next one's series, whose accelerations must agree with those that its own series predicts;
+until then its samples may be discarded. Such a critical point is approached by halving the distance, and
+passed if the accelerations stay finite. The error is their change times the resolution of time."""
 
 from __future__ import annotations
 
@@ -31,50 +28,50 @@ from lagrange_cli.native.watch import watch
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
 CHAINS = 4
-"""Sums that the others are made of, so that their additions need not wait for each other."""
+"""Partial sums of the other terms, which can be added in parallel."""
 LAST_TERM = 0.01
 """Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
 BLOCKS = 8
-"""The coefficients that the step is taken from are compared in so many blocks, lanes of a vector."""
+"""Blocks, one for each lane of a vector, in which the coefficients that determine the step are compared."""
 ALMOST = 2.0**-40
-"""How closely, relative to its size and to its change, a step's series must foretell the acceleration at its
-end; at a coarser tolerance than full precision as much less closely."""
+"""The error, relative to its size and its change, with which a step's series must predict the acceleration at
+its end. Tolerances coarser than full precision have a proportionally larger bound."""
 RESOLUTION = 2.0**-47
-"""The part of a velocity by which what was not foretold may change it in a step; likewise."""
+"""The part of a velocity by which the error of the prediction may change it in a step; likewise."""
 ROUNDING = 2.0**-45
-"""The part of the coordinates by which accelerations that are nothing but rounding may change them in a
-step."""
+"""The part of the coordinates by which rounding errors of the accelerations may change them in a step."""
 EVIDENCE, NOISY = 2.0, 2.0**16
-"""After so many steps whose ends were hardly not foretold, so much more is allowed: it is rounding."""
+"""After this many steps whose prediction failed narrowly, rounding is the cause: the bound is raised by this
+factor."""
 NOTHING_MUCH = 2.0**-48
-"""How far accelerations that are nothing but rounding may move what rests at 0."""
+"""How far rounding errors of the accelerations may move a coordinate that rests at 0."""
 NOTHING, BLIND, MOVED = -3, -2, -1
-"""What is to be confirmed by a step's series of the one before: nothing; that it led over a kink, no further;
-all (and if it was the last one, what ``Stop`` says)."""
+"""What a step's series must confirm about the step before: nothing; only that it passed a kink; everything
+(and for the last step, what ``Stop`` says)."""
 LAG = 0.7
-"""How fast the pace may shrink, a step: as steps do towards a singularity."""
+"""The factor by which the pace may shrink per step, as steps do in front of a singularity."""
 PASSES = 8.0
-"""So many kinks that are passed within no time are one that the motion stays at."""
+"""If so many kinks are passed while t hardly changes, the motion sticks at one."""
 CLOCK_NUMBERS = 12
-"""Numbers of the state after the rows: t, its low part, the last step, how far it is to where no step may
-pass, the pace, the time when such a place was passed last, how many of them within no time, whether the
-last steps led away from one, and how many steps were hardly not foretold. Then what is doubted about the step
-from here: whether shorter and shorter ones were not confirmed, whether one over the place that they were kept
-from was not either, and whether it is not known what keeps them from it."""
+"""Numbers of the state after the rows: t, its low part, the last step, the distance to a critical point that
+no step may pass, the pace, the time when a critical point was last passed, the number of passes at nearly the
+same t, whether the last steps led away from one, and the number of steps whose prediction failed narrowly.
+Then, for the step from here: whether ever shorter steps were not confirmed, whether a step over the critical
+point was not confirmed either, and whether the cause is unknown."""
 MINUS_ZERO = "0x8000000000000000"
 AT_REST = 2.0**-900
-"""Where functions that hide a force are watched, velocities that small say nothing about the step."""
+"""Where functions that hide a force are watched, velocities below this do not limit the step."""
 LOWEST_TERM = 4
-"""The first coefficient that tells how far the series goes, rather than how fast the motion is now."""
+"""The first coefficient that tells the range of the series rather than the present speed of the motion."""
 FAINT = 2.0**-900
-"""The last coefficient that is not 0 may be followed by some that doubles cannot hold if it is below this."""
+"""If the last coefficient other than 0 is below this, further ones may have underflowed."""
 SLACK = 4
 """Binary orders by which the lower coefficients may exceed what the radius of convergence allows.
 
-They are there to find series with gaps, and are often larger than the last ones let expect.
+They serve to find series with gaps, and are often larger than the last coefficients suggest.
 """
 FEW_TERMS = 8
-"""From this order of the velocities on the last coefficient is left out: so the step is known early."""
+"""From this order of the velocities on, the last coefficient is not used, so that the step is known early."""
 
 
 def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: Sequence[float] = ()) -> str:
@@ -221,7 +218,7 @@ def _size(vector: str, lanes: int, width: int) -> str:
 
 
 def split_terms(top: int) -> list[list[int]]:
-    """The coefficients that the step is taken from, in ``BLOCKS`` blocks (the last ones may repeat)."""
+    """The coefficients that determine the step, in ``BLOCKS`` blocks (the last ones may repeat)."""
     terms = list(range(LOWEST_TERM, top if top >= FEW_TERMS else top + 1))
     size = -(-len(terms) // BLOCKS)
     blocks = [terms[start : start + size] for start in range(0, len(terms), size)]

@@ -37,9 +37,9 @@ define i64 @accelerate(ptr %constants, double %t, ptr %state, ptr %work, ptr %ra
   ret i64 %code
 }
 
-; The clock is t, its low part, the last step, how far it is to where no step may pass, the usual step (the pace), how many
-; steps were hardly not foretold, the time when something was passed last that no series sees, how many times within no time;
-; and %doubt, %far, %lax of the step from here, so that it is the same step in another call.
+; The clock: t, its low part, the last step, the distance to a critical point, the usual step (the pace), the number of steps
+; that narrowly failed confirmation, the time when a critical point was last passed, how many times it was passed at nearly
+; the same t; then %doubt, %far, %lax of the step from here, so that another call takes the same step.
 define i64 @advance(ptr %constants, ptr %state, ptr %work, ptr %trial, double %stop, ptr %times, i64 %count, ptr %out, i64 %stride, i64 %last, i64 %pause, ptr %info) #0 {
 entry:
   %tpa = getelementptr inbounds double, ptr %state, i64 @@time@@
@@ -63,9 +63,9 @@ entry:
   %lax_kept = load double, ptr %laxa, align 8
   %lax_begin = fcmp ogt double %lax_kept, 0.0
   br label %step
-; %pending: what is to be returned when the last step is confirmed (-1: nothing is, -2: nothing is to be confirmed); it began
-; at sample %from, took %length, led over (%blind) what no series sees. %refused: shorter and shorter steps from here were not confirmed; %far: nor one
-; over it; %lax: nor is it known what keeps them from it.
+; %pending: what to return when the last step is confirmed (-1: go on, -2: there is nothing to confirm). The step began at
+; sample %from, had the length %length, and passed a critical point if %blind. %refused: ever shorter steps from here were not
+; confirmed; %far: nor was a step over the critical point; %lax: and the cause is not known.
 step:
   %index = phi i64 [ 0, %entry ], [ %at, %advanced ], [ %from, %again ]
   %taken = phi i64 [ 0, %entry ], [ %taken1, %advanced ], [ %less, %again ]
@@ -97,8 +97,8 @@ check:
   %foretold = call i1 @foretold(ptr %work, ptr %expected, double %inverse0, i1 %lax, double %room, double %slack)
   %good = and i1 %foretold, %regular
   br i1 %good, label %confirmed, label %refuse
-; Something in between that a series does not see: back, and no further than half the way; or, where there is no other side
-; just beyond it, twice as far.
+; There is a critical point within the step that the series does not show. Go back and take at most half the step; or, if the
+; equations were singular just beyond the point, go twice as far.
 refuse:
   %usual_step = load double, ptr %pacea, align 8
   %much = fmul double %usual_step, @@widest@@
@@ -129,7 +129,8 @@ again:
   %mild_now = fadd double %mild_ones, %one_more
   store double %mild_now, ptr %milda, align 8
   br label %step
-; No other side within reach: it is said at the last state where the equations hold, or the first where they are not finite.
+; The critical point cannot be passed. The run ends at the last state where the equations hold, or at the first one where
+; they are not finite.
 wall:
   %huge = call i1 @foretold(ptr %work, ptr %expected, double %inverse0, i1 true, double 0x7FEFFFFFFFFFFFFF, double 1.0)
   %nonumber = xor i1 %huge, true
@@ -143,7 +144,7 @@ inside:
 confirmed:
   switch i64 %pending, label %checked [ i64 @@end@@, label %return
                                         i64 @@samples@@, label %many ]
-; The samples in the step are many more: it is taken when they are done.
+; The step contains more samples than there is room for. It is completed after they are written.
 many:
   call void @copy(ptr %trial, ptr %state)
   %without = sub i64 %taken, 1
@@ -161,7 +162,7 @@ checked:
   br i1 %enough, label %return, label %expanded
 expanded:
   br i1 %regular, label %measure, label %return
-; The scale of the coefficients was that of the last step: they are computed again where they overflow, or mostly vanish.
+; The coefficients were scaled by the last step. They are computed again if they overflow, or if most of them vanish.
 measure:
   %scale = phi double [ %scale0, %expanded ], [ %smaller, %shrink ], [ %larger, %stretch ]
   %stretched = phi i1 [ false, %expanded ], [ true, %shrink ], [ true, %stretch ]
@@ -232,8 +233,8 @@ long:
   %short = fcmp olt double %h, %left
   %stuck = and i1 %tiny, %short
   br i1 %stuck, label %return, label %approach
-; Short of a place that no step may pass, halfway to it, until it is as near as numbers tell: from there over it. If steps are not
-; confirmed although they become short beyond reason, it may be rounding that they are held against.
+; Before a critical point: halve the distance until it is at the resolution of the numbers, then step over the point. If even
+; extremely short steps are not confirmed, rounding may be the cause.
 approach:
   %pace = load double, ptr %pacea, align 8
   %lastpass = load double, ptr %lasta, align 8
@@ -259,7 +260,7 @@ between:
   br i1 %doubtful, label %noisy, label %pass
 noisy:
   br i1 %lax_still, label %return, label %free
-; Again and again within no time: a place that the motion does not leave.
+; Passed many times while t hardly changes: the motion sticks at this point.
 pass:
   %since = fsub double %t, %lastpass
   %no_time = fmul double %ts, @@no_time@@
@@ -274,7 +275,7 @@ straight:
   %short_gap = call double @llvm.minnum.f64(double %gap, double %twice_resolved)
   %across = select i1 %far, double %gap, double %short_gap
   br label %bounded
-; The pace shrinks no faster than steps do towards a singularity; those that grow are short for the sake of what is behind.
+; The pace shrinks no faster than steps do in front of a singularity; growing steps are short only because of what is behind.
 free:
   %lax_free = phi i1 [ %lax_still, %approach ], [ true, %noisy ]
   %quarter_more = fmul double %hp, 1.25

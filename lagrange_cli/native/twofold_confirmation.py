@@ -1,10 +1,9 @@
-"""Whether a step's series knew all that is between its ends: the accelerations that it foretells, and those
+"""The confirmation of a step: the accelerations at its end that its series predicts are compared with those
 that are there.
 
-As in ``stepper``, but there is room for less: a step that is not confirmed is taken back and halved, until
-what was not foretold changes the velocities no more than rounding does. No other rule is needed near a kink,
-where higher coefficients are nothing but rounding: they are scaled by the step (``twofold_jet``), and shorten
-it.
+As in ``stepper``, but simpler: a step that is not confirmed is discarded and halved, until the error of the
+prediction changes the velocities no more than rounding does. No other rule is needed near a kink, where the
+higher coefficients consist of rounding errors: they are scaled by the step (``twofold_jet``) and shorten it.
 """
 
 from __future__ import annotations
@@ -18,33 +17,34 @@ from lagrange_cli.native.twofold_rows import Rows, velocities
 SHORTEST = 2.0**-130
 """Steps below this part of the time do not move it."""
 TIME = 2.0**-102
-"""The part of the time that is told apart."""
+"""The resolution of time, relative to the time."""
 PACE = 2.0**-106
-"""The part of the usual step that a place is approached to which no series sees."""
+"""The part of the usual step up to which a critical point is approached."""
 DOUBT = 2.0**-40
-"""The part of a step below which it is no such place that keeps it from being confirmed, but rounding."""
+"""The part of a step below which rounding, not a critical point, prevents confirmation."""
 ALMOST = 2.0**-88
-"""How closely, relative to its size, a step's series must foretell the acceleration at its end; at a coarser
-tolerance than that of full precision as much less closely."""
+"""The error, relative to its size, with which a step's series must predict the acceleration at its end.
+Tolerances coarser than full precision have a proportionally larger bound."""
 RESOLUTION = 2.0**-96
-"""The part of a velocity by which what was not foretold may change it in a step; likewise."""
+"""The part of a velocity by which the error of the prediction may change it in a step; likewise."""
 ROUNDING = 2.0**-92
-"""The part of the coordinates by which accelerations that are nothing but rounding may change them in a
-step."""
+"""The part of the coordinates by which rounding errors of the accelerations may change them in a step."""
 NOTHING_MUCH = 2.0**-96
-"""How far these may move what rests at 0."""
+"""How far these may move a coordinate that rests at 0."""
 WIDEST = 2.0**-64
-"""The part of the usual step within which there must be another side of what is passed."""
+"""The part of the usual step within which the other side of a critical point must lie."""
 NO_TIME = 2.0**-72
-"""The part of the time in which nothing is passed ``PASSES`` times and left behind."""
+"""A critical point that is passed ``PASSES`` times within this part of the time is one at which the motion
+sticks."""
 ROUGHLY, ROUGH = 2.0**-40, 2.0**-80
-"""What corresponds to ``ALMOST`` and ``ROUNDING`` where a long step's end is tried before it is taken."""
+"""The counterparts of ``ALMOST`` and ``ROUNDING`` for the trial of a long step's end before it is taken."""
 WIDE = 2.0**12
-"""A step so many times as long as the scale of its series has lost coefficients: these are computed again."""
+"""If a step is this many times longer than the scale of its series, coefficients were lost and are computed
+again."""
 NARROWER, NARROWEST = 2.0**-32, 2.0**-300
-"""What the scale is multiplied by where coefficients overflow, and where it ends."""
+"""The factor for the scale if coefficients overflow, and its lower limit."""
 FEW = 4
-"""The order up to which a series is used where higher coefficients are nothing but rounding."""
+"""The order up to which a series is used where higher coefficients consist of rounding errors."""
 
 
 def numbers(tolerance: float) -> dict[str, str]:

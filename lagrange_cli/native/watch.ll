@@ -1,4 +1,4 @@
-; Functions that hide a narrow force, with @@names@@ filled in by watch.py
+; Detection of functions that hide a narrow force, with @@names@@ filled in by watch.py
 ;
 ; %row is a quadrature of an argument u: its coefficients are c[m] = u[m - 1] / m.
 
@@ -26,7 +26,7 @@ done:
   ret double %summed
 }
 
-; How far the argument may get from where it is, at most, within a step of %h, by its terms up to %highest.
+; A bound of the change of the argument within a step of %h, from its terms up to %highest.
 define internal double @wandering(ptr noalias %row, double %h, i64 %highest) #0 {
 entry:
   br label %loop
@@ -48,7 +48,7 @@ done:
   ret double %summed
 }
 
-; Where between %x and %x + %part, at which it has different signs, the argument (or its slope: see %k of @argument) is 0.
+; The zero of the argument (or of its slope: see %k of @argument) between %x and %x + %part, where its signs differ.
 define internal double @crossing(ptr noalias %row, double %x, double %part, i64 %k) #0 {
 entry:
   %first = call double @argument(ptr %row, double %x, i64 %k)
@@ -72,7 +72,7 @@ done:
   ret double %root
 }
 
-; Where the argument is greatest or least within a part %part of the step before and after %x, or %x if nowhere.
+; The place of an extremum of the argument within %part before and after %x, or %x if there is none.
 define internal double @turning(ptr noalias %row, double %x, double %part, double %h) #0 {
 entry:
   %down = fsub double %x, %part
@@ -93,7 +93,7 @@ nowhere:
   ret double %x
 }
 
-; The series %x into the step, where its own series lead: whether the mass matrix is regular there.
+; The series at the state that the step's own series gives at %x; returns whether the mass matrix is regular there.
 define internal i1 @expand_at(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %x) #0 {
 entry:
   %there = getelementptr inbounds double, ptr %trial, i64 @@at_series@@
@@ -130,7 +130,7 @@ expand:
   ret i1 %regular
 }
 
-; How much the argument shows %x into the step, computed there: the more the greater it is, or the nearer to 0.
+; How strongly the function shows at %x, from the computed argument: the larger it is, or the nearer to 0, the more.
 define internal double @shown(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %x, i1 %greatest) #0 {
 entry:
   %regular = call i1 @expand_at(ptr %constants, double %t, ptr %state, ptr %work, ptr %trial, double %x)
@@ -143,7 +143,7 @@ entry:
   ret double %value
 }
 
-; Where it shows most of all in %length from %low on, by the golden section.
+; The place within %length after %low where it shows most, by golden-section search.
 define internal double @most_shown(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %low, double %length, i1 %greatest) #0 {
 entry:
   %less = fmul double %length, @@minor@@
@@ -181,7 +181,7 @@ done:
   ret double %place
 }
 
-; Where something shows that the series does not near to where %which does most, all of it computed there, or 0.
+; A place near the one where %which shows most at which the accelerations differ from the series, or 0.
 define internal double @hidden_there(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %h, i1 %greatest) #0 {
 entry:
   %part = fmul double %h, @@part@@
@@ -226,7 +226,8 @@ found:
   ret double %there
 }
 
-; Whether the rates of velocities and quadratures %x into a step of %h are other than what its series foretells. (What is no number is, too.)
+; Whether the rates of velocities and quadratures at %x in a step of %h differ from those that its series predicts. (nan differs,
+; too.)
 define internal i1 @unseen(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %x, double %h) #0 {
 entry:
   %there = getelementptr inbounds double, ptr %trial, i64 @@at_series@@
@@ -283,8 +284,8 @@ other:
   ret i1 true
 }
 
-; The same there, or where the watched function is about 3 times less or more: at its height a force may be 0. %power is 0 of
-; an argument, or the absolute value of what a base is raised to.
+; The same at this place, or where the watched function is about 3 times smaller or larger: at its maximum a force may be 0.
+; %power is 0 for an argument, or the absolute value of the exponent of a base.
 define internal i1 @unseen_about(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, ptr noalias %row, double %x, double %h, double %power) #0 {
 entry:
   %u = call double @argument(ptr %row, double %x, i64 1)
@@ -316,7 +317,7 @@ yes:
   ret i1 true
 }
 
-; Where something that is watched shows what the series of a step of %h does not: how far into it, or 0.
+; The place in a step of %h at which a watched function reveals a force that the series does not contain, or 0.
 define internal double @hidden(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, i64 %which, double %h) #0 {
 entry:
   %row = getelementptr inbounds double, ptr %work, i64 %which
@@ -339,7 +340,7 @@ entry:
   br i1 %wanders, label %known, label %nothing
 nothing:
   ret double 0.0
-; Its own series must be true.
+; Its own series must have converged.
 known:
   %without = call double @wandering(ptr %row, double %h, i64 @@all_but_two@@)
   %tail = fsub double %far, %without
@@ -386,7 +387,7 @@ measured:
   %times = fmul double %least_next, %growth
   %moderate = fcmp olt double %largest_next, %times
   br i1 %moderate, label %nothing, label %sharpness
-; What cancels in its series is computed where it is.
+; If its series suffers cancellation, the argument is computed directly.
 sharpness:
   %any_cross = icmp ne i64 %at_cross_next, 0
   %least_number = uitofp i64 %at_least_next to double
@@ -445,7 +446,7 @@ found:
   ret double %where
 }
 
-; %h, or less: no further than half the way to what its series does not show.
+; %h, or at most half the distance to a force that the series does not contain.
 define internal double @watched(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial, double %h) #0 {
 entry:
   br label %again

@@ -1,11 +1,10 @@
-"""Functions that hide a narrow force: exp, tanh and high powers, which may be nothing, or constant to the
-last bit, where a step begins and ends, and in its series, and not between.
+"""Functions that hide a narrow force: exp, tanh and high powers. They may vanish, or be constant to the last
+bit, at both ends of a step and in its series, but not between.
 
-What they are functions of is watched instead, for it has a series that is true. Where it gets far within a
-step, the accelerations are computed at the places in between where such a function shows most: where its
-argument crosses 0, is greatest, or nearest to 0. If they are not what the step's series foretells there, the
-step goes no further than half the way.
-"""
+Their arguments are watched instead, since these have convergent series. Where an argument changes much within
+a step, the accelerations are computed at the places where such a function shows most: where its argument
+crosses 0, is greatest, or nearest to 0. If they differ from those that the step's series predicts there, the
+step goes at most half of the way."""
 
 from __future__ import annotations
 
@@ -19,18 +18,18 @@ from lagrange_cli.native.emitter import literal, operand
 from lagrange_cli.native.template import fill_in
 
 HIDING = frozenset({"exp", "tanh", "sinh", "cosh"})
-"""They change by orders of magnitude, or from one constant to another, where their argument changes."""
+"""These change by orders of magnitude, or from one constant to another, when their argument changes."""
 STEEP, HIGH = -4, 16
-"""Powers of a coordinate up to the one and from the other on fall off so fast that a series may not see them:
-what is raised to them is watched, and shows most where it is nearest to 0, or greatest."""
+"""Powers up to the one and from the other on change so fast that a series may not show them. Their base is
+watched; it shows most where it is nearest to 0, or greatest."""
 CLOSE = 3.0
-"""Within so much about its value an argument is free to change: no such function grows by more than e^6."""
+"""An argument may change by this much: no such function then grows by more than e^6."""
 TAIL, BASE_TAIL = 0.1, 1e-9
-"""What the last two terms of an argument's series may add up to; of a base's, relative to its size."""
+"""The largest sum of the last two terms of an argument's series; for a base, relative to its size."""
 PARTS = 16
-"""Places of the step at which what is watched is computed, to begin with."""
+"""Places of the step at which the argument is computed at first."""
 BISECTIONS = 50
-"""Halves of the distance to a neighbour in which it is found where it turns or crosses 0."""
+"""Bisections by which an extremum or a zero is found between neighbours."""
 SHARP, ARGUMENT_SHARP = 2.0**-40, 2.0**6
 """Where a base is so small a part of what its series adds up, or such a part of what an argument's adds up
 exceeds the other, their values are computed in place: the series has cancelled."""
@@ -39,10 +38,10 @@ MAJOR = (5**0.5 - 1) / 2
 SECTIONS = 70
 """and how often it is repeated: to the resolution of doubles."""
 TRIES = 1100
-"""So many halves of any number are 0."""
+"""Any number halved this many times is 0."""
 SEEN = 2.0**-40
-"""How closely, relative to its size, to its change and to what would change the velocity in a step, an
-acceleration must be foretold."""
+"""The error with which an acceleration must be predicted, relative to its size, to its change and to what
+would change the velocity in a step."""
 
 NOTHING_WATCHED = """
 define internal double @watched(ptr %a, double %t, ptr %b, ptr %c, ptr %d, double %h) #0 {
