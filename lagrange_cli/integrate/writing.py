@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from typing import Any
 
+from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.integrate.plan import Plan, make_plan
 from lagrange_cli.integrate.recording import Recording
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.program import Program, order_for, write_program
 from lagrange_cli.native.watch import watched_nodes
 from lagrange_cli.records import replace
+
+LONGER = 4
+"""How many times as much code a convolution of double-doubles takes."""
 
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
@@ -33,7 +38,12 @@ def write_run(
     One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance. A program for motions
     that are followed ``backward`` is for ``integrate.backward``: it observes as any other does.
+
+    Raises:
+        TooLarge: where the code would be too large to be compiled.
     """
+    if method == TAYLOR:
+        check_convolutions(residual, precision)
     plan = make_plan(residual, outputs)
     if backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
@@ -65,6 +75,19 @@ def write_run(
     else:
         program = write_program(residual, RATES, plan.integrands, plan.observed)
     return program, replace(plan.recording, unwatched=unwatched)
+
+
+def check_convolutions(residual: Residual, precision: str) -> None:
+    """Refuse a system whose Taylor series take minutes and gigabytes to compile, before code is written."""
+    most = whole("convolutions") // (1 if precision == DOUBLE else LONGER)
+    found = residual.costs[residual.formulation]
+    if found > most:
+        another = "choose --method DOP853, which needs none, " if precision == DOUBLE else ""
+        raise TooLarge(
+            f"the Taylor series of this system take {found} convolutions per order; "
+            f"at most {most} are compiled",
+            f"{another}make the system smaller, {way_out('convolutions')}",
+        )
 
 
 def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:

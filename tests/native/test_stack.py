@@ -66,6 +66,20 @@ def test_functions_of_too_many_instructions_are_refused(monkeypatch):
             twice.fresh()
 
 
+def test_series_of_too_many_convolutions_are_refused_before_any_code_is_written(tmp_path, monkeypatch):
+    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "convolutions=2207")  # 24*23/2 pairs take 8 each
+    (tmp_path / "bodies.yaml").write_text(BODIES)
+    run = lagrange("solve", "bodies.yaml", "--no-cache", cwd=tmp_path)
+    assert run.returncode == 3
+    assert "2208 convolutions per order; at most 2207" in run.stderr
+    assert "--method DOP853" in run.stderr and "LAGRANGE_LIMITS=convolutions=" in run.stderr
+    assert not list(tmp_path.glob("*.h5"))
+    run = lagrange("solve", "bodies.yaml", "--method", "DOP853", "--no-cache", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    run = lagrange("solve", "bodies.yaml", "--precision", "double-double", "--force", cwd=tmp_path)
+    assert run.returncode == 3 and "at most 551" in run.stderr and "DOP853" not in run.stderr
+
+
 def test_the_refusal_names_the_file(tmp_path, monkeypatch):
     monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "instructions=50")
     system = str(SYSTEMS / "double_pendulum.yaml")
