@@ -82,15 +82,13 @@ def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Sta
         found.check(run)
         replacing = found.part < 0 or bool(found.checkpoint.head.get("replace"))
         if target.path.exists() and not replacing and target.replaces is None:
-            raise FileError(
-                f"{target.shown} is newer than the interrupted run, and is kept: move it away, then --resume"
-            )
+            raise FileError(f"{target.shown} is newer than the interrupted run: rename it, then --resume")
         target = replace(target, part=int(found.part == 0), force=replacing, origin=None)
         return Start(target, made_by, earlier=found, extends=before is not None)
     if found is not None and found.attributes.get("status") != "interrupted":
         return Start(target, made_by, finished=found)
     if found is not None:
-        why, target = f"{found.attributes['method']} keeps no checkpoints", replace(target, force=True)
+        why, target = f"{found.attributes['method']} stores no checkpoints", replace(target, force=True)
     if not request.quiet:
         complain(f"{target.shown}: {why}; the run starts at the beginning")
     return Start(target, made_by)
@@ -105,8 +103,7 @@ def make_room(target: Target) -> None:
 
         if unfinished(target) is not None:
             raise FileError(
-                f"{target.shown}: an earlier run was interrupted, and its results are kept: "
-                "--resume continues it, --force starts again"
+                f"{target.shown}: an earlier run was interrupted: --resume continues it, --force starts again"
             )
     target.clear()
 

@@ -1,4 +1,4 @@
-"""Two things at once, where one of them leaves the interpreter to the other."""
+"""Two things at once, if one of them releases the interpreter's lock."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ T = TypeVar("T")
 
 
 class Work(threading.Thread, Generic[T]):
-    """``function`` in a thread of its own, from now on."""
+    """``function`` running in a thread of its own."""
 
     def __init__(self, function: Callable[[], T]) -> None:
         super().__init__(daemon=True)  # an interrupt need not wait for it
@@ -26,7 +26,7 @@ class Work(threading.Thread, Generic[T]):
             self._error = error
 
     def result(self) -> T:
-        """What it gives, or the exception that it raises, once it has come to its end."""
+        """Wait for its end; returns its result, or raises its exception."""
         self.join()
         if self._error is not None:
             raise self._error
@@ -34,7 +34,7 @@ class Work(threading.Thread, Generic[T]):
 
 
 def alongside(work: Callable[[], T], other: Callable[[], object]) -> T:
-    """What ``work`` gives, while this thread does ``other``."""
+    """The result of ``work``, done while this thread does ``other``."""
     working = Work(work)
     other()
     return working.result()
@@ -48,13 +48,13 @@ class Behind:
         self._work: Work[object] | None = None
 
     def wait(self) -> None:
-        """For the last call to come to its end."""
+        """Wait for the end of the last call."""
         work, self._work = self._work, None
         if work is not None:
             work.result()
 
     def call(self, function: Callable[[], object]) -> None:
-        """Begin the next call."""
+        """Start the next call."""
         self.wait()
         self._work = Work(function)
 

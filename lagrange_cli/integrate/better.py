@@ -1,4 +1,5 @@
-"""Better code for runs that turn out to be long: compiled beside them, and giving the same bits."""
+"""Better code for runs that turn out to be long: compiled meanwhile, and with the same results to the last
+bit."""
 
 from __future__ import annotations
 
@@ -8,11 +9,11 @@ from lagrange_cli.integrate.alongside import Work
 from lagrange_cli.native.machine import Machine
 
 PATIENCE = 0.1
-"""Seconds that a run takes before better code for it is thought of."""
+"""Seconds that a run takes before better code is compiled for it."""
 
 
 class Better:
-    """Code that takes long to compile, for runs that are under way with code made quickly."""
+    """Code that takes long to compile, for runs that have begun with quickly compiled code."""
 
     def __init__(self, make: Callable[[], Machine]) -> None:
         self._make = make
@@ -20,7 +21,8 @@ class Better:
         self._spent = 0.0
 
     def after(self, seconds: float) -> Machine | None:
-        """The better code as soon as it is there, told each time how many seconds more were spent running."""
+        """The better code as soon as it is ready; each call tells how many more seconds were spent
+        running."""
         self._spent += seconds
         if self._work is None and self._spent > PATIENCE:
             self._work = Work(self._make)

@@ -18,23 +18,22 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
 
 FOLDER = "diagnostics/error/"
-"""Where the estimates are written, in the places that q and v have in the root."""
+"""The group of the estimates, in which q and v have the places that they have in the root."""
 MEMORY = 20
-"""A difference counts for less with time, as this power of the time since the start: to an eighth when a
-tenth more has passed. So errors that shrink, as friction makes them, are seen to shrink."""
+"""Earlier differences fade with this power of the time since the start: to an eighth when the time is a tenth
+longer. So the estimate follows errors that shrink, as with friction."""
 BEFORE = 1 / 32
-"""The estimate is at least this part of the differences before, and as much less as all are less now: where
-motions cross each other, the error is not zero."""
+"""The estimate is at least this part of the earlier differences, reduced in proportion if all of them are
+smaller now: the error is not zero where motions cross by chance."""
 
 
 class Certificate:
     """A context in which ``judge`` is given the samples of a run, chunk by chunk.
 
-    ``errors`` holds {path: (c, *shape)} for the chunk judged last. ``trusted_until`` is the last sample time
-    up to which each coordinate q_k is known to ``digits`` digits of the largest |q_k| so far, ``missed`` the
-    first one at which an error may exceed ``target``, measured in the same way (None: there is none), and
-    ``error`` the largest error of any coordinate at the last sample, likewise.
-    """
+    ``errors`` holds {path: (c, *shape)} for the last chunk. ``trusted_until`` is the last sample time up to
+    which each coordinate q_k has ``digits`` correct digits, relative to the largest |q_k| so far. ``missed``
+    is the first sample time at which an error may exceed ``target``, on the same scale (None: there is none),
+    and ``error`` the largest error of any coordinate at the last sample, likewise."""
 
     def __init__(
         self,
@@ -73,8 +72,9 @@ class Certificate:
         return any(companion.cut for companion in self._companions)
 
     def judge(self, times: Array, states: Array, interrupted: Callable[[], bool]) -> int:
-        """Estimate the errors of samples at ``times`` (c,) with ``states`` (rows, c); how many of them meet
-        the target. Where ``interrupted``, companions are not waited for, and the rest not known (inf)."""
+        """Estimate the errors of samples at ``times`` (c,) with ``states`` (rows, c); returns how many of
+        them meet the target. If ``interrupted``, do not wait for companions; the other errors are unknown
+        (inf)."""
         count = len(times)
         values = states[: self._rows]
         beside = [companion.take(count, interrupted) for companion in self._companions]
@@ -104,11 +104,10 @@ class Certificate:
 
 
 def typical_difference(motions: Sequence[Array]) -> Array:
-    """How far two or three motions (rows, c) are apart: of three the middle one of the distances between two.
+    """The distance of two motions (rows, c), or the middle one of the three distances of three.
 
-    So it is not small because two come near each other by chance, or have the same roundings. It is inf where
-    a companion has no sample.
-    """
+    The middle one is not small just because two motions meet by chance or have the same rounding errors. It
+    is inf where a companion has no sample."""
     run, beside, *others = motions
     pairs = [(run, beside), *((one, other) for one in others for other in (run, beside))]
     distances = [np.abs(one - other) for one, other in pairs]
@@ -121,11 +120,11 @@ def typical_difference(motions: Sequence[Array]) -> Array:
 
 
 def running(before: Array, values: Array) -> tuple[Array, Array]:
-    """The largest of ``values`` (rows, c) so far, at the end (rows, 1) and at each of them."""
+    """The running maximum of ``values`` (rows, c): at the end (rows, 1), and at each sample."""
     found = np.maximum.accumulate(np.concatenate([before, values], axis=1), axis=1)
     return found[:, -1:].copy(), found[:, 1:]
 
 
 def first(flags: np.ndarray, otherwise: int) -> int:
-    """The index of the first that is true."""
+    """The index of the first true value."""
     return int(np.argmax(flags)) if flags.any() else otherwise

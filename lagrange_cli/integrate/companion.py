@@ -1,4 +1,5 @@
-"""``Companion``: the same motion followed with another order, and so with other steps and other roundings."""
+"""``Companion``: the same motion integrated with another order, and therefore with other steps and rounding
+errors."""
 
 from __future__ import annotations
 
@@ -22,11 +23,12 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
 
 LOOK = 0.5
-"""Seconds between two looks at whether the other side is still there."""
+"""Seconds between two checks whether the other side is still there."""
 
 
 class Companion:
-    """A context in which ``take`` gives its samples; it is the ``number``-th, from 1 on, beside a run."""
+    """A context in which ``take`` gives its samples; it is the ``number``-th companion of a run, from 1
+    on."""
 
     def __init__(self, prepared: Prepared, values: Values, times: Times, number: int) -> None:
         program = prepared.machine.program
@@ -50,7 +52,7 @@ class Companion:
             self._work.result()
 
     def _follow(self) -> End:
-        """Its way, in a thread of its own."""
+        """Integrate the motion, in a thread of its own."""
 
         def put(piece: Array | None) -> None:
             while not self._over.is_set():
@@ -77,8 +79,8 @@ class Companion:
         return self._halted.is_set()
 
     def take(self, count: int, interrupted: Callable[[], bool]) -> Array:
-        """Its next samples of q and v (rows, count): nan where it has none. Where ``interrupted``, it is not
-        waited for."""
+        """Its next samples of q and v (rows, count), nan where it has none. If ``interrupted``, do not wait
+        for them."""
         pieces, found = [self._rest], self._rest.shape[1]
         while found < count:
             try:

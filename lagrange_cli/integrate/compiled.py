@@ -20,7 +20,7 @@ CompiledValues = Callable[
 
 
 def compiled_values(residual: Residual) -> CompiledValues:
-    """f(parameters, t, q, v) -> (accelerations (n,), momenta (n,), h), all from the code that ``solve`` runs.
+    """f(parameters, t, q, v) -> (accelerations (n,), momenta (n,), h), from the code that ``solve`` runs.
 
     ``parameters`` are in the order of the model's. Accelerations are nan where the mass matrix is singular.
     """

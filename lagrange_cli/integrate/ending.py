@@ -1,4 +1,4 @@
-"""How a motion ended: an enum whose members are sentences, and the numbers that go with it."""
+"""How a motion ended: an enum whose values are sentences for the user, and the figures of the run."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Ending(Enum):
 
     @property
     def way_out(self) -> str:
-        """What a user can do about it; nothing where nothing is wrong."""
+        """What a user can do about it; empty if nothing is wrong."""
         return WAYS_OUT.get(self, "")
 
     @property
@@ -50,7 +50,7 @@ WAYS_OUT = {
 
 @dataclass(frozen=True)
 class State:
-    """Where a motion is at time ``t``: coordinates and velocities, both by coordinate."""
+    """The state of a motion at time ``t``: coordinates and velocities, both by coordinate."""
 
     t: float
     q: Mapping[str, float]
@@ -63,17 +63,15 @@ class State:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What came of a run.
+    """The result of a run.
 
-    ``t`` is the time up to which the motion was followed, ``steps`` and ``evaluations`` (of the
-    equations of motion,
-    or of their whole series) what it took. ``h_drift`` is max |h - h(0)| over the samples where h should be
-    conserved, else None, and ``h_size`` the size of what it is made of, 0 where that is not known;
-    ``p_drift`` is the drift of each conserved momentum, by coordinate. ``unwatched`` is that of the
-    ``Recording``. ``progress`` is what the run can be continued from, if it was interrupted, or a longer one.
-    ``final`` is the last sample, or where there is none the state at ``t``.
-    ``trusted_until`` and ``error`` are those of its ``Certificate``, if it had one.
-    """
+    ``t`` is the time that the motion reached. ``steps`` and ``evaluations`` (of the equations of motion, or
+    of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
+    conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
+    each conserved momentum, by coordinate. ``unwatched`` is that of the ``Recording``. ``progress`` is the
+    state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or the
+    state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if it
+    had one."""
 
     ending: Ending
     message: str

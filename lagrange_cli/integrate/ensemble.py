@@ -1,4 +1,5 @@
-"""``EnsembleMethod``: what every way to follow many motions gives the run, batch after batch of members."""
+"""``EnsembleMethod``: the interface of the methods for many motions, which give the run batch after batch of
+members."""
 
 from __future__ import annotations
 
@@ -22,17 +23,16 @@ if TYPE_CHECKING:
 
 Index: TypeAlias = "NDArray[np.int64]"
 BREATH = 0.05
-"""Seconds between two looks at the world outside."""
+"""Seconds between two reports of progress."""
 
 
 @dataclass(frozen=True)
 class Batch:
     """Some members that have ended, in any order.
 
-    ``index`` (b,) says which; ``t`` (b,) and ``state`` (b, rows) with q, v and integrals where each ended,
-    ``steps`` (b,) what it took. ``samples`` (b, rows, n) are nan beyond where a member ended, the first
-    ``reached`` (b,) of them are not; None where none were asked for.
-    """
+    ``index`` (b,) are their numbers, ``t`` (b,) and ``state`` (b, rows) the time and q, v and integrals at
+    which each ended, and ``steps`` (b,) the numbers of steps. Of ``samples`` (b, rows, n), the first
+    ``reached`` (b,) of each member hold values, the others nan; None if no samples were asked for."""
 
     index: Index
     ending: Sequence[Ending]
@@ -48,7 +48,7 @@ Accept: TypeAlias = Callable[[Batch], None]
 
 @dataclass(frozen=True)
 class Starts:
-    """Where members begin, and which of their samples are asked for: ``parameters`` (members, P), ``states``
+    """The initial values of members, and the samples asked for: ``parameters`` (members, P), ``states``
     (members, rows) of q, v and zeros for the integrals, and the sample ``times``, if they are ``sampled``."""
 
     parameters: Array
@@ -65,14 +65,14 @@ class Starts:
 
 
 class EnsembleMethod(Protocol):
-    """A way to follow many motions."""
+    """A method for many motions."""
 
     def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
-        """Follow members from their ``starts``; False if stopped.
+        """Integrate members from their ``starts``; returns False if stopped.
 
-        ``accept`` is called in this thread and may keep what it is given. ``watch`` is told how many have
-        ended, several times a second; True stops them all. Results do not depend on ``threads``.
-        """
+        ``accept`` is called in this thread and may keep what it is given. ``watch`` is called with the number
+        of members that have ended, several times a second; if it returns True, all stop. Results do not
+        depend on ``threads``."""
         ...
 
 
@@ -87,9 +87,9 @@ def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> Ensemble
 
 @dataclass(frozen=True)
 class OneByOne:
-    """Follows one member after another, or one in each thread, each as it would be alone.
+    """Integrates one member after another, or one in each thread, each as it would be alone.
 
-    ``parallel`` tells that the method leaves the interpreter to others while it works.
+    ``parallel`` tells that the method releases the interpreter's lock while it works.
     """
 
     method: Method

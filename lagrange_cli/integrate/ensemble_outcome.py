@@ -1,4 +1,4 @@
-"""``EnsembleOutcome``: how the members of an ensemble ended, and the numbers that go with it."""
+"""``EnsembleOutcome``: how the members of an ensemble ended, and the figures of the run."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ UNFINISHED = ENDINGS.index(Ending.INTERRUPTED)
 
 @dataclass(frozen=True)
 class EnsembleOutcome:
-    """What came of an ensemble.
+    """The result of an ensemble.
 
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
     to its end, and how that went; drifts are the largest of all members, as in ``Outcome``.
@@ -42,8 +42,8 @@ class EnsembleOutcome:
 
     @classmethod
     def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
-        """What ``as_data`` gave, for so many members; raises ``ValueError`` where it is nothing of the
-        kind."""
+        """The inverse of ``as_data``, for this number of members; raises ``ValueError`` if the data are not
+        valid."""
         if endings is None or endings.dtype != np.int8 or endings.shape != (members,):
             raise ValueError("of other members")
         if ((endings < 0) | (endings >= len(ENDINGS))).any():
@@ -61,10 +61,10 @@ class EnsembleOutcome:
             raise ValueError("no outcome") from error
 
     def count(self, status: str) -> int:
-        """How many members have that status."""
+        """The number of members with this status."""
         return sum(int((self.endings == i).sum()) for i, one in enumerate(ENDINGS) if one.status == status)
 
     @property
     def status(self) -> str:
-        """``interrupted`` if some members were never followed, ``failed`` if some failed, ``complete``."""
+        """``interrupted`` if some members were not integrated, ``failed`` if some failed, ``complete``."""
         return next((one for one in ("interrupted", "failed") if self.count(one)), "complete")

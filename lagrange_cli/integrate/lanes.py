@@ -1,4 +1,4 @@
-"""Many motions by the Taylor method: compiled code takes eight at once in each of several threads."""
+"""Many motions by the Taylor method: compiled code integrates eight at once in each of several threads."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass, replace
 
 BREATH = 0.02
-"""Seconds between two looks at what has ended."""
+"""Seconds between two checks which members have ended."""
 MOMENT = 0.001
 """Seconds that a thread waits for room for more samples."""
 MEMORY, LARGEST = 2**25, 2**28
@@ -34,7 +34,7 @@ Seen = TypeVar("Seen", Starts, Batch)
 
 @dataclass(frozen=True)
 class LanesMethod:
-    """Follows motions by their Taylor series (``native.lanes``); each is the same whatever runs beside it.
+    """Integrates motions by their Taylor series (``native.lanes``). Each is the same whatever runs beside it.
 
     Those that lanes do not bring to their ends are followed by the method that ``alone`` makes. Code for
     motions that are followed ``backward`` is of the reversed equations.
@@ -84,7 +84,8 @@ class LanesMethod:
         watch: Callable[[int], bool],
         threads: int,
     ) -> bool:
-        """Follow the members ``index`` one by one: kinks, singularities and the like are beyond lanes."""
+        """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
+        like."""
         before = len(starts) - len(index)
         return OneByOne(self.alone(), parallel=True).follow(
             starts.only(index),
@@ -122,11 +123,11 @@ class Members:
         return bool(self._queue[LIMIT] == len(self._states))
 
     def halt(self) -> None:
-        """Have all threads stop after their step."""
+        """Make all threads stop after their present step."""
         self._queue[HALT] = 1
 
     def work(self) -> None:
-        """Follow members until none is left: what a thread does."""
+        """Integrate members until none is left: the work of a thread."""
         pack = aligned(self._machine.program.lanes)
         while not self._queue[HALT]:
             self._follow(

@@ -1,4 +1,4 @@
-"""``Plan``: what a run must compute for the outputs asked for, and how the datasets follow from it.
+"""``Plan``: what a run must compute for the requested outputs, and how the datasets are made of it.
 
 Only what an output needs is derived: ``observed`` quantities are functions of q, q_dot, t that compiled code
 evaluates at the samples, ``integrands`` are carried along as quadratures.
@@ -22,7 +22,7 @@ AXES = "xyz"
 
 @dataclass(frozen=True)
 class Plan:
-    """Names and expressions of what is computed; the datasets that are made of it."""
+    """The names and expressions of what is computed, and the datasets made of it."""
 
     observed: Mapping[str, Node]
     integrands: Mapping[str, Node]
@@ -61,7 +61,7 @@ class _Planner:
     model: Model[Node]
     energetics: Energetics
     kept: frozenset[str]
-    """What every motion keeps: its rate is 0, whatever it looks like."""
+    """Quantities that are constant along every motion: their rates are taken to be exactly 0."""
     observed: dict[str, Node] = field(default_factory=dict)
     integrands: dict[str, Node] = field(default_factory=dict)
     made: list[Dataset] = field(default_factory=list)

@@ -1,4 +1,4 @@
-"""From a system to a run that is ready to go: compiled now, or on an earlier run and kept since."""
+"""From a system to a run that is ready to go: compiled now, or taken from the cache."""
 
 from __future__ import annotations
 
@@ -36,12 +36,12 @@ Stage = Callable[[str], AbstractContextManager[None]]
 
 
 def untimed(stage: str) -> AbstractContextManager[None]:
-    """A stage that nobody asks about."""
+    """A stage that is not reported."""
     return nullcontext()
 
 
 def nothing() -> None:
-    """Nothing to do in the meantime."""
+    """Do nothing in the meantime."""
 
 
 def prepare(

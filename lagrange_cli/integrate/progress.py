@@ -1,5 +1,4 @@
-"""``Progress``: how far a run has come, and so all that another run needs to know to go on to the same
-bits."""
+"""``Progress``: the state of a run from which another run continues to the same bits."""
 
 from __future__ import annotations
 
@@ -18,12 +17,12 @@ from lagrange_cli.records import dataclass
 T = TypeVar("T")
 
 RARELY = 50
-"""A checkpoint is not written before so many times what the last one took have passed."""
+"""A checkpoint is not written before this many times the duration of the last one have passed."""
 
 
 @dataclass(frozen=True)
 class Progress:
-    """What a run knows besides the samples it has emitted: the method's snapshot, the ``first`` values of
+    """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
     what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, and the last
     sample, ``final``."""
 
@@ -80,25 +79,26 @@ class Clock:
         self._next, self._most = time.monotonic() + seconds, done + work
 
     def due(self, done: int) -> bool:
-        """Whether it is time, so much work having been done."""
+        """Whether a checkpoint is due after this amount of work."""
         return done >= self._most or time.monotonic() >= self._next
 
     def kept(self, done: int, began: float) -> None:
-        """Start counting anew: a checkpoint is there, whose writing ``began`` then."""
+        """Restart the counts after a checkpoint whose writing ``began`` at this time."""
         now = time.monotonic()
         self._next = now + max(self._seconds, RARELY * (now - began))
         self._most = done + self._work
 
 
 class Keeping(Generic[T]):
-    """Where a run begins (None: at the start), and what is done with its progress when it is time."""
+    """Where a run begins (None: at the start), and what is done with its progress when a checkpoint is
+    due."""
 
     def __init__(self, begin: T | None, clock: Clock, write: Callable[[T], None]) -> None:
         self.begin, self._clock, self._write = begin, clock, write
         self.due = clock.due
 
     def keep(self, progress: T, done: int) -> None:
-        """Write a checkpoint, so much work having been done."""
+        """Write a checkpoint after this amount of work."""
         began = time.monotonic()
         self._write(progress)
         self._clock.kept(done, began)

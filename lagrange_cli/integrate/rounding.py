@@ -1,7 +1,7 @@
 """The rounding of constants that are computed from parameters, made visible.
 
-A system's frequency sqrt(k/m) is rounded once and then the same in every step: two runs share it, and their
-difference does not show it. So a companion gets it off by an ulp.
+A system's frequency sqrt(k/m) is rounded once and is then the same in every step. Two runs share this error,
+and their difference does not show it. So a companion uses a value changed by one ulp.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ SHORT = 2.0**27
 
 
 def nudge(constants: Array, parameters: Array, number: int) -> None:
-    """Put ``constants`` off by an ulp, by turns ``number`` of them one way and the other, except those that
-    are exact: short numbers, and parameters, their halves and doubles."""
+    """Change ``constants`` by one ulp, by turns ``number`` of them up and down, except those that are exact:
+    short numbers, and parameters, their halves and doubles."""
     sizes = np.abs(parameters)
     exact = np.isin(np.abs(constants), np.concatenate([sizes / 2, sizes, 2 * sizes]))
     with np.errstate(invalid="ignore"):  # what is not finite is left as it is

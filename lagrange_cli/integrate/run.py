@@ -1,4 +1,4 @@
-"""From samples of the state to the datasets of the output: ``integrate`` follows a prepared motion."""
+"""From samples of the state to the datasets of the output: ``integrate`` computes a prepared motion."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 __all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
 
 EARLY, RARELY = 4096, 256
-"""So many samples tell each how large h's terms are, and later every so-manieth."""
+"""The size of h's terms is taken from each of the first ``EARLY`` samples, then from every ``RARELY``-th."""
 
 
 def integrate(
@@ -121,7 +121,7 @@ def samples_of(prepared: Prepared) -> type[Samples]:
 
 
 def certified(end: End, certificate: Certificate) -> End:
-    """How the motion ended, its certificate being taken into account. It cannot be continued: companions
+    """How the motion ended, with its certificate taken into account. It cannot be continued, as companions
     have no snapshot."""
     if certificate.missed is not None:
         return replace(end, ending=Ending.TARGET_MISSED, t=certificate.missed, snapshot=None)
@@ -164,8 +164,8 @@ class Samples:
         self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
 
     def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
-        """How large what h is made of gets, at the first samples and at some of the others: at the same ones
-        whatever the chunks. Nothing where the momenta are not observed."""
+        """Update the size of h's terms from the first samples and some of the others, which do not depend on
+        the chunks. Does nothing if the momenta are not observed."""
         coordinates = self._prepared.recording.coordinates
         names = [f"p_{name}" for name in coordinates]
         if "h" not in self._drift or not observed.keys() >= set(names):
@@ -195,11 +195,11 @@ class Samples:
         return dict(zip(names, self._wide[:, :count]))
 
     def progress(self, snapshot: Snapshot) -> Progress:
-        """How far the run has come, where the method has come to ``snapshot``."""
+        """The progress of the run when the method is at ``snapshot``."""
         return Progress(snapshot, dict(self._first), dict(self._drift), self._size, self.final)
 
     def restore(self, progress: Progress) -> Snapshot:
-        """Go on where another run has come to."""
+        """Continue from the progress of another run."""
         self._first, self._drift = dict(progress.first), dict(progress.drift)
         self._size, self._count = progress.size, progress.snapshot.samples
         self.final = progress.final

@@ -19,8 +19,8 @@ from lagrange_cli.native.machine import Machine
 from lagrange_cli.records import dataclass
 
 STILL = 100
-"""Steps in a row that do not change the time, after which a method is taken to be stuck. (LSODA goes on for
-ever.)"""
+"""The number of consecutive steps without a change of t after which a method counts as stuck. (LSODA would go
+on for ever.)"""
 
 
 class Singular(ArithmeticError):
@@ -110,7 +110,7 @@ class Collector:
             self.flush()
 
     def flush(self) -> None:
-        """Hand over what there is and go on with the next chunk."""
+        """Hand over the present chunk and begin the next one."""
         self._accept(self._wanted[: self._filled], self._buffer[:, : self._filled])
         self._first += self._filled
         self._filled = 0
@@ -120,7 +120,7 @@ class Collector:
 
 @dataclass(frozen=True)
 class ScipyMethod:
-    """Follows a motion with one of scipy's step-by-step solvers and its dense output."""
+    """Integrates a motion with one of scipy's step-by-step solvers and its dense output."""
 
     machine: Machine
     name: str

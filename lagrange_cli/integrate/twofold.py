@@ -1,4 +1,5 @@
-"""Samples of double-double numbers: every dataset twice, as doubles and, under ``low/``, what these leave."""
+"""Samples of double-double numbers: every dataset twice: the nearest doubles, and the remainders under
+``low/``."""
 
 from __future__ import annotations
 

@@ -328,7 +328,7 @@ def test_scipys_methods_start_again_and_say_so(folder, interrupted_after, capsys
     assert solve(*run) == 130
     interrupted_after(0)
     assert solve(*run, "--resume") == 0
-    assert "DOP853 keeps no checkpoints; the run starts at the beginning" in capsys.readouterr().err
+    assert "DOP853 stores no checkpoints; the run starts at the beginning" in capsys.readouterr().err
     assert (folder / "out.h5").read_bytes() == expected
 
 
