@@ -98,7 +98,7 @@ def chosen() -> dict[str, float]:
         if name not in DEFAULTS or not 0 < value < math.inf:
             known = ", ".join(DEFAULTS)
             raise UsageError(
-                f"{VARIABLE}: {item.strip()!r} is no limit; write NAME=NUMBER, NAME one of {known}"
+                f"{VARIABLE}: {item.strip()!r} is not a limit; write NAME=NUMBER with NAME one of {known}"
             )
         found[name] = value
     return found
@@ -109,7 +109,7 @@ def enforce() -> None:
     limits = chosen()
     if "memory" in limits:
         if limits["memory"] < LEAST_MEMORY:
-            raise UsageError(f"{VARIABLE}: {LEAST_MEMORY} MB of memory is the least that the command needs")
+            raise UsageError(f"{VARIABLE}: the command needs at least {LEAST_MEMORY} MB of memory")
         limit_memory(int(limits["memory"] * 1e6))
     if "seconds" in limits:
         limit_time(limits["seconds"])

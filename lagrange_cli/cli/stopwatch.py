@@ -30,10 +30,10 @@ NOTES = {
     "import": "loading Python modules",
     "parse": "reading and checking the system file",
     "derive": "deriving the equations of motion, and writing the program",
-    "compile": "waiting for the compiler, which works while modules are loaded",
+    "compile": "waiting for the compiler, which runs while modules are loaded",
     "cache": "looking for a compiled program, and storing a new one",
-    "integrate": "following the motion",
-    "write": "the HDF5 file",
+    "integrate": "integrating the motion",
+    "write": "writing the HDF5 file",
 }
 
 
@@ -70,7 +70,7 @@ def as_table(seconds: Mapping[str, float], start: float, *, cached: bool) -> str
     """A line for each stage that took place, in seconds; ``start`` is what passed before the first."""
     skipped = {"derive", "compile"} if cached else set()
     notes = NOTES | {"cache": "found the compiled program"} if cached else NOTES
-    rows = [("start", start, "the interpreter and the command line")]
+    rows = [("start", start, "starting Python, reading the command line")]
     rows += [(name, seconds[name], notes[name]) for name in STAGES if name not in skipped]
     rows += [("total", start + seconds["total"], "")]
     names = {"cache": "cache hit"} if cached else {}

@@ -204,7 +204,7 @@ def cache_folder() -> str | None:
 def check_private(status: os.stat_result, kind: Any) -> None:
     """Raise ``Refused`` unless this is of that kind, the user's own, and writable by nobody else."""
     if not kind(status.st_mode):
-        raise Refused("it is of another kind than it should be")
+        raise Refused("it is not a directory or file of the expected kind")
     if hasattr(os, "geteuid"):
         if status.st_uid != os.geteuid():
             raise Refused("it belongs to another user")
