@@ -33,8 +33,9 @@ class Start:
 
     @property
     def replaced(self) -> bool:
-        """Whether an earlier output of this system file is replaced."""
-        return self.target.replaces is not None
+        """Whether an earlier output of this system file is replaced, and not the one that is continued."""
+        continued = self.earlier is not None and self.earlier.part < 0
+        return self.target.replaces is not None and not continued
 
     @property
     def reached(self) -> Any:

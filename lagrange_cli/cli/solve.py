@@ -137,11 +137,11 @@ def solve_system(system: str, request: Request, demand: Demand | None = None) ->
     """Read, derive, compile, integrate and write one system; returns the exit status."""
     began = time.process_time()
     watch = Stopwatch(Waiting(stem(system), quiet=request.quiet))
+    spec, values, settings = read_motion(system, request, watch)
     with watch.stage("import"):
         name = output_name(system, request.output, format=request.format)
         options = {} if demand is None else demand.options_given()
         target = find_output(system, name, request, {"command": "'lagrange solve'", **options})
-    spec, values, settings = read_motion(system, request, watch)
     if request.resume:
         settings = spaced_as_before(target, settings, request)
     made_by = origin(spec, settings, dict(values.parameters), initial_state(values))

@@ -147,9 +147,10 @@ def sweep_system(system: str, request: Request, draws: Draws, threads: int) -> i
             raise UsageError("a sweep is written as HDF5: give --output a name that ends in .h5")
         if request.output == STANDARD_OUTPUT:
             raise UsageError("a sweep cannot be written to standard output: give --output a name")
+    ensemble = read_ensemble(system, request, draws, watch)
+    with watch.stage("import"):
         name = output_name(system, request.output, "_sweep")
         target = find_output(system, name, request, {"command": "'lagrange sweep'", **draws.options_given()})
-    ensemble = read_ensemble(system, request, draws, watch)
     with target.claimed():
         with watch.stage("import"):
             start = take_up(target, made_by(ensemble), request)

@@ -63,7 +63,7 @@ def test_a_finished_run_goes_on_to_the_bytes_of_the_longer_one(system, options, 
     capsys.readouterr()
     assert solve(system, *options, "--stop", later, "--resume") == 0
     said = capsys.readouterr()
-    assert "continued from t = " in said.out and said.err == ""
+    assert "continued from t = " in said.out and "replaced" not in said.out and said.err == ""
     assert content() == expected
     assert solve(system, *options, "--stop", later, "--resume") == 0
     assert "needs nothing more" in capsys.readouterr().out

@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
+import lagrange_cli.cli.solve as solving
 from lagrange_cli.cli.main import main
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
@@ -167,13 +168,38 @@ def test_standard_input_is_a_system_file_too(tmp_path):
     assert (run.returncode, os.listdir(tmp_path)) == (0, ["stdin.h5"])
 
 
-def test_an_existing_output_is_kept_and_reported_before_any_work(tmp_path):
+def test_an_existing_output_is_kept_and_reported_before_any_work(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "pendulum.h5").write_text("precious")
+    monkeypatch.setattr(solving, "prepare_run", None)
+    assert main(["solve", str(PENDULUM)]) == 5
+    said = capsys.readouterr()
+    assert said.out == ""
+    assert said.err == "Error: pendulum.h5 already exists: --force replaces it, --output names another\n"
+    assert (tmp_path / "pendulum.h5").read_text() == "precious"
+
+
+FIRST = {
+    "no such file": (["p.yaml"], 5, "p.yaml: no such file"),
+    "an output": (["p.h5"], 3, "not text"),
+    "a mistake in the file": (["broken.yaml"], 3, "broken.yaml:1:"),
+    "an option": (["pendulum.yaml", "--samples", "0"], 2, "at least 2 samples"),
+    "a name": (["pendulum.yaml", "--set", "nosuch=1"], 2, "nosuch"),
+}
+
+
+@pytest.mark.parametrize(("arguments", "status", "message"), FIRST.values(), ids=FIRST)
+def test_a_mistake_is_said_before_an_existing_output(
+    tmp_path, monkeypatch, capsys, arguments, status, message
+):
+    monkeypatch.chdir(tmp_path)
     (tmp_path / "broken.yaml").write_text("nonsense: [")
-    (tmp_path / "broken.h5").write_text("precious")
-    run = lagrange("solve", "broken.yaml", cwd=tmp_path)
-    assert (run.returncode, run.stdout) == (5, "")
-    assert run.stderr == "Error: broken.h5 already exists: --force replaces it, --output names another\n"
-    assert (tmp_path / "broken.h5").read_text() == "precious"
+    (tmp_path / "pendulum.yaml").write_text(PENDULUM.read_text(encoding="utf-8"))
+    for name in ("p.h5", "broken.h5", "pendulum.h5"):
+        (tmp_path / name).write_bytes(b"\x89HDF precious")
+    assert main(["solve", *arguments]) == status
+    said = capsys.readouterr().err
+    assert message in said and "exists" not in said
 
 
 def test_force_replaces_it_only_by_something_whole(tmp_path):
@@ -216,7 +242,7 @@ BAD = {
     "output in a file": ([PENDULUM, "-o", "empty.yaml/out.h5"], 5, "no directory"),
     "output to a device": ([PENDULUM, "-o", "/dev/null", "--force"], 5, "not a regular file"),
     "output to standard output": ([PENDULUM, "-o", "-"], 2, "standard output"),
-    "output over the input": (["pendulum.yaml", "-o", "pendulum.yaml", "--force"], 2, "system file itself"),
+    "output over the input": (["pendulum.yaml", "-o", "pendulum.yaml", "--format", "hdf5"], 2, "file itself"),
     "one output for two": ([PENDULUM, SYSTEMS / "atwood.yaml", "-o", "x.h5"], 2, "several systems"),
     "two systems with one name": (["pendulum.yaml", PENDULUM], 2, "two of the systems"),
     "set of an unknown name": ([PENDULUM, "--set", "nosuch=1"], 2, "nosuch"),
@@ -234,7 +260,7 @@ BAD = {
     "unknown method": ([PENDULUM, "--method", "rk4"], 2, "taylor"),
     "tolerance out of range": ([PENDULUM, "--tolerance", "7"], 2, "tolerance"),
     "sizes": ([PENDULUM, "--size", "N=3"], 2, "unknown size 'N'; the file has no 'sizes'"),
-    "a wrong size": ([SYSTEMS / "n_pendulum.yaml", "--size", "N=0"], 2, "a size is a whole number greater"),
+    "a wrong size": ([SYSTEMS / "n_pendulum.yaml", "--size", "N=0"], 2, "sizes are whole numbers greater"),
     "another size": ([SYSTEMS / "n_pendulum.yaml", "--size", "M=2"], 2, "unknown size 'M'; known: N"),
     "no size": ([SYSTEMS / "n_pendulum.yaml", "--size", "N"], 2, "as in --size N=50"),
     "no such member": ([SYSTEMS / "n_pendulum.yaml", "--set", "theta[5]=1"], 2, "theta[0] to theta[4]"),
@@ -259,7 +285,8 @@ def test_bad_input_gives_one_clear_message_and_leaves_nothing(tmp_path, argument
 def test_no_permission_to_write_is_said_before_any_work(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # the superuser may write anywhere
-    assert main(["solve", "missing.yaml"]) == 5
+    monkeypatch.setattr(solving, "prepare_run", None)
+    assert main(["solve", str(PENDULUM)]) == 5
     assert "no permission to write" in capsys.readouterr().err
 
 
