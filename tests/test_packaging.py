@@ -79,7 +79,7 @@ def test_readme_has_the_two_lines_that_ci_runs():
     )
     run, test = lines
     assert run.endswith("lagrange solve systems/pendulum.yaml")
-    assert test.endswith("-m pytest -q")
+    assert test.endswith("-m pytest -q -n auto")
     assert "grep '^python3 -m venv ' README.md" in (ROOT / ".ci" / "run").read_text(encoding="utf-8")
 
 
