@@ -1,8 +1,16 @@
-"""The words of the expression language: functions with their arity, constants, reserved names."""
+"""The words of the expression language: operators, functions with their arity, constants, reserved names."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+
+OR, AND, NOT, COMPARISON, SUM, PRODUCT, SIGN, POWER = range(1, 9)
+LEVELS: dict[str, int] = {
+    "or": OR, "and": AND, "==": COMPARISON, "!=": COMPARISON, "<": COMPARISON, "<=": COMPARISON,
+    ">": COMPARISON, ">=": COMPARISON, "+": SUM, "-": SUM, "*": PRODUCT, "/": PRODUCT, "//": PRODUCT,
+    "%": PRODUCT, "**": POWER,
+}  # fmt: skip
+"""The operators, and how tightly each binds, as in Python."""
 
 FUNCTIONS: dict[str, int] = {
     "sin": 1, "cos": 1, "tan": 1, "asin": 1, "acos": 1, "atan": 1, "atan2": 2,

@@ -8,9 +8,10 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from lagrange_cli.expression.confusions import DEGREES, RADIANS, is_unit, quantity
+from lagrange_cli.expression.keys import parse_key
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.numbers import evaluate
-from lagrange_cli.expression.parse import parse_key, read
+from lagrange_cli.expression.parse import read
 from lagrange_cli.expression.syntax import ExpressionError, Key, Number, Span, Tree, Vector, names
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.nodes import Node, Scalar

@@ -8,8 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from lagrange_cli.expression.cursor import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS
+from lagrange_cli.expression.keys import parse_key
 from lagrange_cli.expression.numbers import NumberAlgebra, evaluate
-from lagrange_cli.expression.parse import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS, parse, parse_key, read
+from lagrange_cli.expression.parse import parse, read
 from lagrange_cli.expression.syntax import (
     Binary,
     Call,

@@ -1,0 +1,126 @@
+"""Expressions with commas between them: groups, vectors and arguments, and what closes them."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+
+from lagrange_cli.expression.cursor import SUM_EXAMPLE, Cursor
+from lagrange_cli.expression.scan import Token
+from lagrange_cli.expression.syntax import Number, Span, Tree, Vector
+from lagrange_cli.expression.vocabulary import OR, SUM
+
+_CLOSES = {"(": ")", "[": "]"}
+
+
+class Lists(Cursor, ABC):
+    """Reads groups and lists; the expressions in them are read by a subclass, so that imports go one way."""
+
+    @abstractmethod
+    def expression(self, least: int = SUM) -> Tree:
+        """An expression of operators that bind at least so tightly."""
+
+    @abstractmethod
+    def operand(self) -> Tree:
+        """A number, a name, a call, a group, or one of these with a sign before it."""
+
+    def items(self, closing: str) -> tuple[list[Tree], bool]:
+        """Expressions with commas between them up to ``closing`` or the end, and whether there is a comma."""
+        found: list[Tree] = []
+        comma = False
+        while self.next.kind != "end" and not (closing and self.sees(")", "]")):
+            if self.sees(")", "]"):
+                self.unopened(self.next)
+                self.advance()
+                continue
+            found.append(self.expression(OR))
+            if self.sees(","):
+                comma = True
+                self.advance()
+                if self.sees(","):
+                    self.missing()
+                    self.advance()
+            elif self.next.kind != "end" and not self.sees(")", "]"):
+                self.unexpected(found)
+        if not found and not closing:
+            found.append(self.missing())
+        return found, comma
+
+    def unexpected(self, found: list[Tree]) -> None:
+        """Note a token that cannot stand after an expression, and go past it."""
+        token = self.next
+        if self.sees("="):
+            if self.condition:
+                self.structural(token.span, "'=' does not compare", "write ==")
+            else:
+                left = self.text[: token.span.start - self.offset].strip()
+                hint = f"leave out '{left} ='" if len(left) < 40 else "write only the right-hand side"
+                self.structural(token.span, "'=' is not allowed", hint)
+            del found[-1:]  # the left-hand side says what is meant, not what it is
+        elif token.text == "else":
+            self.refuse(token.span, "'else' is not allowed", "write two sums, each with its own condition")
+        elif token.kind == "word" and token.text in ("for", "in"):
+            self.refuse(token.span, f"'{token.text}' outside a sum", f"as in {SUM_EXAMPLE}")
+        elif token.kind == "word":
+            self.refuse(token.span, "condition outside a sum", f"as in {SUM_EXAMPLE}")
+        elif self.sees("["):
+            after_index = self.last is not None and self.last.text == "]"
+            hint = "an index follows the name of a family, as in theta[i]"
+            if after_index:
+                hint = "write both indices in one pair of brackets, as in u[i, j]"
+            self.refuse(token.span, "misplaced index", hint)
+        elif self.sees("."):
+            self.refuse(token.span, "misplaced '.'", "it follows the name of a vector, as in bead.x")
+        elif token.kind != "stranger":
+            self.structural(
+                token.span, f"unexpected '{token.text}'", "complete the expression, or leave it out"
+            )
+        self.advance()
+
+    def missing(self) -> Tree:
+        """Note that a value is missing, and go on as if there were one."""
+        token, last = self.next, self.last
+        if token.kind == "end" or token.text in (")", "]", ","):
+            where = f"after '{last.text}'" if last else "here"
+            span = last.span if token.kind == "end" and last else token.span
+        else:
+            where, span = f"before '{token.text}'", token.span
+        self.structural(span, f"missing value {where}", "complete the expression")
+        return Number("1", token.span)
+
+    def unopened(self, token: Token) -> None:
+        self.structural(token.span, f"unmatched '{token.text}'", "leave it out, or open it first")
+
+    def close(self, opening: Token) -> None:
+        """Take what closes ``opening``."""
+        closing = _CLOSES[opening.text]
+        if self.next.kind == "end":
+            self.structural(opening.span, f"unclosed '{opening.text}'", f"add a '{closing}'")
+            return
+        if not self.sees(closing):
+            self.unopened(self.next)
+        self.advance()
+
+    def enclosed(self, opening: Token, *, condition: bool = False) -> tuple[list[Tree], bool]:
+        """The expressions in the parentheses or brackets that ``opening`` begins."""
+        self.deeper(opening)
+        around, self.condition = self.condition, condition
+        found = self.items(_CLOSES[opening.text])
+        self.close(opening)
+        self.condition = around
+        self.depth -= 1
+        return found
+
+    def group(self) -> Tree:
+        """What stands in parentheses, or a vector."""
+        opening = self.advance()
+        items, comma = self.enclosed(opening, condition=self.condition)
+        if comma or opening.text == "[" or not items:
+            return self.vector(items, Span(opening.span.start, self.stop))
+        return items[0]
+
+    def vector(self, items: list[Tree], span: Span) -> Tree:
+        if not 1 <= len(items) <= 3:
+            self.error(
+                span, f"a vector of {len(items)} components", "vectors have one to three, as in (x, y, z)"
+            )
+        return Vector(tuple(items), span)

@@ -1,0 +1,150 @@
+"""What operators join: numbers, names with their indices and components, and calls of functions."""
+
+from __future__ import annotations
+
+import re
+
+from lagrange_cli.expression.confusions import FUNCTIONS, NOT_SMOOTH, PRIMES, decimal_comma
+from lagrange_cli.expression.cursor import SUM_EXAMPLE
+from lagrange_cli.expression.near import near_hint, shown
+from lagrange_cli.expression.scan import Token
+from lagrange_cli.expression.sums import Sums
+from lagrange_cli.expression.syntax import Call, Name, Number, Span, Tree, Vector
+from lagrange_cli.expression.vocabulary import CALLABLE, NON_SMOOTH, POWER, SIGN, TIME
+
+
+class Operands(Sums):
+    """Reads numbers, names and calls."""
+
+    def number(self) -> Tree:
+        token = self.advance()
+        if re.fullmatch("0+[1-9][0-9]*", token.text):
+            self.error(
+                token.span, f"the number {token.text} has a leading zero", f"write {token.text.lstrip('0')}"
+            )
+        elif float(token.text) == float("inf"):
+            self.error(token.span, "number too large", "the largest is about 1.8e308")
+            return Number("1", token.span)
+        return Number(token.text, token.span)
+
+    def name(self) -> Tree:
+        token = self.advance()
+        name = self.name_of(token)
+        if self.sees("("):
+            return self.sum(token) if name == "sum" else self.call(token, name)
+        if name in CALLABLE or name == "sum":
+            return self.function_without_parentheses(token, name)
+        if self.next.text in PRIMES and self.next.span.start == token.span.stop:
+            return self.primed(token, name)
+        indices: tuple[Tree, ...] = ()
+        if self.sees("["):
+            indices = self.indices()
+        if not self.sees("."):
+            return Name(name, Span(token.span.start, self.stop), indices)
+        return self.component(token, name, indices)
+
+    def component(self, token: Token, name: str, indices: tuple[Tree, ...]) -> Tree:
+        """A name with a component; there is only one."""
+        parts = []
+        while self.sees("."):
+            dot = self.advance()
+            if self.next.kind != "name":
+                self.refuse(dot.span, "missing component after '.'", "as in bead.x")
+            parts.append(self.name_of(self.advance()))
+        span = Span(token.span.start, self.stop)
+        if self.sees("("):
+            hint = f"write {parts[-1]}(...)" if parts[-1] in CALLABLE else "write * for a product"
+            self.error(span, f"'{name}.{parts[-1]}' is not a function", hint)
+            return Vector(tuple(self.enclosed(self.advance())[0]), span)
+        if self.sees("["):
+            self.indices()
+            span = Span(token.span.start, self.stop)
+            self.error(span, "index after the component", f"write {name}[i].{parts[0]}")
+        elif len(parts) > 1:
+            self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{parts[0]}")
+        return Name(f"{name}.{parts[0]}", span, indices)
+
+    def indices(self) -> tuple[Tree, ...]:
+        """What stands in the brackets behind a name."""
+        opening = self.advance()
+        if self.sees("]"):
+            self.structural(self.next.span, "missing index", "as in theta[0] or theta[i]")
+        return tuple(self.enclosed(opening)[0])
+
+    def primed(self, token: Token, name: str) -> Tree:
+        """``x'``, which is a velocity elsewhere."""
+        count = 0
+        while self.next.text in PRIMES and self.next.span.start == self.stop:
+            count += 2 if self.next.text in '"″' else 1
+            self.place += 1
+        span = Span(token.span.start, self.stop)
+        if count == 1:
+            self.error(span, "a prime is not a derivative", f"write {name}_dot for the velocity of {name}")
+        else:
+            self.error(span, "accelerations cannot be used", "the equations of motion determine them")
+        return Name(name, token.span)
+
+    def function_without_parentheses(self, token: Token, name: str) -> Tree:
+        """``sin x`` or ``sin^2(x)``."""
+        message = f"missing parentheses after '{name}'"
+        if self.sees("**") and name in CALLABLE:
+            self.place += 1
+            exponent = self.next.text
+            self.expression(POWER + 1) if self.next.kind == "number" else self.operand()
+            self.error(Span(token.span.start, self.stop), message, f"write {name}(x)**{exponent}")
+        elif self.next.kind in ("number", "name"):
+            argument = self.next
+            self.error(Span(token.span.start, argument.span.stop), message, f"write {name}({argument.text})")
+        else:
+            self.error(token.span, message, f"write {name}(...)")
+            return Number("1", token.span)
+        return (
+            Vector((self.expression(SIGN),), token.span)
+            if self.next.kind != "end"
+            else Number("1", token.span)
+        )
+
+    def call(self, token: Token, name: str) -> Tree:
+        was_lost = self.lost
+        arguments, _ = self.enclosed(self.advance())
+        span = Span(token.span.start, self.stop)
+        if name in NON_SMOOTH or name.lower() in NOT_SMOOTH or name.lower() in NON_SMOOTH:
+            self.error(
+                token.span,
+                f"'{name}' is not supported yet: it is not smooth",
+                "use a smooth function, such as tanh(x/eps) or sqrt(x**2 + eps**2)",
+            )
+        elif name == "range":
+            self.error(token.span, "'range' outside a loop", f"as in {SUM_EXAMPLE}")
+        elif name not in CALLABLE and len(arguments) == 1 and isinstance(arguments[0], Name):
+            argument = arguments[0].identifier
+            if argument == TIME and name.lower() not in FUNCTIONS:
+                self.error(
+                    span, f"unknown function {shown(name)}", f"write {name}: coordinates have no '(t)'"
+                )
+                return Name(name, token.span)
+            self.error(token.span, f"unknown function {shown(name)}", _function_hint(name, argument))
+        elif name not in CALLABLE:
+            self.error(token.span, f"unknown function {shown(name)}", _function_hint(name))
+        elif len(arguments) != CALLABLE[name] and self.lost == was_lost:
+            self.error(span, *_wrong_count(name, arguments, self.text, self.offset))
+        return Call(name, tuple(arguments), span)
+
+
+def _wrong_count(name: str, arguments: list[Tree], text: str, offset: int) -> tuple[str, str]:
+    """What is said of a function with too many or too few arguments."""
+    due = CALLABLE[name]
+    message = f"wrong number of arguments for '{name}': {len(arguments)} instead of {due}"
+    if due == 1 and len(arguments) == 2 and all(isinstance(one, Number) for one in arguments):
+        written = text[arguments[0].span.start - offset : arguments[1].span.stop - offset]
+        if decimal_comma(written):
+            return message, f"write {name}({decimal_comma(written)}), with a decimal point"
+    return message, f"write {name}({', '.join('xyz'[:due])})"
+
+
+def _function_hint(function: str, argument: str = "") -> str:
+    meant = FUNCTIONS.get(function) or FUNCTIONS.get(function.lower())
+    if meant:
+        return f"write {meant}"
+    product = f"{function}*{argument}" if argument else f"{function}*(...)"
+    return near_hint(function, CALLABLE) or f"write {product} for a product"
