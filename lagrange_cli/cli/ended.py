@@ -170,4 +170,4 @@ def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) ->
         name = max(momenta, key=lambda one: momenta[one])
         drifts[f"largest of {len(momenta)} momenta, {name}"] = momenta[name]
     shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items())
-    return f"drift: {shown or 'not computed, as no conserved quantity is written'}"
+    return f"drift: {shown or 'not computed, as nothing that is written is conserved'}"

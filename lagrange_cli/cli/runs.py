@@ -223,10 +223,9 @@ def find_output(system: str, name: str, request: Request, options: Mapping[str, 
     if system != STANDARD_INPUT:
         given = {**options, **request.options_given()}
         made_by = Origin(os.path.realpath(system), given, time.monotonic(), request.cache)
-    target = find_target(name, force=request.force, resume=request.resume, origin=made_by)
-    if target.path.exists() and Path(system).exists() and target.path.samefile(system):
+    if Path(name).is_file() and Path(system).is_file() and Path(name).samefile(system):
         raise UsageError(f"{name} is the system file itself: give --output another name")
-    return target
+    return find_target(name, force=request.force, resume=request.resume, origin=made_by)
 
 
 def prepare_run(
