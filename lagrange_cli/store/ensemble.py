@@ -165,6 +165,7 @@ class EnsembleWriter(Output):
 
     def write_texts(self, path: str, long_name: str, texts: Sequence[str], chosen: NDArray[np.int8]) -> None:
         """Add a dataset of text: for each member the one of ``texts`` that ``chosen`` (members,) says."""
+        self.file.flush()  # what HDF5 frees from here on has been written by now, checkpoints or not
         used = np.unique(chosen)
         rows = np.array([text.encode() if i in used else b"" for i, text in enumerate(texts)])
         series = Series(path, long_name=long_name, sampled=False, kind=rows.dtype.str)

@@ -220,6 +220,30 @@ def test_checkpoints_change_no_byte_and_leave_nothing(folder):
     assert os.listdir(folder) == []
 
 
+@pytest.mark.parametrize(
+    "options", [("--over", "theta1=1:2:30"), ("--random", "theta1=normal(2,1)", "--members", "30")]
+)
+def test_checkpoints_change_no_byte_of_a_sweep(folder, options):
+    """Nor do they show in space that HDF5 has freed, whatever was written there before."""
+    contents = []
+    for often in ("1", "7", "1000"):
+        sweep = [
+            "sweep",
+            DOUBLE,
+            *options,
+            "--stop",
+            "20",
+            "-o",
+            "out.h5",
+            "--force",
+            "--checkpoint-count",
+            often,
+        ]
+        assert main(sweep) == 0
+        contents.append((folder / "out.h5").read_bytes())
+    assert contents[0] == contents[1] == contents[2]
+
+
 def test_a_short_run_writes_no_checkpoint(folder, monkeypatch):
     monkeypatch.setattr(Output, "keep", None)
     assert solve(str(SYSTEMS / "pendulum.yaml")) == 0
@@ -376,7 +400,7 @@ def test_another_file_of_the_same_name_is_not_continued(folder, capsys):
         file["t"] = np.arange(3.0)
     (folder / "other.h5").replace("out.h5")
     assert solve(*RUN, "--resume") == 5
-    assert "no output of lagrange" in capsys.readouterr().err
+    assert "not an output of lagrange" in capsys.readouterr().err
 
 
 def test_resume_and_force_contradict_each_other(folder, capsys):
