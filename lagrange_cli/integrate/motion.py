@@ -58,7 +58,7 @@ class Keeper:
 
     ``due`` is asked several times a second, with the steps taken; where it says so, all samples before it
     are handed over, and ``keep`` is given a snapshot. ``ends`` is given the one that a longer motion can go
-    on from, if there is one, when all samples but the last are handed over.
+    on from, if there is one, when the samples up to it are handed over.
     """
 
     begin: Snapshot | None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from numpy.typing import NDArray
 
 from lagrange_cli.integrate.better import Better
 from lagrange_cli.integrate.ending import Ending
@@ -81,11 +82,14 @@ class TaylorMethod:
             first += done
             samples = stepper.samples[:, :done]
             if before_end and stop is Stop.SAMPLES:
-                accept(wanted[:-1], samples[:, :-1])
-                if keeper.ends is not None and not stepper.limited:
-                    keeper.ends(stepper.snapshot(first - 1))
-                wanted, samples, done = wanted[-1:], samples[:, -1:], 1
-                stop, _ = stepper.fill(wanted[1:], True, pause)
+                kept = int(np.count_nonzero(stepper.passed(wanted)))
+                accept(wanted[:kept], samples[:, :kept])
+                begin = first - done
+                known = kept > 0 or begin == 0 or bool(stepper.passed(times.chunk(begin - 1, 1))[0])
+                if keeper.ends is not None and known and not stepper.limited:
+                    keeper.ends(stepper.snapshot(begin + kept))
+                wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
+                stop, _ = stepper.fill(wanted[done:], True, pause)
             accept(wanted[:done], samples)
             if stop is Stop.NOT_FINITE and stepper.finite():
                 stop = (
@@ -162,6 +166,10 @@ class Stepper:
     def t(self) -> float:
         """The time reached."""
         return float(self._memory[self._clock])
+
+    def passed(self, times: Array) -> NDArray[np.bool_]:
+        """Which of some instants are not after the time reached."""
+        return np.asarray(times - self.t - self._memory[self._clock + 1] <= 0)
 
     @property
     def state(self) -> Array:

@@ -52,6 +52,12 @@ LONGER = {
     "a series without end": (ATWOOD, ["--step", "0.1"], "1", "2"),
     "no series goes on": ("free.yaml", ["--step", "0.1"], "1.3", "30"),
     "kinks": ("kink.yaml", ["--step", "0.1"], "1.3", "30"),
+    "a kink in the step over the end": (
+        "kink.yaml",
+        ["--step", "0.01", "--tolerance", "1e-8"],
+        "-19.8713669184668",
+        "-39.320969027292406",
+    ),
     "a wall ahead": ("wall.yaml", ["--step", "0.1"], "1.3", "30"),
 }
 
