@@ -25,6 +25,7 @@ SYSTEMS = {
     "charged_particle": 25.0,
 }
 """What is followed, and for how long; cyclic coordinates, explicit time and a family among them."""
+BACKWARD = SYSTEMS | {"driven_damped_pendulum": 3.0}  # what damping takes grows by exp(1.6 t) backward
 OUTPUTS = ("q", "v", "p", "h", "ledger", "action")
 
 
@@ -32,7 +33,7 @@ class Run:
     """A motion that is followed bit by bit: each time until it has been asked ``looks`` times to stop."""
 
     def __init__(self, system: str, samples: int, looks: int, size: int = 65536, sense: int = 1) -> None:
-        values, stop = values_of(system), sense * SYSTEMS[system]
+        values, stop = values_of(system), SYSTEMS[system] if sense > 0 else -BACKWARD[system]
         ready = prepared(system, outputs=OUTPUTS, backward=sense < 0)
         times = Times(0.0, stop, samples, stop / (samples - 1))
         self.series: dict[str, list[np.ndarray]] = {}
