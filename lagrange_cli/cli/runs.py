@@ -223,7 +223,7 @@ def find_output(system: str, name: str, request: Request, options: Mapping[str, 
     if system != STANDARD_INPUT:
         given = {**options, **request.options_given()}
         made_by = Origin(os.path.realpath(system), given, time.monotonic(), request.cache)
-    if Path(name).is_file() and Path(system).is_file() and Path(name).samefile(system):
+    if os.path.isfile(name) and os.path.isfile(system) and os.path.samefile(name, system):
         raise UsageError(f"{name} is the system file itself: give --output another name")
     return find_target(name, force=request.force, resume=request.resume, origin=made_by)
 

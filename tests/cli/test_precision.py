@@ -73,7 +73,7 @@ def test_what_is_refused(folder, options, message, capsys):
 
 
 def test_what_it_costs_is_one_figure():
-    cost = f"{DOUBLE_DOUBLE_COST} times the time"
+    cost = f"{DOUBLE_DOUBLE_COST} times"
     assert cost in " ".join(next(p.help for p in solving.solve.params if p.name == "precision").split())
     pages = [ROOT / "README.md", *ROOT.glob("docs/*.md")]
     said = {
