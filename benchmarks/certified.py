@@ -26,12 +26,12 @@ from benchmarks.uncertain import SYSTEMS
 from lagrange_cli.cli.certifying import DIGITS, companion_settings
 from lagrange_cli.cli.settings import resolve_settings
 from lagrange_cli.cli.source import derive_system, read_system
-from lagrange_cli.integrate.certificate import FOLDER, Certificate
-from lagrange_cli.integrate.methods import DOUBLE_DOUBLE
+from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate
+from lagrange_cli.integrate.methods.names import DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import Outcome, Times, integrate
-from lagrange_cli.integrate.twofold import LOW
+from lagrange_cli.integrate.samples import LOW
 from lagrange_cli.records import replace
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults

@@ -12,10 +12,10 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from lagrange_cli.native.arithmetic import kind, suffix
-from lagrange_cli.native.compiler import compile_text
-from lagrange_cli.native.elementary import FUNCTIONS
-from lagrange_cli.native.emitter import Emitter, Operand
+from lagrange_cli.native.compilation.llvm import compile_text
+from lagrange_cli.native.functions.elementary import FUNCTIONS
+from lagrange_cli.native.numbers.double import Emitter, Operand
+from lagrange_cli.native.numbers.vector import kind, suffix
 from tests.native.calls import compiled, looped, text
 
 COUNT, RUNS = 800, 400

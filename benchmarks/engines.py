@@ -42,9 +42,9 @@ def lagrange(problem: Problem, *, tolerance: float | None = None) -> Engine:
     Preparing reads the system file, derives and compiles; a run is all of ``integrate``, its samples
     and diagnostics included.
     """
-    import lagrange_cli.integrate.taylor
-    import lagrange_cli.integrate.writing
-    import lagrange_cli.native.compiler  # noqa: F401 - what prepare would import
+    import lagrange_cli.integrate.methods.taylor
+    import lagrange_cli.integrate.program
+    import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
     from lagrange_cli.cli.settings import DEFAULT_OUTPUTS, FULL_PRECISION
     from lagrange_cli.expression.graph import GraphAlgebra
     from lagrange_cli.integrate.prepare import prepare

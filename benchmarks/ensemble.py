@@ -70,9 +70,9 @@ def measured(prepare: float, follow: Callable[[Array], tuple[Array, float]], mem
 
 def lagrange(threads: int, members: int) -> Measurement:
     """This project, as ``lagrange sweep`` uses it, without reading and writing files."""
-    import lagrange_cli.native.compiler  # noqa: F401 - what prepare would import
+    import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
     from lagrange_cli.expression.graph import GraphAlgebra
-    from lagrange_cli.integrate.ensemble import Batch, Starts, ensemble_method
+    from lagrange_cli.integrate.ensemble.method import Batch, Starts, ensemble_method
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.mechanics.derive import derive

@@ -13,9 +13,9 @@ from benchmarks.motions import Functions, System
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.cli.settings import DEFAULT_OUTPUTS
 from lagrange_cli.cli.shipped import text
-from lagrange_cli.contest.following import Followed, follow
-from lagrange_cli.contest.reference import TOLERANCES, Reference, find_reference
 from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.work_precision.reference import TOLERANCES, Reference, find_reference
+from lagrange_cli.work_precision.trajectory import Followed, follow
 
 Array = NDArray[np.float64]
 SAMPLES = 101

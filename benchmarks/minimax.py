@@ -1,4 +1,4 @@
-"""The coefficients of the elementary functions' polynomials (lagrange_cli/native/elementary.py).
+"""The coefficients of the elementary functions' polynomials (lagrange_cli/native/functions/elementary.py).
 
 Each is the polynomial whose largest weighted error is smallest (E. Ya. Remez, C. R. Acad. Sci. Paris 199,
 1934), with its lowest coefficients rounded to doubles one after the other, each time with the

@@ -18,12 +18,12 @@ import numpy as np
 from benchmarks.benchmark import Benchmark
 from benchmarks.report import ROOT, Report, Requirement, markdown_table
 from lagrange_cli.cli.source import derive_system, read_system
-from lagrange_cli.integrate.taylor import TaylorMethod
+from lagrange_cli.integrate.methods.taylor import TaylorMethod
+from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.integrate.writing import write_run
-from lagrange_cli.native import compiler
-from lagrange_cli.native.machine import compile_program
-from lagrange_cli.native.portable import portable
+from lagrange_cli.native.compilation import llvm as compiler
+from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.functions.portable import portable
 from lagrange_cli.records import replace
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 

@@ -18,8 +18,8 @@ from benchmarks.followers import Heyoka, Ours, Rebound, Run, Scipy, energy_of
 from benchmarks.motions import SYSTEMS, System
 from benchmarks.report import ROOT, Report, markdown_table
 from benchmarks.turns import in_turns, timed
-from lagrange_cli.contest.picture import Curve, Picture, Point, check_picture, write_picture
-from lagrange_cli.contest.reference import Reference
+from lagrange_cli.work_precision.figure import Curve, Picture, Point, check_picture, write_picture
+from lagrange_cli.work_precision.reference import Reference
 
 FIGURES = ROOT / "docs" / "figures"
 TAYLOR = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14, 2.0**-52)

@@ -186,7 +186,7 @@ def fuzz(findings: Path, corpus: list[str], seed: int, seconds: int) -> None:
         import lagrange_cli
 
         for module in pkgutil.walk_packages(lagrange_cli.__path__, "lagrange_cli."):
-            if not module.name.startswith(("lagrange_cli.contest", "lagrange_cli.__main__")):
+            if not module.name.startswith(("lagrange_cli.work_precision", "lagrange_cli.__main__")):
                 importlib.import_module(module.name)
     count = long = 0
 

@@ -20,11 +20,11 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import Outcome, Times, integrate
 from lagrange_cli.mechanics.derive import derive, formulations
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.series import SeriesProgram
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.program import Program
 from lagrange_cli.records import replace
+from lagrange_cli.series.program import SeriesProgram
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values

@@ -24,18 +24,18 @@ from lagrange_cli.cli.settings import (
 from lagrange_cli.cli.source import derive_system, read_bytes, read_run
 from lagrange_cli.cli.times import with_times
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods.names import IMPLICIT, TAYLOR
 from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.standings import Standings
-    from lagrange_cli.contest.contest import Contender, Result, Rules
-    from lagrange_cli.contest.following import Followed
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
+    from lagrange_cli.work_precision.measure import Contender, Result, Rules
+    from lagrange_cli.work_precision.trajectory import Followed
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MOST_WITH_JACOBIAN = 32
@@ -140,12 +140,12 @@ def bench(
     if not SMALLEST_ERROR <= wanted <= LARGEST_ERROR:
         raise UsageError(f"--error must be from {SMALLEST_ERROR:g} to {LARGEST_ERROR:g}, not {wanted:g}")
     if plot is not None:
-        from lagrange_cli.contest.picture import check_picture, write_picture
+        from lagrange_cli.work_precision.figure import check_picture, write_picture
 
         check_picture(plot)
 
-    from lagrange_cli.contest.contest import Rules
     from lagrange_cli.spec.values import resolve_values
+    from lagrange_cli.work_precision.measure import Rules
 
     waiting = Waiting(stem(system), quiet=quiet)
     with waiting.stage("reading the system file"):
@@ -211,10 +211,10 @@ def compete(
 ) -> Standings:
     """Find the reference, and measure every contender against it."""
     from lagrange_cli.cli.standings import Standings
-    from lagrange_cli.contest.contest import hold
-    from lagrange_cli.contest.following import SAMPLES, follow
-    from lagrange_cli.contest.reference import TOLERANCES as OF_REFERENCE
-    from lagrange_cli.contest.reference import find_reference
+    from lagrange_cli.work_precision.measure import hold
+    from lagrange_cli.work_precision.reference import TOLERANCES as OF_REFERENCE
+    from lagrange_cli.work_precision.reference import find_reference
+    from lagrange_cli.work_precision.trajectory import SAMPLES, follow
 
     times = {} if stop is None else {"stop": stop}
     settings = resolve_settings(

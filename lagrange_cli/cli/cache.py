@@ -8,7 +8,7 @@ import click
 
 from lagrange_cli.cli.report import count_of, emit, emit_json
 from lagrange_cli.errors import FileError
-from lagrange_cli.native.cache import LARGEST, SWITCH, Cache, cache_folder, switched_off
+from lagrange_cli.native.compilation.cache import LARGEST, SWITCH, Cache, cache_folder, switched_off
 
 MEBIBYTE = 2**20
 

@@ -17,7 +17,7 @@ from lagrange_cli.records import dataclass, replace
 if TYPE_CHECKING:
     from lagrange_cli.cli.runs import Request
     from lagrange_cli.cli.settings import Settings
-    from lagrange_cli.integrate.certificate import Certificate
+    from lagrange_cli.integrate.certify.certificate import Certificate
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.run import Outcome, Times
     from lagrange_cli.spec.values import Values
@@ -108,7 +108,7 @@ def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:
 
 def series_of_errors(plain: tuple[Series, ...], companion: tuple[Series, ...]) -> tuple[Series, ...]:
     """The datasets of a run that is certified: its own, then the error of each that the companion has."""
-    from lagrange_cli.integrate.certificate import FOLDER
+    from lagrange_cli.integrate.certify.certificate import FOLDER
 
     return (
         *plain,
@@ -125,7 +125,7 @@ def certificate_of(
     """The certificate asked for, if one is."""
     if demand is None:
         return nullcontext()
-    from lagrange_cli.integrate.certificate import Certificate
+    from lagrange_cli.integrate.certify.certificate import Certificate
 
     return Certificate(companions, values, times, demand.digits, demand.target)
 

@@ -58,7 +58,7 @@ def check_system(
 ) -> int:
     """Check one system; returns the exit status."""
     from lagrange_cli.cli.source import derive_system, read_bytes, read_run
-    from lagrange_cli.mechanics.skipped import engine, skipped
+    from lagrange_cli.mechanics.omitted_work import engine, skipped
     from lagrange_cli.spec.values import resolve_values
 
     waiting = Waiting(stem(system), quiet=quiet)

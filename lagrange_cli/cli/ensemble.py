@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.resuming import Start
     from lagrange_cli.cli.settings import Settings
     from lagrange_cli.cli.stopwatch import Stopwatch
-    from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
+    from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
@@ -39,8 +39,8 @@ class Ensemble:
 def series(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> tuple[Series, ...]:
     """The datasets of the ensemble, in the file's order."""
     from lagrange_cli.expression.vocabulary import family_name
-    from lagrange_cli.integrate.ensemble_outcome import STATUS
-    from lagrange_cli.integrate.members import drift_path
+    from lagrange_cli.integrate.ensemble.datasets import drift_path
+    from lagrange_cli.integrate.ensemble.outcome import STATUS
     from lagrange_cli.records import replace
     from lagrange_cli.store.layout import Series
 

@@ -159,7 +159,7 @@ def comment(format_: str) -> str:
 def verify_system(spec: Spec, derived: Equations, overrides: dict[str, str]) -> Verification:
     """Hold the printed equations against the compiled ones; only this needs the compiler."""
     from lagrange_cli.cli.source import derive_system
-    from lagrange_cli.integrate.compiled import compiled_values
+    from lagrange_cli.integrate.single_state import compiled_values
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.verify import verify
 

@@ -56,7 +56,7 @@ class Start:
 def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
     """All that the bytes of an output depend on: the attributes that say what made it, and the machine (where
     the run is no portable one)."""
-    from lagrange_cli.native.identity import machine
+    from lagrange_cli.native.compilation.fingerprint import machine
 
     return {**made_by, **({} if "portable" in made_by else {"machine": machine()})}
 

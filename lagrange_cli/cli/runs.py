@@ -27,7 +27,7 @@ from lagrange_cli.cli.settings import (
 from lagrange_cli.cli.source import derive_system, located
 from lagrange_cli.cli.times import TIMES, with_times
 from lagrange_cli.errors import MotionError, UsageError
-from lagrange_cli.integrate.methods import DOUBLE
+from lagrange_cli.integrate.methods.names import DOUBLE
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import SolveDefaults, has_units
 
@@ -242,7 +242,7 @@ def prepare_run(
     loads what it needs from there on."""
     with watch.stage("import"):
         from lagrange_cli.integrate.prepare import prepare_system
-        from lagrange_cli.native.cache import find_cache
+        from lagrange_cli.native.compilation.cache import find_cache
     with located(spec):
         return prepare_system(
             spec,
@@ -287,7 +287,7 @@ def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...
         if dataset.path != "t"
     ]
     if prepared.machine.program.parts > 1:
-        from lagrange_cli.integrate.twofold import LOW
+        from lagrange_cli.integrate.samples import LOW
 
         text = "low part of {}, to be added to /{}"
         found += [

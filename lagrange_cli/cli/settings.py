@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.integrate.methods import DOUBLE
+from lagrange_cli.integrate.methods.names import DOUBLE
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 

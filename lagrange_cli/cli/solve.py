@@ -42,15 +42,15 @@ from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.cli.tabulating import check_table, tabulate
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
+from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.integrate.checkpoint import Progress
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.progress import Progress
     from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.spec.spec import Spec
@@ -222,8 +222,8 @@ def prepare_all(
 
 def import_the_rest(form: str) -> None:
     """Load what the run needs from here on; numpy and h5py are the most of it."""
+    import lagrange_cli.integrate.methods.taylor
     import lagrange_cli.integrate.run
-    import lagrange_cli.integrate.taylor
 
     if form == HDF5:
         import lagrange_cli.store.writer  # noqa: F401
@@ -273,7 +273,7 @@ def record(
     companions: Sequence[Prepared],
 ) -> Outcome:
     """Integrate into an HDF5 file, with checkpoints."""
-    from lagrange_cli.integrate.progress import Clock, Keeping
+    from lagrange_cli.integrate.checkpoint import Clock, Keeping
     from lagrange_cli.integrate.run import integrate
     from lagrange_cli.store.writer import Writer
 
@@ -324,7 +324,7 @@ def record(
 
 def replay(earlier: Earlier, writer: Writer, prepared: Prepared, times: Times, rows: int) -> Progress:
     """Append the samples of an earlier run, in chunks of ``rows``, and say how far it had come."""
-    from lagrange_cli.integrate.progress import Progress
+    from lagrange_cli.integrate.checkpoint import Progress
     from lagrange_cli.store.checkpoint import damaged
 
     checkpoint, program = earlier.checkpoint, prepared.machine.program

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.report import count_of
-from lagrange_cli.contest.choice import choose
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.records import dataclass, fields_of
+from lagrange_cli.work_precision.recommend import choose
 
 if TYPE_CHECKING:
-    from lagrange_cli.contest.contest import Result
-    from lagrange_cli.contest.picture import Picture
-    from lagrange_cli.contest.reference import Reference
+    from lagrange_cli.work_precision.figure import Picture
+    from lagrange_cli.work_precision.measure import Result
+    from lagrange_cli.work_precision.reference import Reference
 
 HEADER = ("method", "tolerance", "steps", "evaluations", "ms", "error", "drift of h")
 
@@ -114,7 +114,7 @@ def as_row(result: Result) -> dict[str, Any]:
 
 def curves_of(standings: Standings) -> Picture:
     """The curves of the methods, as far as they have figures."""
-    from lagrange_cli.contest.picture import Curve, Picture, Point
+    from lagrange_cli.work_precision.figure import Curve, Picture, Point
 
     def point(result: Result) -> Point:
         return Point(result.error or 0.0, result.seconds or 0.0, result.bounded)

@@ -44,8 +44,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.cli.members import Draws
-    from lagrange_cli.integrate.ensemble_outcome import EnsembleOutcome
-    from lagrange_cli.integrate.motion import Method
+    from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+    from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.store.checkpoint import Checkpoint
@@ -205,8 +205,8 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
 
 def import_the_rest() -> None:
     """Load what the run needs from here on."""
-    import lagrange_cli.integrate.lanes
-    import lagrange_cli.integrate.members
+    import lagrange_cli.integrate.ensemble.datasets
+    import lagrange_cli.integrate.ensemble.lanes
     import lagrange_cli.store.ensemble  # noqa: F401
 
 
@@ -231,11 +231,11 @@ def follow_and_write(
     request: Request,
 ) -> EnsembleOutcome:
     """Follow all members into the output file, whatever way they end."""
+    from lagrange_cli.integrate.checkpoint import Clock, Keeping
     from lagrange_cli.integrate.ending import Ending
-    from lagrange_cli.integrate.ensemble import ensemble_method
-    from lagrange_cli.integrate.ensemble_outcome import UNFINISHED, EnsembleOutcome
-    from lagrange_cli.integrate.members import follow_ensemble
-    from lagrange_cli.integrate.progress import Clock, Keeping
+    from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
+    from lagrange_cli.integrate.ensemble.method import ensemble_method
+    from lagrange_cli.integrate.ensemble.outcome import UNFINISHED, EnsembleOutcome
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.progress import Progress
+    from lagrange_cli.integrate.checkpoint import Progress
 
 
 class Ending(Enum):

@@ -7,12 +7,10 @@ from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.integrate.alongside import alongside
-from lagrange_cli.integrate.methods import DOUBLE, IMPLICIT, TAYLOR
+from lagrange_cli.integrate.background import alongside
+from lagrange_cli.integrate.methods.names import DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.integrate.recording import Recording
-from lagrange_cli.native.interface import Interface
-from lagrange_cli.native.machine import (
+from lagrange_cli.native.compilation.machine import (
     FULL,
     Machine,
     compile_object,
@@ -20,13 +18,15 @@ from lagrange_cli.native.machine import (
     load_machine,
     worth_improving,
 )
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.outputs.recording import Recording
 from lagrange_cli.records import replace
 from lagrange_cli.spec.structure import structure
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.motion import Method
+    from lagrange_cli.integrate.method import Method
     from lagrange_cli.mechanics.residual import Residual
-    from lagrange_cli.native.cache import Cache
+    from lagrange_cli.native.compilation.cache import Cache
     from lagrange_cli.native.program import Program
     from lagrange_cli.spec.spec import Spec
 
@@ -59,7 +59,7 @@ def prepare(
     What is prepared for an ``ensemble`` is for ``integrate.ensemble`` alone; for ``order`` see ``write_run``.
     Motions that end before they start need it prepared ``backward``.
     """
-    from lagrange_cli.integrate.writing import write_run
+    from lagrange_cli.integrate.program import write_run
 
     program, recording = write_run(
         residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble, order=order,
@@ -97,7 +97,7 @@ def prepare_system(
             meanwhile()
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
-        from lagrange_cli.integrate.writing import write_run
+        from lagrange_cli.integrate.program import write_run
 
         with stage("derive"):
             residual = derive(spec)
@@ -107,7 +107,7 @@ def prepare_system(
                 precision=precision, order=order, backward=backward,
             )  # fmt: skip
             if portable:
-                from lagrange_cli.native.portable import portable as made_portable
+                from lagrange_cli.native.functions.portable import portable as made_portable
 
                 program = replace(program, text=made_portable(program.text))
         return program, recording
@@ -130,7 +130,7 @@ def prepare_system(
             machine, recording, level = load_machine(code, kept[0]), kept[1], kept[3]
     if kept is None:
         with stage("import"):
-            import lagrange_cli.integrate.writing  # noqa: F401
+            import lagrange_cli.integrate.program  # noqa: F401
         program, recording = write(stage)
         level = first_level(program)
         with stage("compile"):
@@ -165,15 +165,15 @@ def follower(
     """The method of that name on equations compiled for it; ``improve`` makes better code for a long run, if
     any."""
     if backward:
-        from lagrange_cli.integrate.backward import Backward
+        from lagrange_cli.integrate.methods.backward import Backward
 
         return Backward(follower(machine, method, tolerance, improve), machine.program)
     if method == TAYLOR:
-        from lagrange_cli.integrate.better import Better
-        from lagrange_cli.integrate.taylor import TaylorMethod
+        from lagrange_cli.integrate.methods.recompilation import Better
+        from lagrange_cli.integrate.methods.taylor import TaylorMethod
 
         return TaylorMethod(machine, None if improve is None else Better(improve))
-    from lagrange_cli.integrate.scipy_methods import ScipyMethod
+    from lagrange_cli.integrate.methods.scipy import ScipyMethod
 
     return ScipyMethod(machine, method, tolerance)
 
@@ -194,7 +194,7 @@ def key_of(
 
     It holds no number of a run: neither parameters nor the initial state are part of a program.
     """
-    from lagrange_cli.native.identity import identity
+    from lagrange_cli.native.compilation.fingerprint import identity
 
     try:
         made_by = identity()

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from lagrange_cli.integrate.recording import Dataset, Recording
+from lagrange_cli.outputs.recording import Dataset, Recording
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.motion import Method
-    from lagrange_cli.native.machine import Machine
+    from lagrange_cli.integrate.method import Method
+    from lagrange_cli.native.compilation.machine import Machine
 
 
 @dataclass(frozen=True)

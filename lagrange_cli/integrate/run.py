@@ -9,16 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.integrate.alongside import Behind
+from lagrange_cli.integrate.background import Behind
+from lagrange_cli.integrate.checkpoint import Keeping, Progress
 from lagrange_cli.integrate.ending import Ending, Outcome, State
-from lagrange_cli.integrate.motion import Array, End, Keeper, Snapshot, aligned
+from lagrange_cli.integrate.method import Array, End, Keeper, Snapshot, aligned
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.integrate.progress import Keeping, Progress
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.certificate import Certificate
+    from lagrange_cli.integrate.certify.certificate import Certificate
     from lagrange_cli.spec.values import Values
 
 __all__ = ["Ending", "Outcome", "Prepared", "Times", "integrate"]
@@ -115,7 +115,7 @@ def samples_of(prepared: Prepared) -> type[Samples]:
     """What makes datasets of numbers of that many parts."""
     if prepared.machine.program.parts == 1:
         return Samples
-    from lagrange_cli.integrate.twofold import TwofoldSamples
+    from lagrange_cli.integrate.samples import TwofoldSamples
 
     return TwofoldSamples
 

@@ -20,12 +20,12 @@ from lagrange_cli.expression.graph import MAX_NODES, Graph, Node, bits
 from lagrange_cli.mechanics.conservation import Conserved, conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate
-from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.routh import routh
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
+from lagrange_cli.series.lowering import lower
 
 T = TypeVar("T")
 

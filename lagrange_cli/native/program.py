@@ -6,22 +6,22 @@ import math
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.graph import Node
-from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.series import SeriesProgram
-from lagrange_cli.native.definite import definite
-from lagrange_cli.native.definite_solve import solve_definite
-from lagrange_cli.native.emitter import Emitter, Value, literal, operand
-from lagrange_cli.native.expansion import Expansion
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
-from lagrange_cli.native.jet import write_jet
-from lagrange_cli.native.layout import arrange
-from lagrange_cli.native.scalars import DECLARATIONS, Constants, emit_prepare, emit_values
-from lagrange_cli.native.stage import reciprocal_rest
-from lagrange_cli.native.stepper import stepper
-from lagrange_cli.native.template import fill_in
-from lagrange_cli.native.watch import watched_nodes
+from lagrange_cli.native.linear.cholesky import definite
+from lagrange_cli.native.linear.triangular import solve_definite
+from lagrange_cli.native.llvm.template import fill_in
+from lagrange_cli.native.numbers.double import Emitter, Value, literal, operand
+from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, Constants, emit_prepare, emit_values
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.jet import write_jet
+from lagrange_cli.native.recurrences.layout import arrange
+from lagrange_cli.native.recurrences.stage import reciprocal_rest
+from lagrange_cli.native.stepping.advance import stepper
+from lagrange_cli.native.stepping.detection import watched_nodes
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.series.lowering import lower
+from lagrange_cli.series.program import SeriesProgram
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from lagrange_cli.native.cache import Cache, find_cache
+from lagrange_cli.native.compilation.cache import Cache, find_cache
 from lagrange_cli.records import dataclass, replace
 
 SUFFIX = ".note"

@@ -13,7 +13,7 @@ from pathlib import Path
 import h5py
 
 from lagrange_cli.cli.main import main
-from lagrange_cli.native import compiler
+from lagrange_cli.native.compilation import llvm as compiler
 from tests.cli.command import SYSTEMS
 
 FUNCTIONS = """

@@ -8,9 +8,9 @@ import pytest
 from lagrange_cli.cli import bench as module
 from lagrange_cli.cli.main import main
 from lagrange_cli.cli.settings import FULL_PRECISION, METHODS
-from lagrange_cli.contest import contest
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.native.program import order_for
+from lagrange_cli.work_precision import measure as contest
 from tests.cli.command import SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")

@@ -17,7 +17,7 @@ from lagrange_cli.cli import solve as solving
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
 from lagrange_cli.cli.source import derive_system
-from lagrange_cli.native import identity
+from lagrange_cli.native.compilation import fingerprint as identity
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 from tests.cli.command import SYSTEMS

@@ -9,7 +9,7 @@ import pytest
 from lagrange_cli.cli import solve as solving
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
-from lagrange_cli.integrate.methods import DOUBLE_DOUBLE_COST
+from lagrange_cli.integrate.methods.names import DOUBLE_DOUBLE_COST
 from tests.cli.command import ROOT, SYSTEMS, lagrange
 
 DOUBLE_PENDULUM = str(SYSTEMS / "double_pendulum.yaml")

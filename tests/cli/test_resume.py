@@ -23,8 +23,8 @@ import lagrange_cli.cli.sweep as sweeping
 from lagrange_cli.cli.interrupts import Interrupts
 from lagrange_cli.cli.main import main
 from lagrange_cli.errors import FileError
-from lagrange_cli.integrate.ensemble import OneByOne
-from lagrange_cli.integrate.lanes import LanesMethod
+from lagrange_cli.integrate.ensemble.lanes import LanesMethod
+from lagrange_cli.integrate.ensemble.method import OneByOne
 from lagrange_cli.store.checkpoint import Checkpoint
 from lagrange_cli.store.output import Output
 from lagrange_cli.store.resume import find_earlier, read_output

@@ -11,11 +11,11 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node, bits
 from lagrange_cli.mechanics.conservation import zeros
 from lagrange_cli.mechanics.derive import derive
-from lagrange_cli.mechanics.lowering import lower
 from lagrange_cli.mechanics.residual import Residual, connected
-from lagrange_cli.mechanics.series import Op, SeriesProgram
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.build import build_model
+from lagrange_cli.series.lowering import lower
+from lagrange_cli.series.program import Op, SeriesProgram
 from lagrange_cli.spec.read import read_spec
 from tests.motion import SYSTEMS
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.watch import watched_nodes
+from lagrange_cli.native.stepping.detection import watched_nodes
 from tests.motion import NAMES, SYSTEMS, follow, residual_of
 
 LINE = """

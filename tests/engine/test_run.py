@@ -5,11 +5,11 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate import motion as motion_module
-from lagrange_cli.integrate import taylor
+from lagrange_cli.integrate import method as motion_module
+from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.integrate.run import Ending
-from lagrange_cli.mechanics.series import Op
 from lagrange_cli.native.program import order_for, write_program
+from lagrange_cli.series.program import Op
 from tests.engine.motion import FULL, compiled, residual_of, solve
 
 

@@ -8,9 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.integrate.compiled import compiled_values
-from lagrange_cli.mechanics.lowering import lower
-from lagrange_cli.native import jet, layout
+from lagrange_cli.integrate.single_state import compiled_values
+from lagrange_cli.native.recurrences import jet, layout
+from lagrange_cli.series.lowering import lower
 from tests.engine.motion import compiled, residual_of, solve, text_of
 
 FUNCTIONS = {

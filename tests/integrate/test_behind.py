@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli import GraphAlgebra, Times, build_model, derive, prepare, read_spec, resolve_values
-from lagrange_cli.integrate.alongside import Behind
-from lagrange_cli.integrate.motion import chunk_size
+from lagrange_cli.integrate.background import Behind
+from lagrange_cli.integrate.method import chunk_size
 from lagrange_cli.integrate.run import integrate
 from tests.cli.command import SYSTEMS
 

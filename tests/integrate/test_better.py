@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
-from lagrange_cli.integrate import better, taylor
 from lagrange_cli.integrate import prepare as module
+from lagrange_cli.integrate.methods import recompilation as better
+from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.integrate.prepare import prepare_system, unpack
 from lagrange_cli.integrate.run import Times, integrate
-from lagrange_cli.native import machine
-from lagrange_cli.native.cache import Cache
+from lagrange_cli.native.compilation import machine
+from lagrange_cli.native.compilation.cache import Cache
 from tests.cli.command import SYSTEMS
 from tests.symbolic.systems import SIZES
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 
 from lagrange_cli.cli.certifying import Demand, companion_settings
 from lagrange_cli.cli.settings import resolve_settings
-from lagrange_cli.integrate.certificate import FOLDER, Certificate, typical_difference
-from lagrange_cli.integrate.companion import Companion
+from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate, typical_difference
+from lagrange_cli.integrate.certify.companion import Companion
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import Outcome, Times, integrate

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate import lanes
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import OneByOne, Starts, ensemble_method
-from lagrange_cli.integrate.lanes import LanesMethod
+from lagrange_cli.integrate.ensemble import lanes
+from lagrange_cli.integrate.ensemble.lanes import LanesMethod
+from lagrange_cli.integrate.ensemble.method import OneByOne, Starts, ensemble_method
 from lagrange_cli.integrate.times import Times
 from tests.motion import NAMES, SYSTEMS, prepared, values_of
 

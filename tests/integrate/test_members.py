@@ -8,10 +8,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate import members
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import Batch
-from lagrange_cli.integrate.members import follow_ensemble
+from lagrange_cli.integrate.ensemble import datasets as members
+from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
+from lagrange_cli.integrate.ensemble.method import Batch
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.ensemble import resolve_ensemble

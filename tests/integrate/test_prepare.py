@@ -10,13 +10,13 @@ import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
-from lagrange_cli.integrate.alongside import alongside
-from lagrange_cli.integrate.ensemble import Starts, ensemble_method
+from lagrange_cli.integrate.background import alongside
+from lagrange_cli.integrate.ensemble.method import Starts, ensemble_method
 from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
+from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.run import Times, integrate
-from lagrange_cli.integrate.writing import write_run
-from lagrange_cli.native import identity as identity_module
-from lagrange_cli.native.cache import Cache
+from lagrange_cli.native.compilation import fingerprint as identity_module
+from lagrange_cli.native.compilation.cache import Cache
 from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure

@@ -9,9 +9,9 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.integrate import taylor
+from lagrange_cli.integrate.checkpoint import Clock, Keeping, Progress
 from lagrange_cli.integrate.ending import Ending, Outcome
-from lagrange_cli.integrate.progress import Clock, Keeping, Progress
+from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from tests.motion import prepared, values_of

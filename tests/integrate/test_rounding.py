@@ -6,10 +6,10 @@ import mpmath
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate.certificate import FOLDER
+from lagrange_cli.integrate.certify.certificate import FOLDER
+from lagrange_cli.integrate.certify.perturbation import nudge
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
-from lagrange_cli.integrate.rounding import nudge
 from lagrange_cli.integrate.run import Times
 from lagrange_cli.records import replace
 from tests.integrate.test_certificate import Number, certified

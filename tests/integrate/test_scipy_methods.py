@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.motion import aligned
-from lagrange_cli.integrate.scipy_methods import Equations
+from lagrange_cli.integrate.method import aligned
+from lagrange_cli.integrate.methods.scipy import Equations
 from tests.motion import NAMES, follow, prepared, values_of
 
 METHODS = ("DOP853", "Radau", "BDF", "LSODA")

@@ -9,10 +9,10 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.integrate.compiled import compiled_values
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.methods.scipy import Equations
 from lagrange_cli.integrate.prepare import prepare
-from lagrange_cli.integrate.scipy_methods import Equations
+from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.mechanics.residual import Residual
 from tests.motion import FULL, Motion, each_formulation, follow, residual_of, run, values_of
 

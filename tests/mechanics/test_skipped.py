@@ -10,7 +10,7 @@ import sympy
 from hypothesis import HealthCheck, given, settings
 
 from lagrange_cli.expression.symbolic import SympyAlgebra
-from lagrange_cli.mechanics.skipped import engine, skipped
+from lagrange_cli.mechanics.omitted_work import engine, skipped
 from lagrange_cli.model.build import build_model
 from tests.mechanics.test_random_systems import systems
 from tests.motion import residual_of, spec_of

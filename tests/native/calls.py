@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from lagrange_cli.native.arithmetic import kind
-from lagrange_cli.native.compiler import compile_text
-from lagrange_cli.native.elementary import ATTRIBUTES, FUNCTIONS, call, definitions
-from lagrange_cli.native.emitter import Emitter, Operand
-from lagrange_cli.native.machine import load
+from lagrange_cli.native.compilation.llvm import compile_text
+from lagrange_cli.native.compilation.machine import load
+from lagrange_cli.native.functions.elementary import ATTRIBUTES, FUNCTIONS, call, definitions
+from lagrange_cli.native.numbers.double import Emitter, Operand
+from lagrange_cli.native.numbers.vector import kind
 
 Write = Callable[[Emitter, Sequence[Operand]], Sequence[Operand]]
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.motion import aligned
+from lagrange_cli.integrate.method import aligned
 from tests.motion import prepared, values_of
 
 

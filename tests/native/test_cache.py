@@ -7,8 +7,8 @@ import sys
 
 import pytest
 
-from lagrange_cli.native import cache as module
-from lagrange_cli.native.cache import Cache, cache_folder, find_cache, name_of, pack, unpack
+from lagrange_cli.native.compilation import cache as module
+from lagrange_cli.native.compilation.cache import Cache, cache_folder, find_cache, name_of, pack, unpack
 from tests.cli.command import ENVIRONMENT
 
 
@@ -213,7 +213,7 @@ def test_clear_removes_entries_and_nothing_else(cache):
 
 WRITER = """
 import sys
-from lagrange_cli.native.cache import Cache
+from lagrange_cli.native.compilation.cache import Cache
 cache, me = Cache(sys.argv[1], largest=20_000), sys.argv[2]
 for i in range(100):
     key = str(i % 5)

@@ -5,16 +5,16 @@ import ctypes
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate.motion import aligned
-from lagrange_cli.native.compiler import compile_text
-from lagrange_cli.native.definite import definite
-from lagrange_cli.native.definite_solve import solve_definite
-from lagrange_cli.native.emitter import Emitter, literal
-from lagrange_cli.native.linear import WRITTEN_OUT, InMemory, factor_block
-from lagrange_cli.native.machine import FULL, QUICK, load
+from lagrange_cli.integrate.method import aligned
+from lagrange_cli.native.compilation.llvm import compile_text
+from lagrange_cli.native.compilation.machine import FULL, QUICK, load
+from lagrange_cli.native.linear.blocks import WRITTEN_OUT, InMemory, factor_block
+from lagrange_cli.native.linear.cholesky import definite
+from lagrange_cli.native.linear.triangular import solve_definite
+from lagrange_cli.native.llvm.template import fill_in
+from lagrange_cli.native.numbers.double import Emitter, literal
 from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
-from lagrange_cli.native.scalars import DECLARATIONS
-from lagrange_cli.native.template import fill_in
+from lagrange_cli.native.recurrences.evaluation import DECLARATIONS
 
 SCALE = -0.5
 

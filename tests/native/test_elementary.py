@@ -13,9 +13,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.vocabulary import FUNCTIONS as LANGUAGE
-from lagrange_cli.native.elementary import FUNCTIONS, definitions, emit_function, power
-from lagrange_cli.native.emitter import literal
-from lagrange_cli.native.formulas import LARGEST_ANGLE
+from lagrange_cli.native.functions.elementary import FUNCTIONS, definitions, emit_function, power
+from lagrange_cli.native.functions.formulas import LARGEST_ANGLE
+from lagrange_cli.native.numbers.double import literal
 from tests.native.calls import compiled, function, loaded, looped, text
 
 LANES = 8

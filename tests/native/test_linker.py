@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from lagrange_cli.native import machine
-from lagrange_cli.native.compiler import Engine, compile_text, load_with_llvm
-from lagrange_cli.native.linker import Image, Unsupported, load_image
+from lagrange_cli.native.compilation import machine
+from lagrange_cli.native.compilation.llvm import Engine, compile_text, load_with_llvm
+from lagrange_cli.native.compilation.object_loader import Image, Unsupported, load_image
 
 SHORT_WAY = sys.platform.startswith("linux") and platform.machine() == "x86_64"
 CODE = """

@@ -7,8 +7,8 @@ import struct
 import llvmlite.binding as llvm
 import pytest
 
-from lagrange_cli.integrate.writing import write_run
-from lagrange_cli.native.emitter import fused
+from lagrange_cli.integrate.program import write_run
+from lagrange_cli.native.numbers.double import fused
 from tests.motion import DEFAULT, FULL, residual_of
 
 EVERY_FUNCTION = """

@@ -13,13 +13,13 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra, PortableGraphAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
-from lagrange_cli.integrate.methods import DOUBLE, DOUBLE_DOUBLE
-from lagrange_cli.integrate.writing import write_run
+from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE
+from lagrange_cli.integrate.program import write_run
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
-from lagrange_cli.native.portable import portable
+from lagrange_cli.native.functions.portable import portable
 from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
-from lagrange_cli.native.scalars import DECLARATIONS, INTRINSICS
+from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, INTRINSICS
 from lagrange_cli.spec.read import read_spec
 from tests.native.calls import compiled, loaded, looped
 

@@ -8,9 +8,10 @@ import threading
 import pytest
 
 from lagrange_cli.errors import TooLarge
-from lagrange_cli.native import emitter, machine
-from lagrange_cli.native.stack import with_stack
-from lagrange_cli.native.twofold import Twofold
+from lagrange_cli.native.compilation import machine
+from lagrange_cli.native.compilation.stack import with_stack
+from lagrange_cli.native.numbers import double as emitter
+from lagrange_cli.native.numbers.double_double import Twofold
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 
 BODIES = """

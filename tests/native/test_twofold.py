@@ -8,11 +8,11 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
-from lagrange_cli.integrate.motion import aligned
+from lagrange_cli.integrate.method import aligned
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
-from lagrange_cli.native.machine import compile_program
-from lagrange_cli.native.twofold_program import write_twofold_program
+from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.program_double_double import write_twofold_program
 from lagrange_cli.spec.read import read_spec
 
 MP = mpmath.mp.clone()

@@ -1,0 +1,104 @@
+"""``Progress``: the state of a run from which another run continues to the same bits."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterable, Mapping
+from typing import Any, Generic, TypeVar
+
+import numpy as np
+
+from lagrange_cli.integrate.ending import State
+from lagrange_cli.integrate.method import Array, Snapshot
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.records import dataclass
+
+T = TypeVar("T")
+
+RARELY = 50
+"""A checkpoint is not written before this many times the duration of the last one have passed."""
+
+
+@dataclass(frozen=True)
+class Progress:
+    """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
+    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, and the last
+    sample, ``final``."""
+
+    snapshot: Snapshot
+    first: Mapping[str, float]
+    drift: Mapping[str, float]
+    size: float
+    final: State | None
+
+    def as_data(self) -> dict[str, Any]:
+        """All but the memory, in terms of JSON (with NaN and infinities)."""
+        snapshot = self.snapshot
+        return {
+            "t": snapshot.t,
+            "steps": snapshot.steps,
+            "samples": snapshot.samples,
+            "limited": snapshot.limited,
+            "first": dict(self.first),
+            "drift": dict(self.drift),
+            "size": self.size,
+            "final": None if self.final is None else self.final.as_data(),
+        }
+
+    @classmethod
+    def from_data(
+        cls, data: Any, memory: Array | None, program: Interface, conserved: Iterable[str], times: Times
+    ) -> Progress:
+        """What ``as_data`` gave, for a run of ``program`` through ``times``; raises ``ValueError`` where it
+        is nothing of the kind."""
+        try:
+            t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
+            first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
+            size, limited = float(data["size"]), bool(data["limited"])
+            final = None if data["final"] is None else State(**data["final"])
+        except (KeyError, TypeError, AttributeError, OverflowError) as error:
+            raise ValueError("no progress") from error
+        if memory is None or memory.shape != (program.memory,) or memory.dtype != np.float64:
+            raise ValueError("not of this program")
+        within = min(times.start, times.stop) <= t <= max(times.start, times.stop)
+        within &= abs(float(memory[program.time])) == abs(t)  # backward it is -t
+        if not within or steps < 0 or not 0 <= samples <= times.count:
+            raise ValueError("not of this run")
+        if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
+            raise ValueError("of other quantities")
+        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final)
+
+
+class Clock:
+    """Says when a checkpoint is due: every so many ``seconds`` of wall time, and after so much ``work``
+    (steps, or members that have ended)."""
+
+    def __init__(self, seconds: float, work: float, done: int = 0) -> None:
+        self._seconds, self._work = seconds, work
+        self._next, self._most = time.monotonic() + seconds, done + work
+
+    def due(self, done: int) -> bool:
+        """Whether a checkpoint is due after this amount of work."""
+        return done >= self._most or time.monotonic() >= self._next
+
+    def kept(self, done: int, began: float) -> None:
+        """Restart the counts after a checkpoint whose writing ``began`` at this time."""
+        now = time.monotonic()
+        self._next = now + max(self._seconds, RARELY * (now - began))
+        self._most = done + self._work
+
+
+class Keeping(Generic[T]):
+    """Where a run begins (None: at the start), and what is done with its progress when a checkpoint is
+    due."""
+
+    def __init__(self, begin: T | None, clock: Clock, write: Callable[[T], None]) -> None:
+        self.begin, self._clock, self._write = begin, clock, write
+        self.due = clock.due
+
+    def keep(self, progress: T, done: int) -> None:
+        """Write a checkpoint after this amount of work."""
+        began = time.monotonic()
+        self._write(progress)
+        self._clock.kept(done, began)

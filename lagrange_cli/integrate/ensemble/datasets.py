@@ -1,0 +1,263 @@
+"""From the ends, or the samples, of many motions to the datasets of the output."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from itertools import repeat
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.integrate.checkpoint import Keeping
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Starts
+from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
+from lagrange_cli.integrate.method import Array, End, aligned
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.run import sentence
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.records import replace
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.spec.ensemble import EnsembleValues, Number
+    from lagrange_cli.spec.spec import Family
+
+    Index = NDArray[np.int64]
+    Emit = Callable[[Index, dict[str, Any]], None]
+
+MEMORY = 16 * 2**20
+"""Bytes of initial values that are laid out at a time, and of what has ended before it is written."""
+OFTEN = 1.0
+"""Seconds after which what has ended is written, however little it is."""
+FEWEST = 512
+"""Members that are laid out at least, however large they are."""
+
+
+def follow_ensemble(
+    prepared: Prepared,
+    method: EnsembleMethod,
+    values: EnsembleValues,
+    families: Sequence[Family],
+    times: Times,
+    emit: Emit,
+    watch: Callable[[int], bool],
+    *,
+    sampled: bool,
+    threads: int,
+    keeping: Keeping[EnsembleOutcome] | None = None,
+) -> EnsembleOutcome:
+    """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
+
+    Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
+    if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
+    ``families`` are those of the coordinates. ``watch`` is told how many members have ended, several times
+    a second; True stops them all. The arrays are valid during the call only. With ``keeping``, members that
+    an earlier run has followed to their end are not followed again, nor emitted but for their start.
+    """
+    program = prepared.machine.program
+    books = Books(prepared, times, emit, sampled=sampled, members=values.members)
+    if keeping is not None and keeping.begin is not None:
+        books.restore(keeping.begin)
+    size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))
+    going = True
+    for start in range(0, values.members, size):
+        part = slice(start, min(start + size, values.members))
+        emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
+        parameters = table([values.parameters[name] for name in program.parameters], part)
+        states = table([*values.q, *values.v, *(0.0 for _ in program.integrals)], part)
+        books.open(start, parameters, states)
+        missing = books.missing()
+        if going and len(missing):
+
+            def told(done: int, before: int = part.stop - len(missing)) -> bool:
+                if keeping is not None and keeping.due(before + done):
+                    books.flush()
+                    keeping.keep(books.outcome(), before + done)
+                return watch(before + done)
+
+            starts = Starts(parameters, states, times, sampled).only(missing)
+            going = method.follow(starts, books.accept, told, threads)
+        books.close()
+    return books.outcome()
+
+
+def table(columns: Sequence[Number], part: slice) -> Array:
+    """The rows ``part`` of columns that are one number, or one for each member: (b, columns)."""
+    found = np.empty((part.stop - part.start, len(columns)))
+    for i, column in enumerate(columns):
+        found[:, i] = column[part] if isinstance(column, np.ndarray) else column
+    return found
+
+
+def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) -> dict[str, Array]:
+    """What differs between the parameters of the members ``part``, and their initial states."""
+    found = {f"parameters/{name}": column[part] for name, column in values.differing.items()}
+    for kind, state in (("q", values.q), ("v", values.v)):
+        row = 0
+        for family in families:
+            columns = state[row : row + len(family.members)]
+            found[f"initial/{kind}/{family.name}"] = table(columns, part).reshape(-1, *family.shape)
+            row += len(family.members)
+    return found
+
+
+class Books:
+    """Gathers members that have ended and turns them into datasets, some megabytes at a time."""
+
+    def __init__(self, prepared: Prepared, times: Times, emit: Emit, *, sampled: bool, members: int) -> None:
+        self._machine, self._recording = prepared.machine, prepared.recording
+        self._start, self._emit = times.start, emit
+        self._times = times.chunk(0, times.count) if sampled else None
+        self._endings = np.full(members, UNFINISHED, dtype=np.int8)
+        self._failed: tuple[int, str] | None = None
+        self._steps = 0
+        self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
+        width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
+        self._most = max(1, MEMORY // (8 * width * (times.count if sampled else 1)))
+
+    def restore(self, outcome: EnsembleOutcome) -> None:
+        """Go on where another run has come to."""
+        self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
+        drifts = {"h": outcome.h_drift, **{f"p_{name}": x for name, x in outcome.p_drift.items()}}
+        self._drift = {name: drifts.get(name) or 0.0 for name in self._drift}
+
+    def open(self, first: int, parameters: Array, states: Array) -> None:
+        """Go on with the members from ``first``: their parameters (b, P) and states (b, rows)."""
+        self._first, self._parameters, self._states = first, parameters, states
+        self._missing = self.missing()
+        self._batches: list[Batch] = []
+        self._gathered, self._due = 0, time.monotonic() + OFTEN
+
+    def missing(self) -> Index:
+        """Those of the members from ``first`` that have not ended, counted from there."""
+        return np.flatnonzero(self._endings[self._first :][: len(self._states)] == UNFINISHED)
+
+    def accept(self, batch: Batch) -> None:
+        """Take members that have ended, counted among those that were missing at the beginning."""
+        self._batches.append(replace(batch, index=self._missing[batch.index]))
+        self._gathered += len(batch.index)
+        if self._gathered >= self._most or time.monotonic() >= self._due:
+            self.flush()
+
+    def close(self) -> None:
+        """Write what is still there, and nan for those that have not ended."""
+        self.flush()
+        missing = self.missing()
+        width, samples = self._states.shape[1], None if self._times is None else len(self._times)
+        for start in range(0, len(missing), self._most):
+            self._write(unfinished(missing[start : start + self._most], width, samples))
+
+    def flush(self) -> None:
+        """Write what has ended."""
+        self._due = time.monotonic() + OFTEN
+        if self._batches:
+            batch = joined(self._batches)
+            self._batches, self._gathered = [], 0
+            if len(batch.index):
+                self._note(batch)
+                self._write(batch)
+
+    def _note(self, batch: Batch) -> None:
+        """Keep how members ended."""
+        index = batch.index + self._first
+        self._endings[index] = [ENDINGS.index(ending) for ending in batch.ending]
+        self._steps += int(batch.steps.sum())
+        for member, ending, t, state in zip(index, batch.ending, batch.t, batch.state):
+            if ending.status == "failed" and (self._failed is None or member < self._failed[0]):
+                end = End(ending, float(t), state, 0, 0)
+                self._failed = int(member), sentence(end, self._recording.coordinates)
+
+    def _write(self, batch: Batch) -> None:
+        """Make datasets of members that have ended, and emit them."""
+        program, count = self._machine.program, len(batch.index)
+        names, parameters = program.observed, self._parameters[batch.index]
+        first = self._observe(parameters, np.array([self._start]), self._states[batch.index, :, None])
+        if self._times is None or batch.samples is None:
+            states, times = batch.state[:, :, None], batch.t
+            observed = self._observe(parameters, times[:, None], states)
+        else:
+            states, times = batch.samples, self._times
+            observed = self._observe(parameters, times, states)
+        n = states.shape[2]
+        series = self._recording.series(
+            states.transpose(1, 0, 2).reshape(program.rows, count * n),
+            program.integrals,
+            dict(zip(names, observed.transpose(1, 0, 2).reshape(len(names), count * n))),
+            dict(zip(names, np.repeat(first[:, :, 0].T, n, axis=1))),
+        )
+        shape = (count,) if self._times is None else (count, n)
+        found: dict[str, Any] = {
+            "t_end": batch.t,
+            "steps": batch.steps,
+            "status": np.array([ending.status.encode() for ending in batch.ending], dtype=STATUS),
+            **{path: values.reshape(*shape, *values.shape[1:]) for path, values in series.items()},
+        }
+        for name in self._drift:
+            row = names.index(name)
+            with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
+                change = np.fmax.reduce(np.abs(observed[:, row] - first[:, row]), axis=1)
+            found[drift_path(name)] = change
+            self._drift[name] = float(np.fmax.reduce(change, initial=self._drift[name]))
+        self._emit(batch.index + self._first, found)
+
+    def _observe(self, parameters: Array, times: Array, states: Array) -> Array:
+        """What is observed (b, names, n) of states (b, rows, n) at times (n,), or at each member's (b, n)."""
+        machine, n = self._machine, states.shape[2]
+        constants = aligned(max(1, machine.program.constants))
+        parameters, states, times = map(np.ascontiguousarray, (parameters, states, times))
+        results = np.empty((len(states), len(machine.program.observed), n))
+        if results.size:
+            place, when = constants.ctypes.data, rows(times) if times.ndim == 2 else repeat(times.ctypes.data)
+            for own, at, state, result in zip(rows(parameters), when, rows(states), rows(results)):
+                machine.prepare(own, place)
+                machine.observe(place, at, state, result, n, n)
+        return results
+
+    def outcome(self) -> EnsembleOutcome:
+        """What came of all members."""
+        momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
+        return EnsembleOutcome(self._endings, self._failed, self._steps, self._drift.get("h"), momenta)
+
+
+def rows(array: Array) -> list[int]:
+    """Where the rows of a contiguous array begin (all in one place, where they are empty)."""
+    begin, stride = array.ctypes.data, array.strides[0]
+    return [begin + number * stride for number in range(len(array))]
+
+
+def drift_path(name: str) -> str:
+    """The dataset of a conserved quantity's drift: that of ``p_theta`` is ``diagnostics/drift/p/theta``."""
+    return f"diagnostics/drift/{name.replace('_', '/', 1) if name.startswith('p_') else name}"
+
+
+def joined(batches: Sequence[Batch]) -> Batch:
+    """One batch of several, without the members that were interrupted on the way."""
+    samples = [batch.samples for batch in batches if batch.samples is not None]
+    endings = [ending for batch in batches for ending in batch.ending]
+    ended = np.array([ending is not Ending.INTERRUPTED for ending in endings])
+    arrays = {
+        name: np.concatenate([getattr(batch, name) for batch in batches])[ended]
+        for name in ("index", "t", "state", "steps", "reached")
+    }
+    return Batch(
+        ending=[ending for ending in endings if ending is not Ending.INTERRUPTED],
+        samples=np.concatenate(samples)[ended] if samples else None,
+        **arrays,
+    )
+
+
+def unfinished(index: Index, width: int, samples: int | None) -> Batch:
+    """Members that never came to an end: nan throughout."""
+    count = len(index)
+    return Batch(
+        index=index,
+        ending=[Ending.INTERRUPTED] * count,
+        t=np.full(count, np.nan),
+        state=np.full((count, width), np.nan),
+        steps=np.zeros(count, dtype=np.int64),
+        samples=None if samples is None else np.full((count, width, samples), np.nan),
+        reached=np.zeros(count, dtype=np.int64),
+    )

@@ -1,0 +1,188 @@
+"""Many motions by the Taylor method: compiled code integrates eight at once in each of several threads."""
+
+from __future__ import annotations
+
+import threading
+import time
+from collections.abc import Callable, Iterator
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ensemble.method import Accept, Batch, OneByOne, Starts
+from lagrange_cli.integrate.method import Method, aligned
+from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
+from lagrange_cli.native.compilation.machine import Machine
+from lagrange_cli.native.interface import BEYOND, LANES, Interface, Stop
+from lagrange_cli.records import dataclass, replace
+
+BREATH = 0.02
+"""Seconds between two checks which members have ended."""
+MOMENT = 0.001
+"""Seconds that a thread waits for room for more samples."""
+MEMORY, LARGEST = 2**25, 2**28
+"""Bytes of the samples of members on their way; up to the latter, where each lane needs room for one."""
+PARTS = 4
+"""The room for samples holds so many batches: members end in it while others are given away."""
+NEXT, LIMIT, HALT = range(3)
+"""What the queue holds (see ``lanes.ll``)."""
+
+Seen = TypeVar("Seen", Starts, Batch)
+
+
+@dataclass(frozen=True)
+class LanesMethod:
+    """Integrates motions by their Taylor series (``native.lanes``). Each is the same whatever runs beside it.
+
+    Those that lanes do not bring to their ends are followed by the method that ``alone`` makes. Code for
+    motions that are followed ``backward`` is of the reversed equations.
+    """
+
+    machine: Machine
+    alone: Callable[[], Method]
+    backward: bool = False
+
+    def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
+        """See ``EnsembleMethod``."""
+        members = Members(self.machine, self._seen(starts), threads)
+        workers = [
+            threading.Thread(target=members.work, daemon=True)
+            for _ in range(min(threads, -(-len(starts) // LANES)))
+        ]
+        for worker in workers:
+            worker.start()
+        stopped = False
+        try:
+            while not stopped and members.done + len(members.left) < len(starts):
+                next((w for w in workers if w.is_alive()), workers[0]).join(
+                    BREATH if members.roomy else MOMENT
+                )
+                for batch in members.ended():
+                    accept(self._seen(batch))
+                stopped = watch(members.done) and members.done < len(starts)
+        finally:
+            members.halt()
+            for worker in workers:
+                worker.join()
+        for batch in members.ended():
+            accept(self._seen(batch))
+        if stopped or not members.left:
+            return not stopped
+        return self._alone(np.sort(members.left), starts, accept, watch, threads)
+
+    def _seen(self, one: Seen) -> Seen:
+        """Starts as lanes see them, or what they give as it is in t."""
+        return reversed_members(self.machine.program, one) if self.backward else one
+
+    def _alone(
+        self,
+        index: NDArray[np.int64],
+        starts: Starts,
+        accept: Accept,
+        watch: Callable[[int], bool],
+        threads: int,
+    ) -> bool:
+        """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
+        like."""
+        before = len(starts) - len(index)
+        return OneByOne(self.alone(), parallel=True).follow(
+            starts.only(index),
+            lambda batch: accept(replace(batch, index=index[batch.index])),
+            lambda done: watch(before + done),
+            threads,
+        )
+
+
+class Members:
+    """The arrays that ``@follow`` works on, and which of the members have been given away."""
+
+    def __init__(self, machine: Machine, starts: Starts, threads: int) -> None:
+        assert machine.follow is not None
+        (count, rows), times, sampled = starts.states.shape, starts.times, starts.sampled
+        self._machine, self._follow, self._rows, self._times = machine, machine.follow, rows, times
+        self._parameters, self._states = map(np.ascontiguousarray, (starts.parameters, starts.states))
+        self._wanted = times.chunk(0, times.count if sampled else 0)
+        size = 8 * rows * len(self._wanted)
+        room = max(1, MEMORY // size, min(LANES * threads, LARGEST // size)) if sampled else count
+        self._slots = min(room, count)
+        self._samples = np.empty((self._slots, rows, len(self._wanted))) if sampled else None
+        self._results = np.empty((count, rows + BEYOND))
+        self._reasons, self._given = np.zeros(count, dtype=np.int8), np.zeros(count, dtype=bool)
+        self._queue = np.array([0, self._slots, 0], dtype=np.int64)
+        self._first = 0
+        """The first member that has not been given away."""
+        self.left: list[int] = []
+        """Members that lanes do not bring to their ends."""
+        self.done = 0
+
+    @property
+    def roomy(self) -> bool:
+        """Whether all members may begin."""
+        return bool(self._queue[LIMIT] == len(self._states))
+
+    def halt(self) -> None:
+        """Make all threads stop after their present step."""
+        self._queue[HALT] = 1
+
+    def work(self) -> None:
+        """Integrate members until none is left: the work of a thread."""
+        pack = aligned(self._machine.program.lanes)
+        while not self._queue[HALT]:
+            self._follow(
+                pack.ctypes.data, self._parameters.ctypes.data, self._states.ctypes.data,
+                self._queue.ctypes.data, self._times.start, self._times.stop, self._wanted.ctypes.data,
+                len(self._wanted), self._results.ctypes.data, self._reasons.ctypes.data,
+                None if self._samples is None else self._samples.ctypes.data, self._slots,
+            )  # fmt: skip
+            if self._queue[NEXT] >= len(self._states):
+                return
+            time.sleep(MOMENT)
+
+    def ended(self) -> Iterator[Batch]:
+        """Members that have ended since the last time; the room that their samples took is free then."""
+        window = slice(self._first, int(self._queue[LIMIT]))
+        index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
+        size = max(1, self._slots // PARTS)
+        whole = self._reasons[index] == 1 + Stop.END
+        self.left += index[~whole].tolist()
+        self._given[index[~whole]] = True
+        index = index[whole]
+        for start in range(0, len(index), size):
+            part = index[start : start + size]
+            yield self._batch(part)
+            self._given[part] = True
+            self.done += len(part)
+        waiting = np.flatnonzero(~self._given[window])
+        self._first = self._first + int(waiting[0]) if len(waiting) else window.stop
+        self._queue[LIMIT] = min(len(self._states), self._first + self._slots)
+
+    def _batch(self, index: NDArray[np.int64]) -> Batch:
+        results, rows = self._results[index], self._rows
+        steps, reached = (results[:, rows + 1 :].copy().view(np.int64)[:, i] for i in range(2))
+        samples = None
+        if self._samples is not None:
+            samples = self._samples[index % self._slots]
+            for one, good in zip(samples, reached):
+                one[:, good:] = np.nan
+        return Batch(
+            index=index,
+            ending=[Ending.COMPLETE] * len(index),
+            t=results[:, rows],
+            state=results[:, :rows],
+            steps=steps,
+            samples=samples,
+            reached=reached,
+        )
+
+
+def reversed_members(program: Interface, one: Seen) -> Seen:
+    """Members that start, or have ended, in reversed time."""
+    if isinstance(one, Starts):
+        states = reversed_state(program, one.states.T).T
+        return replace(one, states=states, times=reversed_times(one.times))
+    samples = one.samples
+    if samples is not None:
+        samples = reversed_state(program, samples.transpose(1, 0, 2)).transpose(1, 0, 2)
+    return replace(one, t=reversed_time(one.t), state=reversed_state(program, one.state.T).T, samples=samples)

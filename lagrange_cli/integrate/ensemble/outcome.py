@@ -1,0 +1,70 @@
+"""``EnsembleOutcome``: how the members of an ensemble ended, and the figures of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.method import Array
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+ENDINGS = tuple(Ending)
+STATUS = f"S{max(len(ending.status) for ending in ENDINGS)}"
+"""numpy's name for the type of a member's status."""
+UNFINISHED = ENDINGS.index(Ending.INTERRUPTED)
+"""The place of what is interrupted, or was never begun, in ``ENDINGS``."""
+
+
+@dataclass(frozen=True)
+class EnsembleOutcome:
+    """The result of an ensemble.
+
+    ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
+    to its end, and how that went; drifts are the largest of all members, as in ``Outcome``.
+    """
+
+    endings: NDArray[np.int8]
+    failed: tuple[int, str] | None
+    steps: int
+    h_drift: float | None
+    p_drift: Mapping[str, float]
+
+    def as_data(self) -> dict[str, Any]:
+        """All but the endings, in terms of JSON (with NaN and infinities)."""
+        drifts = {"h_drift": self.h_drift, "p_drift": dict(self.p_drift)}
+        return {"failed": self.failed, "steps": self.steps, **drifts}
+
+    @classmethod
+    def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
+        """The inverse of ``as_data``, for this number of members; raises ``ValueError`` if the data are not
+        valid."""
+        if endings is None or endings.dtype != np.int8 or endings.shape != (members,):
+            raise ValueError("of other members")
+        if ((endings < 0) | (endings >= len(ENDINGS))).any():
+            raise ValueError("no endings")
+        try:
+            failed, h = data["failed"], data["h_drift"]
+            return cls(
+                endings.copy(),
+                None if failed is None else (int(failed[0]), str(failed[1])),
+                int(data["steps"]),
+                None if h is None else float(h),
+                {str(name): float(x) for name, x in data["p_drift"].items()},
+            )
+        except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
+            raise ValueError("no outcome") from error
+
+    def count(self, status: str) -> int:
+        """The number of members with this status."""
+        return sum(int((self.endings == i).sum()) for i, one in enumerate(ENDINGS) if one.status == status)
+
+    @property
+    def status(self) -> str:
+        """``interrupted`` if some members were not integrated, ``failed`` if some failed, ``complete``."""
+        return next((one for one in ("interrupted", "failed") if self.count(one)), "complete")

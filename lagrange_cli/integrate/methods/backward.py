@@ -1,0 +1,84 @@
+"""Motions followed backward: a method in reversed time s = -t (see ``mechanics.backward``), seen from
+outside in t."""
+
+from __future__ import annotations
+
+from typing import TypeVar
+
+import numpy as np
+
+from lagrange_cli.integrate.method import NO_KEEPER, Accept, Array, End, Keeper, Method, Snapshot, Watch
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.records import dataclass, replace
+
+Time = TypeVar("Time", float, Array)
+
+
+@dataclass(frozen=True)
+class Backward:
+    """A method that follows motions backward; ``method`` follows those of the reversed equations, whose
+    compiled ``program`` it is given, forward.
+
+    Signs are all that it changes, so that nothing is rounded.
+    """
+
+    method: Method
+    program: Interface
+
+    def follow(
+        self,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        accept: Accept,
+        watch: Watch,
+        keeper: Keeper = NO_KEEPER,
+    ) -> End:
+        """See ``motion.Method``."""
+        begin = None if keeper.begin is None else reversed_snapshot(keeper.begin)
+        keep, ends = keeper.keep, keeper.ends
+        end = self.method.follow(
+            parameters,
+            reversed_state(self.program, state),
+            reversed_times(times),
+            lambda when, states: accept(reversed_time(when), reversed_state(self.program, states)),
+            lambda s: watch(reversed_time(s)),
+            Keeper(
+                begin,
+                keeper.due,
+                lambda snapshot: keep(reversed_snapshot(snapshot)),
+                None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
+            ),
+        )
+        return replace(
+            end,
+            t=reversed_time(end.t),
+            state=reversed_state(self.program, end.state),
+            snapshot=None if end.snapshot is None else reversed_snapshot(end.snapshot),
+        )
+
+
+def reversed_time(t: Time) -> Time:
+    """-t, without negative zeros."""
+    return 0.0 - t
+
+
+def reversed_times(times: Times) -> Times:
+    """The same instants in reversed time."""
+    start, stop, step = map(reversed_time, (times.start, times.stop, times.step))
+    return replace(times, start=start, stop=stop, step=step)
+
+
+def reversed_state(program: Interface, states: Array) -> Array:
+    """States (rows, ...), of every part of the numbers, with the signs of the velocities changed."""
+    found = np.array(states)
+    for first in range(0, len(states), program.rows):
+        velocities = slice(first + program.degrees, first + 2 * program.degrees)
+        np.subtract(0.0, states[velocities], out=found[velocities])
+    return found
+
+
+def reversed_snapshot(snapshot: Snapshot) -> Snapshot:
+    """A snapshot with its time in the other sense; its memory is the method's own."""
+    return replace(snapshot, t=reversed_time(snapshot.t))

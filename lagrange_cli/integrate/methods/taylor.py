@@ -1,0 +1,235 @@
+"""The Taylor method: compiled code steps and samples, this module hands it buffers."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.method import (
+    NO_KEEPER,
+    Accept,
+    Array,
+    End,
+    Keeper,
+    Snapshot,
+    Watch,
+    aligned,
+    chunk_size,
+)
+from lagrange_cli.integrate.methods.recompilation import Better
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.native.compilation.machine import Machine
+from lagrange_cli.native.interface import CLOCK, LANES, Stop
+from lagrange_cli.records import dataclass
+
+ENDINGS = {
+    Stop.END: Ending.COMPLETE,
+    Stop.SINGULAR: Ending.SINGULAR_MASS_MATRIX,
+    Stop.NOT_FINITE: Ending.NOT_A_NUMBER,
+    Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
+}
+BREATH = 0.05
+"""Seconds of machine code between two looks at the world outside, about."""
+FIRST_STEPS = 0.5, 0.8
+"""Parts of their first step that companions take."""
+FEWEST = 64
+"""Steps that are taken at least between them."""
+
+
+@dataclass(frozen=True)
+class TaylorMethod:
+    """Follows a motion by its Taylor series (``native.stepper``); steps do not depend on sample times."""
+
+    machine: Machine
+    better: Better | None = None
+    """Code for long runs, where that of ``machine`` was compiled in a hurry."""
+    beside: int = 0
+    """The number of the companion that it is for, if any: what is rounded once for all is rounded otherwise
+    (``rounding``)."""
+
+    def follow(
+        self,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        accept: Accept,
+        watch: Watch,
+        keeper: Keeper = NO_KEEPER,
+    ) -> End:
+        """See ``motion.Method``; ``evaluations`` counts series, one a step."""
+        program = self.machine.program
+        size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
+        stepper = Stepper(self.machine, parameters, state, times, size, self.better, beside=self.beside)
+        first = 0
+        if keeper.begin is not None:
+            first = keeper.begin.samples
+            stepper.restore(keeper.begin)
+        halted = False
+
+        def pause(t: float) -> bool:
+            nonlocal halted
+            halted = watch(t)
+            return halted or keeper.due(stepper.steps)
+
+        while True:
+            wanted = times.chunk(first, size)
+            last = first + len(wanted) == times.count
+            before_end = last and keeper.ends is not None and program.parts == 1 and len(wanted) > 0
+            stop, done = stepper.fill(wanted, last and not before_end, pause)
+            first += done
+            samples = stepper.samples[:, :done]
+            if before_end and stop is Stop.SAMPLES:
+                kept = int(np.count_nonzero(stepper.passed(wanted)))
+                accept(wanted[:kept], samples[:, :kept])
+                begin = first - done
+                known = kept > 0 or begin == 0 or bool(stepper.passed(times.chunk(begin - 1, 1))[0])
+                if keeper.ends is not None and known and not stepper.limited:
+                    keeper.ends(stepper.snapshot(begin + kept))
+                wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
+                stop, _ = stepper.fill(wanted[done:], True, pause)
+            accept(wanted[:done], samples)
+            if stop is Stop.NOT_FINITE and stepper.finite():
+                stop = (
+                    Stop.UNDERFLOW
+                )  # the equations are, but a singularity is so near that the series is not
+            if stop in ENDINGS:
+                return End(ENDINGS[stop], stepper.t, stepper.state, stepper.steps, stepper.steps)
+            if stop is Stop.PAUSE or pause(stepper.t):
+                snapshot = stepper.snapshot(first)
+                if halted:
+                    t, state = stepper.t, stepper.state
+                    if stop is not Stop.PAUSE:  # the step that holds the last sample began before it
+                        t, state = float(wanted[-1]), samples[:, -1].copy()
+                    return End(Ending.INTERRUPTED, t, state, stepper.steps, stepper.steps, snapshot=snapshot)
+                keeper.keep(snapshot)
+            stepper.swap()
+
+
+class Stepper:
+    """The arrays that ``@advance`` works on; ``samples`` (rows, size + LANES) holds what ``fill`` has
+    made."""
+
+    def __init__(
+        self,
+        machine: Machine,
+        parameters: Array,
+        state: Array,
+        times: Times,
+        size: int,
+        better: Better | None = None,
+        *,
+        beside: int = 0,
+    ) -> None:
+        program = machine.program
+        self._machine, self._better = machine, better
+        self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
+        self._constants = aligned(max(1, program.constants))
+        machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        self._memory, self._work = aligned(program.memory), aligned(program.work)
+        self._trial = aligned(program.trial)
+        self._clock = program.time
+        for part, given in enumerate(state.reshape(program.parts, -1)):
+            self._memory[part * program.width :][: self._rows] = given
+        self._memory[self._clock] = times.start
+        if beside:
+            from lagrange_cli.integrate.certify.perturbation import nudge
+
+            nudge(self._constants, parameters, beside)
+            self._rates()  # what is held is computed, and put off likewise
+            nudge(self._memory[self._rows - program.kept : self._rows], parameters, beside)
+        self._info = np.zeros(3, dtype=np.int64)
+        self.limited = False
+        """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
+        self._pause = 4 * FEWEST
+        self.samples = np.empty((program.parts * self._rows, size + LANES))
+        self._first = self._short_step(beside) if beside else None
+        self._spare: Array | None = None
+        self.steps = 0
+
+    def swap(self) -> None:
+        """Leave ``samples`` as they are until the next ``swap``: go on in other memory."""
+        spare = np.empty_like(self.samples) if self._spare is None else self._spare
+        self.samples, self._spare = spare, self.samples
+
+    def snapshot(self, samples: int) -> Snapshot:
+        """Where the motion is, so many samples having been handed over."""
+        return Snapshot(self._memory.copy(), self.t, self.steps, samples, self.limited)
+
+    def restore(self, snapshot: Snapshot) -> None:
+        """Go on from there."""
+        self._memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
+
+    @property
+    def t(self) -> float:
+        """The time reached."""
+        return float(self._memory[self._clock])
+
+    def passed(self, times: Array) -> NDArray[np.bool_]:
+        """Which of some instants are not after the time reached."""
+        return np.asarray(times - self.t - self._memory[self._clock + 1] <= 0)
+
+    @property
+    def state(self) -> Array:
+        """q, v and the integrals at that time."""
+        return np.array(self._memory[: self._rows])
+
+    def finite(self) -> bool:
+        """Whether the accelerations are finite at the state reached."""
+        return bool(np.all(np.isfinite(self._rates()[: self._degrees])))
+
+    def _rates(self) -> Array:
+        """The rates of velocities and integrals there."""
+        rates = np.empty(self._rows)
+        self._machine.accelerate(
+            self._constants.ctypes.data,
+            self.t,
+            self._memory.ctypes.data,
+            self._work.ctypes.data,
+            rates.ctypes.data,
+        )
+        return rates
+
+    def _advance(self, stop: float, wanted: Array, done: int, count: int, last: bool, pause: int) -> Stop:
+        assert self._machine.advance is not None
+        return Stop(
+            self._machine.advance(
+                self._constants.ctypes.data, self._memory.ctypes.data, self._work.ctypes.data,
+                self._trial.ctypes.data, stop, wanted.ctypes.data + 8 * done, count,
+                self.samples.ctypes.data + 8 * done, self.samples.shape[1], last, pause,
+                self._info.ctypes.data,
+            )
+        )  # fmt: skip
+
+    def _short_step(self, beside: int) -> float | None:
+        """Where the first step of the ``beside``-th companion ends: what all have rounded alike at the start,
+        of the same state, counts for less the shorter it is."""
+        start, memory = self.t, self._memory.copy()
+        self._advance(self._stop, np.full(LANES, np.nan), 0, 0, True, 1)
+        reached, self._usual = self.t, self._memory[self._clock + 2 : self._clock + CLOCK].copy()
+        self._memory[:] = memory
+        return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
+
+    def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
+        """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how
+        many are."""
+        padded = np.concatenate([wanted, np.full(LANES, np.nan)])
+        done = 0
+        while True:
+            began = time.perf_counter()
+            end, pause = (self._stop, self._pause) if self._first is None else (self._first, 1)
+            stop = self._advance(end, padded, done, len(wanted) - done, last, pause)
+            if self._first is not None:
+                self._memory[self._clock + 2 : self._clock + CLOCK] = self._usual
+                self._first = None
+            done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
+            self.limited |= bool(self._info[2])
+            if stop is not Stop.PAUSE or watch(self.t):
+                return stop, done
+            spent = time.perf_counter() - began
+            if self._better is not None:
+                self._machine = self._better.after(spent) or self._machine
+                assert self._machine.advance is not None
+            self._pause = int(max(FEWEST, min(4 * self._pause, self._pause * BREATH / max(spent, 1e-6))))

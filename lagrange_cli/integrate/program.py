@@ -1,0 +1,102 @@
+"""From equations of motion to the program that follows them by a method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from lagrange_cli.errors import TooLarge
+from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE, IMPLICIT, TAYLOR
+from lagrange_cli.limits import way_out, whole
+from lagrange_cli.mechanics.explicit import Linearization, linearize
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.program import Program, order_for, write_program
+from lagrange_cli.native.stepping.detection import watched_nodes
+from lagrange_cli.outputs.plan import Plan, make_plan
+from lagrange_cli.outputs.recording import Recording
+from lagrange_cli.records import replace
+
+LONGER = 4
+"""How many times as much code a convolution of double-doubles takes."""
+
+RATES = 2
+"""The order of q's series that gives the accelerations alone."""
+
+
+def write_run(
+    residual: Residual,
+    *,
+    method: str,
+    tolerance: float,
+    outputs: frozenset[str],
+    ensemble: bool = False,
+    precision: str = DOUBLE,
+    order: int | None = None,
+    backward: bool = False,
+) -> tuple[Program, Recording]:
+    """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.
+
+    One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
+    ``order`` is that of the Taylor series, if it is not to follow from the tolerance. A program for motions
+    that are followed ``backward`` is for ``integrate.methods.backward``: it observes as any other does.
+
+    Raises:
+        TooLarge: where the code would be too large to be compiled.
+    """
+    if method == TAYLOR:
+        check_convolutions(residual, precision)
+    plan = make_plan(residual, outputs)
+    if backward:
+        from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
+
+        plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
+        residual = reversed_equations(residual)
+    unwatched = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(watched_nodes(residual))
+    if precision == DOUBLE_DOUBLE:
+        from lagrange_cli.native import program_double_double as twofold
+
+        order = twofold.order_for(tolerance)
+        program = twofold.write_twofold_program(residual, order, plan.integrands, plan.observed, tolerance)
+        return program, replace(plan.recording, unwatched=unwatched)
+    if ensemble and method == TAYLOR:
+        from lagrange_cli.native.program_lanes import suits_lanes, with_lanes
+
+        program = write_program(residual, RATES, plan.integrands, plan.observed, keeping=True)
+        if suits_lanes(program, residual):
+            return with_lanes(program, residual, tolerance), plan.recording
+    if method == TAYLOR:
+        order = order_for(tolerance) if order is None else order
+        program = write_program(
+            residual, order, plan.integrands, plan.observed, tolerance=tolerance, keeping=True
+        )
+    elif method in IMPLICIT:
+        linear = linearize(residual)
+        nodes = jacobian_nodes(residual, linear, plan)
+        program = write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
+    else:
+        program = write_program(residual, RATES, plan.integrands, plan.observed)
+    return program, replace(plan.recording, unwatched=unwatched)
+
+
+def check_convolutions(residual: Residual, precision: str) -> None:
+    """Refuse a system whose Taylor series take minutes and gigabytes to compile, before code is written."""
+    most = whole("convolutions") // (1 if precision == DOUBLE else LONGER)
+    found = residual.costs[residual.formulation]
+    if found > most:
+        another = "choose --method DOP853, which needs none, " if precision == DOUBLE else ""
+        raise TooLarge(
+            f"the Taylor series of this system take {found} convolutions per order; "
+            f"at most {most} are compiled",
+            f"{another}make the system smaller, {way_out('convolutions')}",
+        )
+
+
+def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:
+    """dR/dq, dR/dv, M, and the integrands' derivatives by q and v, row by row."""
+    graph, model = residual.graph, residual.model
+    nodes = [
+        entry
+        for matrix in (linear.by_q, linear.by_v, residual.mass_matrix)
+        for row in matrix
+        for entry in row
+    ]
+    return nodes + [graph.diff(node, x) for node in plan.integrands.values() for x in (*model.q, *model.v)]

@@ -1,0 +1,51 @@
+"""The compiled equations as a plain function of one state: the other side of ``equations --verify``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.integrate.method import aligned
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.program import order_for, write_program
+from lagrange_cli.outputs.plan import make_plan
+
+Array = NDArray[np.float64]
+CompiledValues = Callable[
+    [Sequence[float], float, Sequence[float], Sequence[float]], tuple[Array, Array, float]
+]
+
+
+def compiled_values(residual: Residual) -> CompiledValues:
+    """f(parameters, t, q, v) -> (accelerations (n,), momenta (n,), h), from the code that ``solve`` runs.
+
+    ``parameters`` are in the order of the model's. Accelerations are nan where the mass matrix is singular.
+    """
+    plan = make_plan(residual, frozenset({"p", "h"}))
+    machine = compile_program(write_program(residual, order_for(2.0**-52), {}, plan.observed))
+    program = machine.program
+    n = program.degrees
+
+    def values(
+        parameters: Sequence[float], t: float, q: Sequence[float], v: Sequence[float]
+    ) -> tuple[Array, Array, float]:
+        constants, state, work = (
+            aligned(max(1, program.constants)),
+            aligned(program.memory),
+            aligned(program.work),
+        )
+        given = np.array(parameters, dtype=np.float64)
+        machine.prepare(given.ctypes.data, constants.ctypes.data)
+        state[: 2 * n] = [*q, *v]
+        rates = np.empty(program.rows - n)
+        regular = machine.accelerate(
+            constants.ctypes.data, t, state.ctypes.data, work.ctypes.data, rates.ctypes.data
+        )
+        when, results = np.array([t]), np.empty(n + 1)
+        machine.observe(constants.ctypes.data, when.ctypes.data, state.ctypes.data, results.ctypes.data, 1, 1)
+        return (rates[:n] if regular else np.full(n, np.nan)), results[:n], float(results[n])
+
+    return values

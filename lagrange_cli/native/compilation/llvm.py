@@ -1,0 +1,63 @@
+"""From the text of a program to object code, and from object code to memory, by LLVM."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import llvmlite.binding as llvm
+
+from lagrange_cli.native.numbers.double import fused
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Engine:
+    """Object code in memory where LLVM has put it; ``engine`` keeps it there."""
+
+    engine: Any
+
+    def address(self, function: str) -> int:
+        """Where a function is, 0 if there is none of that name."""
+        address: int = self.engine.get_function_address(function)
+        return address
+
+
+def compile_text(text: str, optimize: int) -> bytes:
+    """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3."""
+    machine = target_machine(optimize)
+    code: bytes = machine.emit_object(llvm.parse_assembly(suited(text)))
+    return code
+
+
+def suited(text: str) -> str:
+    """``text`` with ``fmuladd`` made ``fma`` where the processor can: so all levels give the same bits."""
+    machine = llvm.get_process_triple().partition("-")[0]
+    return fused(text) if "+fma," in features() or machine in ("aarch64", "arm64") else text
+
+
+def load_with_llvm(code: bytes) -> Engine:
+    """Object code of ``compile_text`` in memory, whatever the platform."""
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), target_machine(0))
+    engine.add_object_file(llvm.ObjectFileRef.from_data(code))
+    engine.finalize_object()
+    return Engine(engine)
+
+
+def target_machine(optimize: int) -> Any:
+    """LLVM's code generator for this processor."""
+    llvm.initialize_native_target()
+    llvm.initialize_native_asmprinter()
+    target = llvm.Target.from_triple(llvm.get_process_triple())
+    return target.create_target_machine(cpu=processor_name(), features=features(), opt=optimize, jit=True)
+
+
+def processor_name() -> str:
+    """LLVM's name for this processor."""
+    name: str = llvm.get_host_cpu_name()
+    return name
+
+
+def features() -> str:
+    """What this processor can do, in LLVM's notation."""
+    listed: str = llvm.get_host_cpu_features().flatten()
+    return listed

@@ -1,0 +1,120 @@
+"""Machine code from a program, and its functions as callables."""
+
+from __future__ import annotations
+
+import ctypes
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any, Protocol
+
+from lagrange_cli.native.compilation.object_loader import Unsupported, load_image
+from lagrange_cli.native.compilation.stack import with_stack
+from lagrange_cli.native.interface import STEPPING, Interface
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.program import Program
+
+QUICK, FULL = 0, 1
+"""LLVM's levels of code generation: the one compiles up to ten times faster, the other's code runs up to
+twice as fast. Both give the same bits."""
+LARGE = 400_000
+"""Characters of a program above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
+
+
+LARGE_RATES = 3_000_000
+"""The same for programs without series, which are compiled once and serve the whole run."""
+LARGEST_IMPROVED = 6_000_000
+"""Bytes of ``QUICK`` code beyond which ``FULL`` code is never made: that takes minutes and gigabytes."""
+STACK_PER_BYTE = 4
+"""Bytes of stack that a byte of code may take: to compute and store a vector of 64 takes 16 at least."""
+SMALL = 2**20
+"""Bytes of code that runs on the caller's stack."""
+COMPILER_STACK = 2**28
+
+
+class Loaded(Protocol):
+    """Code in memory, for as long as this object lives."""
+
+    def address(self, function: str) -> int:
+        """Where a function is, 0 if there is none of that name."""
+        ...
+
+
+@dataclass(frozen=True)
+class Machine:
+    """A compiled program: its functions as callables over addresses; ``loaded`` keeps the code alive."""
+
+    program: Interface
+    loaded: Loaded
+    prepare: Callable[..., None]
+    observe: Callable[..., None]
+    linearize: Callable[..., None] | None
+    advance: Callable[..., int] | None
+    accelerate: Callable[..., int]
+    follow: Callable[..., None] | None
+
+
+def first_level(program: Program) -> int:
+    """The level to compile ``program`` with when nothing is known of the run."""
+    large = LARGE if program.order >= STEPPING else LARGE_RATES
+    return QUICK if len(program.text) > large else FULL
+
+
+def worth_improving(code: bytes) -> bool:
+    """Whether better code than this, which was compiled quickly, is to be had at a reasonable price."""
+    return len(code) <= LARGEST_IMPROVED
+
+
+def compile_program(program: Program, optimize: int = FULL) -> Machine:
+    """Compile ``program`` for this processor and load it."""
+    return load_machine(compile_object(program, optimize), program)
+
+
+def compile_object(program: Program, optimize: int = FULL) -> bytes:
+    """The object code of ``program`` for this processor."""
+    from lagrange_cli.native.compilation.llvm import compile_text
+
+    if len(program.text) <= LARGE:
+        return compile_text(program.text, optimize)
+    return with_stack(compile_text, COMPILER_STACK)(program.text, optimize)
+
+
+def load_machine(code: bytes, program: Interface) -> Machine:
+    """Object code of ``compile_object`` in memory."""
+    loaded = load(code)
+    pointer, integer, real = ctypes.c_void_p, ctypes.c_int64, ctypes.c_double
+
+    def function(name: str, result: Any, *arguments: Any) -> Any:
+        address = loaded.address(name)
+        if not address:
+            return None
+        found = ctypes.CFUNCTYPE(result, *arguments)(address)
+        return with_stack(found, STACK_PER_BYTE * len(code)) if len(code) > SMALL else found
+
+    stepping = program.order >= STEPPING
+    return Machine(
+        program=program,
+        loaded=loaded,
+        prepare=function("prepare", None, pointer, pointer),
+        observe=function("observe", None, pointer, pointer, pointer, pointer, integer, integer),
+        linearize=function("linearize", None, pointer, pointer, pointer, pointer, integer, integer),
+        advance=function(
+            "advance", integer, pointer, pointer, pointer, pointer, real, pointer, integer, pointer,
+            integer, integer, integer, pointer,
+        ) if stepping else None,
+        accelerate=function("accelerate", integer, pointer, real, pointer, pointer, pointer),
+        follow=function(
+            "follow", None, pointer, pointer, pointer, pointer, real, real, pointer, integer, pointer,
+            pointer, pointer, integer,
+        ) if program.lanes else None,
+    )  # fmt: skip
+
+
+def load(code: bytes) -> Loaded:
+    """Object code in memory: by the short way where there is one, else by LLVM."""
+    try:
+        return load_image(code)
+    except Unsupported:
+        from lagrange_cli.native.compilation.llvm import load_with_llvm
+
+        return load_with_llvm(code)

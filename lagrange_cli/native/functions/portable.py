@@ -1,0 +1,275 @@
+"""A program's text made the same on every machine: no function of the C library, every fma an explicit one.
+
+The rest of a program is IEEE 754's operations in an order that is written down, vectors of a width that is
+written down among them: they have one result. The functions of the C library do not, each release and each
+processor's variant has its own last bit; and ``fmuladd`` is rounded once or twice, as the processor likes.
+Here it is always rounded once, by a call of C's ``fma`` where the processor has none: its result is defined.
+The functions come from ``elementary`` where its formulas hold, else from double-double numbers.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+
+from lagrange_cli.native.functions import elementary
+from lagrange_cli.native.functions.double_double import (
+    LN2,
+    PI,
+    cosh_within,
+    functions,
+    leg,
+    refined_angle,
+    sinh_within,
+)
+from lagrange_cli.native.functions.formulas import LEAST_NORMAL
+from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE, table, wide_functions
+from lagrange_cli.native.numbers.double import Operand, fused, literal, operand
+from lagrange_cli.native.numbers.double_double import TYPE, Pair, Twofold, operations
+from lagrange_cli.native.numbers.vector import Body
+from lagrange_cli.native.recurrences.evaluation import LIBRARY
+
+INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
+"""LLVM's functions that become calls of the C library."""
+LIBM = re.compile(rf"@(?:llvm\.({'|'.join(INTRINSICS)})\.f64|({'|'.join(LIBRARY)}))\(")
+TURNING = re.compile(r"  (%[\w.]+) = call double @llvm\.(sin|cos)\.f64\(double ([%\w.]+)\)")
+PAIR = elementary.result_type("sin_cos", 1)
+DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
+CALLED = re.compile(r"@([\w.]+)\(")
+
+ARC_TANGENT = (
+    1.0, -0.3333314528, 0.1999355085, -0.1420889944, 0.1065626393, -0.0752896400, 0.0429096138,
+    -0.0161657367, 0.0028662257,
+)  # fmt: skip
+"""atan(r) / r in powers of r^2, |r| <= 1; error 2^-25 (Abramowitz and Stegun, 4.4.49). A step of Newton's
+iteration makes three times as many digits of it."""
+RAISED = 54
+"""Binary orders by which denormal numbers are raised to be normal."""
+LARGE, SMALL = 2.0**500, 2.0**-500
+"""Sizes of coordinates beyond which they are scaled, so that nothing overflows or underflows."""
+OVERFLOWING = 700.0
+"""The hyperbolic functions' argument from which e^-x no longer counts."""
+
+ZERO, ONE, INFINITY, NAN = (operand(literal(x)) for x in (0.0, 1.0, float("inf"), float("nan")))
+Formula = Callable[..., "Pair | Operand"]
+
+
+def portable(text: str) -> str:
+    """``text``, a program's, with functions of its own, so that every machine computes the same bits."""
+    text = fused(text)
+    known = library(twofold=f"{TYPE} = type" not in text)
+    lines = [line for line in text.split("\n") if not (line.startswith("declare") and LIBM.search(line))]
+    text = LIBM.sub(_own, "\n".join(together(lines)))
+    parts, found, pending = [text], set(DEFINED.findall(text)), [text]
+    while pending:
+        for name in sorted(set(CALLED.findall(pending.pop())) & known.keys() - found):
+            found.add(name)
+            parts.append(known[name])
+            pending.append(known[name])
+    if f"{TYPE} = type" not in text and any(TYPE in part for part in parts):
+        parts.insert(0, operations()[0])
+    if any("@two_over_pi" in part for part in parts):
+        parts.insert(0, table())
+    return "\n".join(parts)
+
+
+def together(lines: Sequence[str]) -> Iterator[str]:
+    """``lines``, but sine and cosine of one operand, where they are in one block, by one call."""
+    made: dict[str, str] = {}
+    for i, line in enumerate(lines):
+        found = TURNING.fullmatch(line)
+        if found is None:
+            made = {} if line.endswith((":", "{")) else made
+            yield line
+            continue
+        name, function, angle = found.groups()
+        if angle not in made:
+            made[angle] = f"%turned.{i}"
+            yield f"  {made[angle]} = call {PAIR} @sin_cos.1(double {angle}, double {ZERO})"
+        yield f"  {name} = extractvalue {PAIR} {made[angle]}, {int(function == 'cos')}"
+
+
+def _own(call: re.Match[str]) -> str:
+    return f"@portable.{call[1] or call[2]}("
+
+
+def _beyond(call: re.Match[str]) -> str:
+    return f"@beyond.{call[1] or call[2]}("
+
+
+def library(*, twofold: bool) -> Mapping[str, str]:
+    """The text of every function that may be needed, by name."""
+    texts = [_double(name, count, formula) for name, (count, formula) in FORMULAS.items()]
+    for name in ("sin_cos", "exp", "log", "pow"):  # beyond their range these would ask the C library
+        texts.append(LIBM.sub(_beyond, elementary.definition(Body(1), name)))
+    texts += wide_functions()
+    if twofold:
+        texts += [*operations()[1:], *functions()]
+    return {DEFINED.findall(text)[0]: LIBM.sub(_own, text) for text in texts}
+
+
+def _double(name: str, count: int, formula: Formula) -> str:
+    """The text of a function of ``count`` doubles."""
+    body = Twofold()
+    arguments = [f"%a{i}" for i in range(count)]
+    made = formula(body, *arguments)
+    result = made if isinstance(made, str) else rounded(body, made)
+    lines, heads = "\n".join(body.lines), ", ".join(f"double {a}" for a in arguments)
+    return f"define internal double @{name}({heads}) #0 {{\n{lines}\n  ret double {result}\n}}\n"
+
+
+def pair(e: Twofold, x: Operand) -> Pair:
+    """A double as a number of two."""
+    return Pair(e, x, ZERO)
+
+
+def rounded(e: Twofold, value: Pair) -> Operand:
+    """The double nearest to it."""
+    return operand(e.add(value.high, value.low))
+
+
+def select(e: Twofold, condition: str, yes: Operand, no: Operand) -> Operand:
+    """One of two doubles."""
+    return e.define(f"select i1 {condition}, double {yes}, double {no}")
+
+
+def both(e: Twofold, a: str, b: str) -> str:
+    """Whether both conditions hold."""
+    return e.define(f"and i1 {a}, {b}")
+
+
+def size_of(e: Twofold, x: Operand) -> Operand:
+    """|x|."""
+    return e.call("llvm.fabs.f64", x)
+
+
+def signed(e: Twofold, size: Operand, x: Operand) -> Operand:
+    """``size`` with the sign of x, zeros' too."""
+    bits = e.define(f"bitcast double {x} to i64")
+    return select(e, e.define(f"icmp slt i64 {bits}, 0"), operand(e.neg(size)), size)
+
+
+def tangent(e: Twofold, x: Operand) -> Operand:
+    """tan x."""
+    near = e.compare("olt", size_of(e, x), LEAST_WIDE)
+    wide = e.function("wide_sin", x) / e.function("wide_cos", x)
+    return rounded(e, e.choose(near, e.function("tan", pair(e, x)), wide))
+
+
+def normal(e: Twofold, x: Operand) -> tuple[str, Operand]:
+    """Whether x > 0 is denormal, and x, raised if it is."""
+    tiny = both(e, e.compare("ogt", x, 0.0), e.compare("olt", x, LEAST_NORMAL))
+    return tiny, select(e, tiny, operand(e.mul(x, literal(2.0**RAISED))), x)
+
+
+def beyond_log(e: Twofold, x: Operand) -> Operand:
+    """ln x of what is not a normal positive number."""
+    tiny, raised = normal(e, x)
+    made = elementary.logarithm(e, select(e, tiny, raised, ONE))
+    made = operand(e.sub(made, literal(float(RAISED * LN2))))
+    other = select(e, e.compare("olt", x, 0.0), NAN, x)
+    other = select(e, e.compare("oeq", x, 0.0), operand(literal(float("-inf"))), other)
+    return select(e, tiny, made, other)
+
+
+def beyond_pow(e: Twofold, x: Operand, y: Operand) -> Operand:
+    """x^y where it is not a product of normal numbers, or x is not positive; C's special values."""
+    size = size_of(e, x)
+    tiny, raised = normal(e, size)
+    log = e.function("log", pair(e, raised))
+    log = e.choose(tiny, log - e.number(RAISED * LN2), log)
+    made = rounded(e, e.function("exp", pair(e, y) * log))
+    exponent = operand(e.mul(y, e.call("llvm.log.f64", size)))
+    made = select(e, e.compare("olt", exponent, -746.0), ZERO, made)
+    made = select(e, e.compare("ogt", exponent, 710.0), INFINITY, made)
+    made = select(e, e.compare("oeq", size, 1.0), ONE, made)
+    half = operand(e.mul(y, literal(0.5)))
+    whole = e.compare("oeq", e.call("llvm.floor.f64", y), y)
+    odd = both(e, whole, e.compare("one", e.call("llvm.floor.f64", half), half))
+    real = e.define(f"or i1 {whole}, {e.compare('oeq', size, float('inf'))}")
+    of_negative = select(e, real, select(e, odd, operand(e.neg(made)), made), NAN)
+    made = select(e, e.compare("olt", x, 0.0), of_negative, made)
+    return select(e, e.compare("oeq", y, 0.0), ONE, made)
+
+
+def angle(e: Twofold, y: Pair, x: Pair) -> Pair:
+    """The angle of the point (x, y), which is neither very far nor very near."""
+    across, along = size_of(e, y.high), size_of(e, x.high)
+    steep = e.compare("ogt", across, along)
+    shorter, longer = select(e, steep, along, across), select(e, steep, across, along)
+    nowhere = e.compare("oeq", operand(e.add(across, along)), 0.0)
+    ratio = select(e, nowhere, ZERO, operand(e.div(shorter, longer)))
+    square = operand(e.mul(ratio, ratio))
+    total = operand(literal(ARC_TANGENT[-1]))
+    for one in reversed(ARC_TANGENT[:-1]):
+        total = operand(e.add(e.mul(total, square), literal(one)))
+    first = operand(e.mul(total, ratio))
+    first = select(e, steep, operand(e.sub(literal(float(PI / 2)), first)), first)
+    first = select(e, e.compare("olt", x.high, 0.0), operand(e.sub(literal(float(PI)), first)), first)
+    start = pair(e, signed(e, first, y.high))
+    return e.choose(nowhere, start, refined_angle(e, start, y, x))
+
+
+def atan2(e: Twofold, y: Operand, x: Operand) -> Operand:
+    """The angle of any point."""
+    across, along = size_of(e, y), size_of(e, x)
+    far = e.call("llvm.maxnum.f64", across, along)
+    factor = select(e, e.compare("ogt", far, LARGE), operand(literal(SMALL)), ONE)
+    factor = select(e, e.compare("olt", far, SMALL), operand(literal(LARGE)), factor)
+    endless = e.compare("oeq", far, float("inf"))
+    sides = []
+    for one, size in ((y, across), (x, along)):
+        unit = select(e, e.compare("oeq", size, float("inf")), ONE, ZERO)
+        unit = select(e, e.compare("uno", size, 0.0), NAN, unit)
+        sides.append(pair(e, signed(e, select(e, endless, unit, operand(e.mul(size, factor))), one)))
+    return rounded(e, angle(e, *sides))
+
+
+def growing(within: Callable[[Twofold, Pair], Pair]) -> Formula:
+    """sinh or cosh: e^|x| / 2 where the other half does not count."""
+
+    def formula(e: Twofold, x: Operand) -> Operand:
+        size = size_of(e, x)
+        half = rounded(e, e.function("exp", pair(e, size) - e.number(LN2)))
+        half = select(e, e.compare("oeq", size, float("inf")), size, half)
+        half = half if within is cosh_within else signed(e, half, x)
+        return select(e, e.compare("olt", size, OVERFLOWING), rounded(e, within(e, pair(e, x))), half)
+
+    return formula
+
+
+def tanh(e: Twofold, x: Operand) -> Operand:
+    """1 to the last digit beyond 40."""
+    number = pair(e, x)
+    made = rounded(e, sinh_within(e, number) / cosh_within(e, number))
+    made = select(e, e.compare("ogt", x, 40.0), ONE, made)
+    return select(e, e.compare("olt", x, -40.0), operand(literal(-1.0)), made)
+
+
+FORMULAS: Mapping[str, tuple[int, Formula]] = {
+    "portable.sin": (1, lambda e, x: elementary.sin_cos(e, x)[0]),
+    "portable.cos": (1, lambda e, x: elementary.sin_cos(e, x)[1]),
+    "portable.exp": (1, lambda e, x: elementary.exponential(e, x)),
+    "portable.log": (1, lambda e, x: elementary.logarithm(e, x)),
+    "portable.pow": (2, lambda e, x, y: elementary.power(e, x, y)),
+    "portable.log2": (
+        1, lambda e, x: operand(e.mul(elementary.logarithm(e, x), literal(float(1 / LN2)))),
+    ),
+    "portable.exp2": (
+        1, lambda e, x: elementary.exponential(e, operand(e.mul(x, literal(float(LN2))))),
+    ),
+    "portable.tan": (1, tangent),
+    "portable.atan": (1, lambda e, x: atan2(e, x, ONE)),
+    "portable.asin": (1, lambda e, x: angle(e, pair(e, x), leg(e, pair(e, x)))),
+    "portable.acos": (1, lambda e, x: angle(e, leg(e, pair(e, x)), pair(e, x))),
+    "portable.atan2": (2, atan2),
+    "portable.sinh": (1, growing(sinh_within)),
+    "portable.cosh": (1, growing(cosh_within)),
+    "portable.tanh": (1, tanh),
+    "beyond.sin": (1, lambda e, x: e.function("wide_sin", x)),
+    "beyond.cos": (1, lambda e, x: e.function("wide_cos", x)),
+    "beyond.exp": (1, lambda e, x: e.function("exp", pair(e, x))),
+    "beyond.log": (1, beyond_log),
+    "beyond.pow": (2, beyond_pow),
+}  # fmt: skip
+"""By name, how many doubles a function takes, and what it is; ``beyond`` the range of ``elementary``."""

@@ -1,0 +1,156 @@
+"""Code for the dot products of a group: a lane for each, so that nothing is ever summed across a vector."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TypeAlias
+
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.numbers.double import Emitter, Operand, Value, operand
+from lagrange_cli.native.recurrences.layout import FIRST, Group
+
+Pair: TypeAlias = "tuple[Operand, Operand]"
+"""A vector of the first operands, and one of the second ones."""
+
+CHAINS = 4
+"""Sums that a dot product is made of, so that its additions need not wait for each other."""
+TOGETHER = 8
+"""Groups that are summed in one loop: their sums stay in registers."""
+
+
+def vector(group: Group) -> str:
+    """The type of the group's vectors."""
+    return f"<{group.width} x double>"
+
+
+def assemble(emitter: Emitter, width: int, values: Sequence[Value]) -> Operand:
+    """A vector of ``width`` lanes, the first ones ``values``, the others 0."""
+    whole = "zeroinitializer"
+    for lane, value in enumerate(values):
+        if value is not None:
+            whole = emitter.define(f"insertelement <{width} x double> {whole}, double {value}, i64 {lane}")
+    return whole
+
+
+def packed(emitter: Emitter, group: Group, values: Sequence[Value]) -> Operand:
+    """A vector of the group, a value for each of its dot products; what is in the other lanes, none asks."""
+    whole = "poison"
+    for lane, value in enumerate(values):
+        whole = emitter.define(f"insertelement {vector(group)} {whole}, double {operand(value)}, i64 {lane}")
+    return whole
+
+
+def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str, place: int) -> None:
+    """Store ``values`` as whole vectors of ``width`` lanes, or of 8 where that is more.
+
+    (What is stored one by one cannot be loaded as a vector until it has reached memory.)
+    """
+    lanes = min(width, LANES)
+    for start in range(0, width, lanes):
+        whole = assemble(emitter, lanes, values[start : start + lanes])
+        address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + start}")
+        emitter.line(f"  store <{lanes} x double> {whole}, ptr {address}, align {8 * lanes}")
+
+
+def store(emitter: Emitter, group: Group, pair: Pair, base: str, m: int) -> None:
+    """Keep vector m of both operands, counted from ``base``.
+
+    (Volatile, so that it is stored as one: a vector of which halves are stored cannot be loaded until both
+    have reached memory.)
+    """
+    for place, value in zip((group.first, group.second), pair):
+        address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + group.width * m}")
+        emitter.line(f"  store volatile {vector(group)} {value}, ptr {address}, align {8 * group.width}")
+
+
+def load(emitter: Emitter, group: Group, base: str, offset: int) -> Operand:
+    """A vector of the group from memory."""
+    address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {offset}")
+    return emitter.define(f"load {vector(group)}, ptr {address}, align {8 * group.width}")
+
+
+def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: Operand | None) -> Operand:
+    """``a * b + total``, lane by lane."""
+    emitter.operations += len(group.dots) * emitter.repeated
+    kind = vector(group)
+    if total is None:
+        return emitter.define(f"fmul {kind} {a}, {b}")
+    return emitter.define(
+        f"call {kind} @llvm.fmuladd.v{group.width}f64({kind} {a}, {kind} {b}, {kind} {total})"
+    )
+
+
+def sum_written_out(
+    emitter: Emitter, group: Group, last: int, base: str, n: int, recent: Mapping[int, Pair]
+) -> Operand | None:
+    """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.
+
+    It begins with those in the middle, which have been known for longest. The ``recent`` ones, by their
+    indices, need not be loaded.
+    """
+    totals: list[Operand | None] = [None] * CHAINS
+    for turn, m in enumerate(sorted(range(FIRST, last + 1), key=lambda m: max(m, last + FIRST - m))):
+        a, b = recent.get(m, (None, None))[0], recent.get(n - m, (None, None))[1]
+        a = a or load(emitter, group, "%work", group.first + group.width * m)
+        b = b or load(emitter, group, base, group.second + group.width * (n - m))
+        totals[turn % CHAINS] = multiply_add(emitter, group, a, b, totals[turn % CHAINS])
+    some = [total for total in totals if total is not None]
+    while len(some) > 1:
+        some.append(emitter.define(f"fadd {vector(group)} {some.pop(0)}, {some.pop(0)}"))
+    return some[0] if some else None
+
+
+def sum_in_loop(
+    emitter: Emitter, groups: Sequence[Group], k: str, stages: range, label: str
+) -> tuple[list[Operand], str]:
+    """sum_{m=1}^{n-1} a[m] b[n-m] of vectors with n = ``k`` + level of each group, the newest at last.
+
+    Written into the block ``label`` of what is done for each k of ``stages``; returns the label of the block
+    that goes on.
+    """
+    lowest = min(group.level for group in groups)
+    name = emitter.fresh()
+    loop, after = f"{name[1:]}.sum", f"{name[1:]}.summed"
+    m, following, more, some = (f"{name}.{part}" for part in ("m", "next", "more", "some"))
+    last = emitter.define(f"add i64 {k}, {lowest - FIRST - 1}")
+    emitter.line(
+        f"  {some} = icmp sgt i64 {last}, {FIRST}\n  br i1 {some}, label %{loop}, label %{after}\n{loop}:"
+    )
+    emitter.line(f"  {m} = phi i64 [ {FIRST + 1}, %{label} ], [ {following}, %{loop} ]")
+    before, place = [emitter.fresh() for _ in groups], len(emitter.lines)
+    opposite = emitter.define(f"sub i64 {k}, {m}")
+    totals: list[Operand] = []
+    bases = {
+        group.width: (moved(emitter, m, group.width), moved(emitter, opposite, group.width))
+        for group in groups
+    }
+    emitter.repeated = sum(max(0, stage + lowest - FIRST - 2) for stage in stages)
+    for group, total in zip(groups, before):
+        first, second = bases[group.width]
+        a = load(emitter, group, first, group.first)
+        b = load(emitter, group, second, group.second + group.width * group.level)
+        totals.append(multiply_add(emitter, group, a, b, total))
+    emitter.repeated = len(stages)
+    ways = [f"[ zeroinitializer, %{label} ], [ {total}, %{loop} ]" for total in totals]
+    emitter.lines[place:place] = [
+        f"  {name} = phi {vector(group)} {way}" for group, name, way in zip(groups, before, ways)
+    ]
+    emitter.line(f"  {following} = add nuw nsw i64 {m}, 1\n  {more} = icmp sle i64 {following}, {last}")
+    emitter.line(f"  br i1 {more}, label %{loop}, label %{after}\n{after}:")
+    sums = [emitter.define(f"phi {vector(group)} {way}") for group, way in zip(groups, ways)]
+    for i, group in enumerate(groups):
+        base = moved(emitter, k, group.width)
+        for ahead in range(lowest - FIRST, group.level):  # m = k + ahead
+            a = load(emitter, group, base, group.first + group.width * ahead)
+            b = load(emitter, group, "%work", group.second + group.width * (group.level - ahead))
+            sums[i] = multiply_add(emitter, group, a, b, sums[i])
+        a = load(emitter, group, "%work", group.first + group.width * FIRST)
+        b = load(emitter, group, base, group.second + group.width * (group.level - FIRST))
+        sums[i] = multiply_add(emitter, group, a, b, sums[i])
+    return sums, after
+
+
+def moved(emitter: Emitter, index: str, width: int) -> Operand:
+    """``%work`` moved on by so many vectors."""
+    doubles = emitter.define(f"mul i64 {index}, {width}")
+    return emitter.define(f"getelementptr inbounds double, ptr %work, i64 {doubles}")

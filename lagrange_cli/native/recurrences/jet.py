@@ -1,0 +1,100 @@
+"""The function ``@jet``: all Taylor coefficients of one step, order by order.
+
+The first stages are written out; the later ones are loops over the stage k.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+from lagrange_cli.native.numbers.double import operand
+from lagrange_cli.native.recurrences.convolution import store_rows
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.layout import CARRIED
+from lagrange_cli.native.recurrences.rolled import Looped
+from lagrange_cli.native.recurrences.unrolled import WrittenOut
+from lagrange_cli.series.program import Op
+
+WRITTEN_OUT = 3
+"""Stages, besides the two that start the series, that are written out.
+
+More are, where a convolution starts late.
+"""
+ALONE = 1
+"""Groups up to which all stages are written out: that is little code."""
+FEW_GROUPS = 3
+"""Groups up to which their sums are written out; one of several levels counts as so many."""
+SHORT_LOOP = 9
+"""Stages of a loop whose sums are written out, at most: few zeros are summed, and few loops compiled."""
+LOWEST = 3
+"""In a loop every convolution is at this index or above, where the pairs with index 1 are two."""
+
+
+def write_jet(expansion: Expansion) -> str:
+    """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
+    emitter, groups = expansion.emitter, expansion.layout.groups
+    last = expansion.layout.order - 2
+    looped = min(last + 1, first_looped(expansion))
+    for k in range(-2, looped):
+        WrittenOut(expansion, k).write()
+    expansion.newest = {
+        (index, age): expansion.table[index].get(looped - 1 + one.level - age)
+        for index, one in enumerate(expansion.program.series)
+        for age in range(CARRIED)
+    }
+    padded = sum(len({dot.level for dot in group.dots}) for group in groups) <= FEW_GROUPS
+    for start, stop in split(looped, last, SHORT_LOOP if padded else last):
+        write_loop(expansion, start, stop, padded)
+    finish(expansion)
+    body = "\n".join(emitter.lines)
+    return (
+        "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work)"
+        f" #0 {{\n{body}\n  ret i1 {expansion.regular}\n}}\n"
+    )
+
+
+def first_looped(expansion: Expansion) -> int:
+    """The first stage that a loop may have, or one after the last."""
+    groups = expansion.layout.groups
+    if len(groups) <= ALONE:
+        return expansion.layout.order - 1
+    levels = [one.level for one in expansion.program.series if one.op in (Op.MULTIPLY, Op.POWER)]
+    return max([WRITTEN_OUT, *(LOWEST - level for level in (*levels, *(group.level for group in groups)))])
+
+
+def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> None:
+    """A loop over the stages start .. stop."""
+    emitter, k = expansion.emitter, f"%k{start}"
+    emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
+    place = len(emitter.lines)
+    emitter.forget_depths()
+    emitter.repeated = stop - start + 1
+    stage = Looped(expansion, k, start, stop, padded)
+    latch = stage.write(f"stages{start}")
+    emitter.repeated = 1
+    phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
+    for (index, age), name in stage.carried.items():
+        old, new = operand(expansion.newest[index, age - 1]), operand(stage.newest(index, age - 1))
+        phis.append(f"  {name} = phi double [ {old}, %before{start} ], [ {new}, %{latch} ]")
+    ages = [*((index, 0) for index in range(len(expansion.table))), *stage.carried]
+    expansion.newest = {one: stage.newest(*one) for one in ages}
+    emitter.lines[place:place] = phis
+    emitter.line(
+        f"  %next{start} = add nuw nsw i64 {k}, 1\n  %more{start} = icmp ule i64 %next{start}, {stop}"
+    )
+    emitter.line(f"  br i1 %more{start}, label %stages{start}, label %after{start}\nafter{start}:")
+
+
+def finish(expansion: Expansion) -> None:
+    """Store q's last coefficients, which are one order ahead of the velocities'."""
+    layout = expansion.layout
+    coordinates = expansion.program.coordinates
+    values = [expansion.newest[index, 0] if index in coordinates else None for index in layout.state]
+    store_rows(expansion.emitter, layout.width, values, "%work", layout.width * layout.order)
+
+
+def split(start: int, last: int, length: int) -> list[tuple[int, int]]:
+    """The stages start .. last in as few parts of at most ``length`` as there can be, all about as long."""
+    parts = max(0, -(-(last + 1 - start) // max(1, length)))
+    cuts = [start + (last + 1 - start) * part // parts for part in range(parts + 1)] if parts else []
+    return [(a, b - 1) for a, b in itertools.pairwise(cuts)]

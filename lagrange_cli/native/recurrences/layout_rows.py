@@ -1,0 +1,68 @@
+"""Where the coefficients of double-double series lie in memory.
+
+Every series has a row: coefficients' high parts behind zeros, then the low parts, again behind zeros.
+"""
+
+from __future__ import annotations
+
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.numbers.double_double import Twofold
+from lagrange_cli.records import dataclass
+from lagrange_cli.series.program import Op, SeriesProgram, reciprocal
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Where things are in ``%work`` and in the state, whose low parts are ``width`` doubles behind.
+
+    ``weighted`` are further rows for m p[m] of powers; behind all rows come the factored blocks of masses.
+    """
+
+    program: SeriesProgram
+    order: int
+    width: int
+    weighted: dict[int, int]
+    blocks: tuple[int, ...]
+
+    @property
+    def state(self) -> list[int]:
+        """The series of q, v and the integrals."""
+        return [*self.program.coordinates, *self.program.velocities, *self.program.integrals]
+
+    @property
+    def top(self) -> int:
+        """The order to which velocities are known."""
+        return self.order - 1
+
+    @property
+    def beyond(self) -> int:
+        """Doubles from a high part in a row to its low part."""
+        return LANES + LANES * -(-(self.order + 1 + LANES) // LANES)
+
+    def row(self, index: int) -> int:
+        """Where coefficient 0 of a series is."""
+        return 2 * self.beyond * index + LANES
+
+    def block(self, index: int) -> int:
+        """Where the factors of a block are, n rows of n numbers; then n pivots, and n numbers of room."""
+        rows = 2 * self.beyond * (len(self.program.series) + len(self.weighted))
+        return rows + sum(2 * n * (n + 2) for n in self.blocks[:index])
+
+    @property
+    def doubles(self) -> int:
+        """Size of ``%work``."""
+        return LANES * -(-self.block(len(self.blocks)) // LANES)
+
+
+def arrange(program: SeriesProgram, residual: Residual, order: int, width: int) -> Rows:
+    """The places for ``program`` with q's series to ``order``."""
+    weighted = [i for i, one in enumerate(program.series) if one.op is Op.POWER and not reciprocal(one.data)]
+    places = {index: len(program.series) + i for i, index in enumerate(weighted)}
+    return Rows(program, order, width, places, tuple(map(len, residual.blocks)))
+
+
+def velocities(rows: Rows, body: Twofold) -> list[tuple[int, str]]:
+    """Their rows in the state, and the addresses of their series."""
+    places = [body.place("%work", rows.row(i)) for i in rows.program.velocities]
+    return list(enumerate(places, len(places)))

@@ -1,0 +1,262 @@
+"""From graph nodes to series: products of two, sums that share parts, functions with their derivatives."""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Iterable, Sequence
+
+from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.records import dataclass, field
+from lagrange_cli.series.factoring import associate, reciprocals
+from lagrange_cli.series.offsets import set_levels, sort
+from lagrange_cli.series.program import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
+
+
+def lower(
+    graph: Graph,
+    variables: int,
+    q: Sequence[Node],
+    v: Sequence[Node],
+    t: Node,
+    residual: Sequence[Node],
+    integrands: Sequence[Node],
+) -> SeriesProgram:
+    """The series program of the equations ``residual`` and the quadratures of ``integrands``."""
+    builder = _Builder(graph, variables)
+    builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
+    coordinates = []
+    for i, symbol in enumerate(q):
+        builder.by_node[symbol] = builder.add(Series(Op.COORDINATE, data=i, node=symbol, order=0))
+        coordinates.append(builder.by_node[symbol])
+    velocities = []
+    for coordinate, symbol in zip(coordinates, v):
+        builder.by_node[symbol] = builder.derivative(coordinate)
+        velocities.append(builder.by_node[symbol])
+    builder.lower_all([*residual, *integrands])
+    roots = [builder.by_node[node] for node in residual]
+    integrals = [builder.add(Series(Op.PRIMITIVE, (builder.by_node[node],))) for node in integrands]
+    set_levels(builder.series, coordinates, velocities, roots, integrals)
+    return sort(builder.series, coordinates, velocities, roots, integrals)
+
+
+Terms = frozenset[tuple[int, Node]]
+"""The terms of a sum: series and their coefficients."""
+
+
+@dataclass
+class _Builder:
+    graph: Graph
+    variables: int
+    series: list[Series] = field(default_factory=list)
+    by_node: dict[Node, int] = field(default_factory=dict)
+    derivatives: dict[int, int] = field(default_factory=dict)
+    products: dict[tuple[int, int], int] = field(default_factory=dict)
+    powers: dict[tuple[int, Node], int] = field(default_factory=dict)
+    pairs: dict[Node, tuple[Node, Node]] = field(default_factory=dict)
+    """Which two parts a product is multiplied from."""
+    inverted: set[Node] = field(default_factory=set)
+    """What has its whole negative powers made from its reciprocal."""
+    pending: list[Node] = field(default_factory=list)
+    sums: dict[Terms, int] = field(default_factory=dict)
+    """Series of sums without a constant, by their terms."""
+    parts: dict[tuple[int, Node], list[tuple[int, int, Terms]]] = field(default_factory=dict)
+    """The same by the one of their terms that is first, from short to long, of one length the oldest last."""
+    unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
+    """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
+    function)."""
+
+    def add(self, series: Series) -> int:
+        self.series.append(series)
+        return len(self.series) - 1
+
+    def lower_all(self, roots: Iterable[Node]) -> None:
+        """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""
+        self.pending = list(roots)
+        while self.pending:
+            batch, self.pending = self.pending, []
+            nodes = reachable(batch, lambda n: n not in self.by_node)
+            parts = (self.graph.split_parameters(node, self.variables)[1] for node in nodes)
+            products = [part for part in dict.fromkeys(parts) if part.kind is Kind.PRODUCT]
+            self.pairs |= associate(self.graph, products)
+            self.inverted |= reciprocals(products)
+            for node in _smaller_sums_first(nodes):
+                if node.symbols & self.variables or node in batch:
+                    self.by_node[node] = self.lower(node)
+        for index, rates, node in self.unfinished:
+            terms = []
+            for rate, partial in zip(rates, self.moving_partials(node)):
+                scale, moving = self.graph.split_parameters(partial, self.variables)
+                terms.append((self.multiply(rate, self.moving(moving)), scale))
+            self.series[index].arguments = tuple(product for product, _ in terms)
+            self.series[index].data = (self.graph.zero, tuple(scale for _, scale in terms))
+
+    def lower(self, node: Node) -> int:
+        """The series of one node whose arguments are lowered already."""
+        if not node.symbols & self.variables:
+            return self.linear(node, [])
+        if node.kind is Kind.SUM:
+            constant, coefficients = node.data
+            terms: dict[int, Node] = {}
+            fixed = self.graph.constant(constant)
+            for argument, coefficient in zip(node.arguments, coefficients):
+                if not argument.symbols & self.variables:
+                    fixed = fixed + coefficient * argument
+                    continue
+                scale, moving = self.graph.split_parameters(argument, self.variables)
+                index = self.moving(moving)
+                terms[index] = terms.get(index, self.graph.zero) + coefficient * scale
+            return self.linear(fixed, list(terms.items()))
+        if node.kind is Kind.PRODUCT:
+            scale, moving = self.graph.split_parameters(node, self.variables)
+            index = self.moving(moving)
+            return index if scale is self.graph.one else self.linear(self.graph.zero, [(index, scale)])
+        if node.kind is Kind.DDT:
+            return self.derivative(self.by_node[node.arguments[0]])
+        if node.kind is Kind.POWER:
+            base, exponent = node.arguments
+            if not exponent.symbols & self.variables:
+                return self.power(self.by_node[base], exponent)
+        return self.compose(node)
+
+    def moving(self, node: Node) -> int:
+        """The series of a product without constant factors (or of any lowered node)."""
+        if node in self.by_node:
+            return self.by_node[node]
+        if node.kind is not Kind.PRODUCT:
+            self.by_node[node] = self.lower(node)
+            return self.by_node[node]
+        if node in self.pairs:
+            a, b = self.pairs[node]
+            index = self.multiply(self.moving(a), self.moving(b))
+        else:
+            index, *others = (self.factor(a, e) for a, e in zip(node.arguments, node.data))
+            for other in others:
+                index = self.multiply(index, other)
+        self.by_node[node] = index
+        return index
+
+    def factor(self, base: Node, exponent: int | float) -> int:
+        """The series of a power with a number as its exponent."""
+        index = self.by_node[base]
+        if isinstance(exponent, int) and (exponent > 0 or base in self.inverted):
+            return self.repeated(index if exponent > 0 else self.power(index, -self.graph.one), abs(exponent))
+        return self.power(index, self.graph.constant(exponent))
+
+    def repeated(self, index: int, exponent: int) -> int:
+        """A whole power from two halves."""
+        if exponent == 1:
+            return index
+        half = exponent // 2
+        return self.multiply(self.repeated(index, half), self.repeated(index, exponent - half))
+
+    def multiply(self, a: int, b: int) -> int:
+        key = (min(a, b), max(a, b))
+        if key not in self.products:
+            degree = min(self.series[a].degree + self.series[b].degree, UNBOUNDED)
+            self.products[key] = self.add(
+                Series(
+                    Op.MULTIPLY, key, order=self.highest(key), degree=degree if degree <= SHORT else UNBOUNDED
+                )
+            )
+        return self.products[key]
+
+    def power(self, base: int, exponent: Node) -> int:
+        key = (base, exponent)
+        if key not in self.powers:
+            degree = 0 if self.series[base].degree == 0 else UNBOUNDED
+            self.powers[key] = self.add(
+                Series(Op.POWER, (base,), exponent, order=self.series[base].order, degree=degree)
+            )
+        return self.powers[key]
+
+    def linear(self, constant: Node, terms: list[tuple[int, Node]]) -> int:
+        terms = [(index, scale) for index, scale in terms if not scale.is_zero]
+        if constant.is_zero and len(terms) == 1 and terms[0][1] is self.graph.one:
+            return terms[0][0]
+        whole = frozenset(terms)
+        if constant.is_zero and whole in self.sums:
+            return self.sums[whole]
+        shared = self.longest_part(whole)
+        if shared is not None:
+            terms = [(self.sums[shared], self.graph.one), *(term for term in terms if term not in shared)]
+        arguments = tuple(index for index, _ in terms)
+        degree = max((self.series[i].degree for i in arguments), default=0)
+        made = self.add(
+            Series(
+                Op.LINEAR,
+                arguments,
+                (constant, tuple(scale for _, scale in terms)),
+                order=self.highest(arguments),
+                degree=degree,
+            )
+        )
+        if constant.is_zero and len(whole) > 1:
+            parts = self.parts.setdefault(min(whole, key=lambda term: term[0]), [])
+            insort(parts, (len(whole), -len(self.sums), whole))
+            self.sums[whole] = made
+        return made
+
+    def longest_part(self, whole: Terms) -> Terms | None:
+        """The longest of the sums so far all of whose terms, but not all terms, are in ``whole``."""
+        found: tuple[int, int, Terms] | None = None
+        for term in whole:
+            for one in reversed(self.parts.get(term, ())):
+                if found is not None and one[:2] < found[:2]:
+                    break
+                if one[2] < whole:
+                    found = one
+                    break
+        return found[2] if found is not None else None
+
+    def derivative(self, index: int) -> int:
+        """The derivative of a series; that of a sum or a function in terms of what they are made of."""
+        if index not in self.derivatives:
+            one = self.series[index]
+            rate = any(index == unfinished for unfinished, _, _ in self.unfinished)
+            if one.op is Op.LINEAR and one.degree == UNBOUNDED and not rate:
+                assert isinstance(one.data, tuple)
+                terms = [(self.derivative(i), scale) for i, scale in zip(one.arguments, one.data[1])]
+                made = self.linear(self.graph.zero, terms)
+            else:
+                order = one.order + 1 if one.order >= 0 else FREE
+                degree = max(one.degree - 1, 0) if one.degree != UNBOUNDED else UNBOUNDED
+                made = self.add(Series(Op.DERIVATIVE, (index,), order=order, degree=degree))
+            self.derivatives[index] = made
+        return self.derivatives[index]
+
+    def compose(self, node: Node) -> int:
+        """A function: its rate, sum_i (its derivative by u_i) u_i', and the primitive of that."""
+        arguments = tuple(a for a in node.arguments if a.symbols & self.variables)
+        sources = tuple(self.by_node[a] for a in arguments)
+        rates = tuple(self.derivative(i) for i in sources)
+        rate = self.add(Series(Op.LINEAR, (), (self.graph.zero, ()), order=self.highest(rates)))
+        self.unfinished.append((rate, rates, node))
+        self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
+        index = self.add(
+            Series(Op.PRIMITIVE, (rate,), node=node, sources=sources, order=self.highest(sources))
+        )
+        self.derivatives[index] = rate
+        return index
+
+    def moving_partials(self, node: Node) -> list[Node]:
+        """Partial derivatives by the arguments that move, in terms of the node itself where it is a power.
+
+        (In terms of another power, each would call for the next.)
+        """
+        partials = self.graph.partials(node)
+        if node.kind is Kind.POWER:
+            base, exponent = node.arguments
+            partials = (node * exponent / base, partials[1])
+        pairs = zip(node.arguments, partials)
+        return [partial for argument, partial in pairs if argument.symbols & self.variables]
+
+    def highest(self, indices: Iterable[int]) -> int:
+        return max((self.series[i].order for i in indices), default=FREE)
+
+
+def _smaller_sums_first(nodes: Sequence[Node]) -> list[Node]:
+    """Arguments before users and, at equal height, short sums before the long ones that contain them."""
+    height: dict[Node, int] = {}
+    for node in nodes:
+        height[node] = 1 + max((height.get(a, 0) for a in node.arguments), default=0)
+    return sorted(nodes, key=lambda n: (height[n], len(n.arguments), n.number))
