@@ -23,8 +23,7 @@ from numpy.typing import NDArray
 from benchmarks.benchmark import Benchmark
 from benchmarks.report import ROOT, Report, Requirement, markdown_table
 from benchmarks.uncertain import SYSTEMS
-from lagrange_cli.cli.certifying import DIGITS, companion_settings
-from lagrange_cli.cli.settings import resolve_settings
+from lagrange_cli.cli.options.certify import DIGITS, companion_settings
 from lagrange_cli.cli.source import derive_system, read_system
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate
 from lagrange_cli.integrate.methods.names import DOUBLE_DOUBLE
@@ -33,6 +32,7 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import Outcome, Times, integrate
 from lagrange_cli.integrate.samples import LOW
 from lagrange_cli.records import replace
+from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults
 from lagrange_cli.spec.values import Values, resolve_values

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from benchmarks.motions import Functions, System
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
-from lagrange_cli.cli.settings import DEFAULT_OUTPUTS
 from lagrange_cli.cli.shipped import text
 from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.run.settings import DEFAULT_OUTPUTS
 from lagrange_cli.work_precision.reference import TOLERANCES, Reference, find_reference
 from lagrange_cli.work_precision.trajectory import Followed, follow
 

@@ -147,9 +147,9 @@ def opened_files() -> set[str]:
 
 def run(commands: Sequence[Sequence[str]]) -> int:
     """The highest status of the commands; ``interrupted solve ...`` is interrupted at its second look."""
-    import lagrange_cli.cli.solve as solving
-    from lagrange_cli.cli.interrupts import Interrupts, heed_endings
+    import lagrange_cli.cli.commands.solve as solving
     from lagrange_cli.cli.main import main
+    from lagrange_cli.cli.signals import Interrupts, heed_endings
 
     class Interrupted(Interrupts):
         looks = 0

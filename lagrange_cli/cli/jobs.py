@@ -17,9 +17,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 from lagrange_cli import limits
-from lagrange_cli.cli.interrupts import Interrupts, heed_endings
-from lagrange_cli.cli.progress import Counter, Line
-from lagrange_cli.cli.report import (
+from lagrange_cli.cli.console import (
     INTERRUPTED,
     KILLED,
     STANDARD_INPUT,
@@ -29,6 +27,8 @@ from lagrange_cli.cli.report import (
     emit,
     run_one,
 )
+from lagrange_cli.cli.report.progress import Counter, Line
+from lagrange_cli.cli.signals import Interrupts, heed_endings
 from lagrange_cli.cli.source import read_bytes
 
 Action = Callable[[str], int]

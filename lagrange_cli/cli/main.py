@@ -13,8 +13,8 @@ import click
 
 import lagrange_cli
 from lagrange_cli import limits
-from lagrange_cli.cli.interrupts import heed_endings
-from lagrange_cli.cli.report import INTERRUPTED, complain, describe, discard_output
+from lagrange_cli.cli.console import INTERRUPTED, complain, describe, discard_output
+from lagrange_cli.cli.signals import heed_endings
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -29,7 +29,7 @@ COMMANDS = {
     "systems": "List the example systems, or print one of them.",
     "completion": "Print the completion script for bash, zsh or fish.",
 }
-"""Each command, with its purpose. It lives under its name in the module of that name beside this one."""
+"""Each command, with its purpose. It lives under its name in the module of that name in ``commands``."""
 
 
 class LazyGroup(click.Group):
@@ -41,7 +41,7 @@ class LazyGroup(click.Group):
     def get_command(self, context: click.Context, name: str) -> click.Command | None:
         if name not in COMMANDS:
             return None
-        command = getattr(import_module(f"lagrange_cli.cli.{name}"), name)
+        command = getattr(import_module(f"lagrange_cli.cli.commands.{name}"), name)
         assert isinstance(command, click.Command)
         return command
 
@@ -70,7 +70,7 @@ def lagrange() -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status; every error ends here, with a message."""
     if "_LAGRANGE_COMPLETE" in os.environ:
-        from lagrange_cli.cli.completing import answer
+        from lagrange_cli.cli.completion.offers import answer
 
         return answer(lagrange)
     try:

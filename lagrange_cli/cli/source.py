@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from lagrange_cli.cli import shipped
-from lagrange_cli.cli.report import STANDARD_INPUT, display_name
+from lagrange_cli.cli.console import STANDARD_INPUT, display_name
 from lagrange_cli.errors import (
     FileError,
     NotReal,
@@ -51,7 +51,7 @@ def read_run(
 
     Raises ``SpecError``; ``UsageError`` where the file is right and the command line is not.
     """
-    from lagrange_cli.cli.settings import check_defaults
+    from lagrange_cli.run.settings import check_defaults
     from lagrange_cli.spec.read import examine
 
     spec, problems = examine(content, display_name(system), sizes)

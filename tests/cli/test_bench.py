@@ -5,11 +5,11 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from lagrange_cli.cli import bench as module
+from lagrange_cli.cli.commands import bench as module
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.settings import FULL_PRECISION, METHODS
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.native.program import order_for
+from lagrange_cli.run.settings import FULL_PRECISION, METHODS
 from lagrange_cli.work_precision import measure as contest
 from tests.cli.command import SYSTEMS
 

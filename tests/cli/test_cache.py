@@ -6,7 +6,7 @@ import os
 import pytest
 
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.stopwatch import STAGES, Stopwatch
+from lagrange_cli.run.timings import STAGES, Stopwatch
 from tests.cli.command import SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")

@@ -11,10 +11,10 @@ import click
 import pytest
 from click.shell_completion import ShellComplete
 
-from lagrange_cli.cli.completing import names_in, register
+from lagrange_cli.cli.completion.offers import names_in, register
+from lagrange_cli.cli.completion.shells import Bash, Zsh
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
-from lagrange_cli.cli.settings import METHODS, OUTPUTS
-from lagrange_cli.cli.shells import Bash, Zsh
+from lagrange_cli.run.settings import METHODS, OUTPUTS
 from tests.cli.command import ENVIRONMENT, SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")

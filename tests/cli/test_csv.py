@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-import lagrange_cli.cli.tabulating as tabulating
+import lagrange_cli.run.tabulate as tabulating
 from lagrange_cli.cli.main import main
 from lagrange_cli.store.csv_file import column_names
 from lagrange_cli.store.layout import Series

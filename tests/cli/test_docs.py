@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from lagrange_cli.cli import settings
 from lagrange_cli.expression.vocabulary import FUNCTIONS, VECTOR_FUNCTIONS
 from lagrange_cli.model.quantities import find_units
+from lagrange_cli.run import settings
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
 

@@ -12,8 +12,8 @@ from functools import partial
 import h5py
 import pytest
 
-from lagrange_cli.cli.runs import Request
-from lagrange_cli.cli.solve import solve_system
+from lagrange_cli.cli.commands.solve import solve_system
+from lagrange_cli.cli.options.run import Request
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 

@@ -9,7 +9,8 @@ import click
 import pytest
 
 import lagrange_cli
-from lagrange_cli.cli import report, shipped
+from lagrange_cli.cli import console as report
+from lagrange_cli.cli import shipped
 from lagrange_cli.cli.main import COMMANDS, LazyGroup, main
 from lagrange_cli.errors import FileError, LagrangeError, MotionError, Problem, SpecError, UsageError
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from lagrange_cli.cli.members import Draws, Members, draw_members, grid
+from lagrange_cli.cli.options.members import Draws, Members, draw_members, grid
 from lagrange_cli.errors import FileError, LagrangeError, UsageError
 from lagrange_cli.spec.read import read_spec
 from tests.cli.command import SYSTEMS

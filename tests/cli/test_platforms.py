@@ -10,8 +10,8 @@ from types import SimpleNamespace
 import h5py
 import pytest
 
+from lagrange_cli.cli.console import INTERRUPTED
 from lagrange_cli.cli.main import COMMANDS, main
-from lagrange_cli.cli.report import INTERRUPTED
 from lagrange_cli.limits import limit_time
 from tests.cli.command import ENVIRONMENT, ROOT, SYSTEMS
 

@@ -13,9 +13,9 @@ import mpmath
 import numpy as np
 import pytest
 
-from lagrange_cli.cli import solve as solving
-from lagrange_cli.cli.interrupts import Interrupts
+from lagrange_cli.cli.commands import solve as solving
 from lagrange_cli.cli.main import main
+from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.cli.source import derive_system
 from lagrange_cli.native.compilation import fingerprint as identity
 from lagrange_cli.spec.read import read_spec

@@ -6,9 +6,9 @@ import re
 import h5py
 import pytest
 
-from lagrange_cli.cli import solve as solving
-from lagrange_cli.cli.interrupts import Interrupts
+from lagrange_cli.cli.commands import solve as solving
 from lagrange_cli.cli.main import main
+from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.integrate.methods.names import DOUBLE_DOUBLE_COST
 from tests.cli.command import ROOT, SYSTEMS, lagrange
 

@@ -10,8 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from lagrange_cli.cli import progress
-from lagrange_cli.cli.progress import (
+from lagrange_cli.cli.console import complain
+from lagrange_cli.cli.report import progress
+from lagrange_cli.cli.report.progress import (
     ContestProgress,
     Counter,
     Line,
@@ -21,8 +22,7 @@ from lagrange_cli.cli.progress import (
     duration,
     eraser,
 )
-from lagrange_cli.cli.report import complain
-from lagrange_cli.cli.stopwatch import Stopwatch
+from lagrange_cli.run.timings import Stopwatch
 from tests.cli.command import ENVIRONMENT, SYSTEMS
 
 
@@ -232,7 +232,8 @@ def test_every_command_says_what_it_does_on_a_terminal(tmp_path, monkeypatch, co
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 60, 0, 0))
     patched = (
-        "import sys; from lagrange_cli.cli import progress; progress.PATIENCE, progress.DELAY = 0, 1e-3; "
+        "import sys; from lagrange_cli.cli.report import progress; "
+        "progress.PATIENCE, progress.DELAY = 0, 1e-3; "
         "from lagrange_cli.cli.main import main; sys.exit(main(sys.argv[1:]))"
     )
     arguments = [str(SYSTEMS / "pendulum.yaml") if each == "PENDULUM" else each for each in command]

@@ -7,7 +7,7 @@ from pathlib import Path
 import h5py
 import pytest
 
-import lagrange_cli.cli.solve as solving
+import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
 from lagrange_cli.store import notes
 from tests.cli.command import SYSTEMS

@@ -18,10 +18,10 @@ import xarray
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-import lagrange_cli.cli.solve as solving
-import lagrange_cli.cli.sweep as sweeping
-from lagrange_cli.cli.interrupts import Interrupts
+import lagrange_cli.cli.commands.solve as solving
+import lagrange_cli.cli.commands.sweep as sweeping
 from lagrange_cli.cli.main import main
+from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import OneByOne

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 
 import pytest
 
-from lagrange_cli.cli.settings import (
+from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.run.settings import (
     DEFAULT_OUTPUTS,
     DEFAULT_SAMPLES,
     FULL_PRECISION,
@@ -16,8 +17,7 @@ from lagrange_cli.cli.settings import (
     resolve_settings,
     sample_times,
 )
-from lagrange_cli.cli.times import with_times
-from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine, read_spec
 from lagrange_cli.spec.source import Source

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 import yaml
 
-import lagrange_cli.cli.solve as solving
+import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
 from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 

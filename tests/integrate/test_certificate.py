@@ -11,13 +11,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from lagrange_cli.cli.certifying import Demand, companion_settings
-from lagrange_cli.cli.settings import resolve_settings
+from lagrange_cli.cli.options.certify import Demand, companion_settings
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate, typical_difference
 from lagrange_cli.integrate.certify.companion import Companion
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.motion import prepared, residual_of, spec_of, values_of
 

@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from lagrange_cli.cli import equations
+from lagrange_cli.cli.commands import equations
 from lagrange_cli.cli.main import main
 from lagrange_cli.symbolic.verify import Verification
 from tests.cli import command

@@ -5,7 +5,7 @@ import math
 import pytest
 import sympy
 
-from lagrange_cli.cli.equations import FORMS
+from lagrange_cli.cli.commands.equations import FORMS
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.symbolic import SympyAlgebra

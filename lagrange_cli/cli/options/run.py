@@ -12,11 +12,15 @@ from typing import TYPE_CHECKING, Any
 import click
 
 import lagrange_cli
-from lagrange_cli.cli.completing import comma_list, files, word
-from lagrange_cli.cli.formats import ENDINGS, HDF5
-from lagrange_cli.cli.options import Command, parse_outputs, shared_options
-from lagrange_cli.cli.report import INTERRUPTED, STANDARD_INPUT, stem
-from lagrange_cli.cli.settings import (
+from lagrange_cli.cli.completion.offers import comma_list, files, word
+from lagrange_cli.cli.console import INTERRUPTED, STANDARD_INPUT, stem
+from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
+from lagrange_cli.cli.source import derive_system, located
+from lagrange_cli.errors import MotionError, UsageError
+from lagrange_cli.integrate.methods.names import DOUBLE
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.formats import ENDINGS, HDF5
+from lagrange_cli.run.settings import (
     ALL,
     DEFAULT_OUTPUTS,
     DEFAULT_SAMPLES,
@@ -24,17 +28,13 @@ from lagrange_cli.cli.settings import (
     OUTPUTS,
     resolve_settings,
 )
-from lagrange_cli.cli.source import derive_system, located
-from lagrange_cli.cli.times import TIMES, with_times
-from lagrange_cli.errors import MotionError, UsageError
-from lagrange_cli.integrate.methods.names import DOUBLE
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.times import TIMES, with_times
 from lagrange_cli.spec.spec import SolveDefaults, has_units
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.settings import Settings
-    from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.layout import Series
     from lagrange_cli.store.target import Target

@@ -10,23 +10,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.certifying import (
+from lagrange_cli.cli.console import complain, emit, emit_json, run_each, stem
+from lagrange_cli.cli.options.certify import (
     Demand,
     certificate_of,
     certify_options,
     companion_settings,
     series_of_errors,
 )
-from lagrange_cli.cli.ended import as_object, as_text, attributes, doubt
-from lagrange_cli.cli.extending import samples_before, spaced_as_before
-from lagrange_cli.cli.formats import CSV, FORMATS, HDF5, format_of
-from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.options import systems_argument
-from lagrange_cli.cli.progress import Progress as ProgressLine
-from lagrange_cli.cli.progress import Waiting
-from lagrange_cli.cli.report import complain, emit, emit_json, run_each, stem
-from lagrange_cli.cli.resuming import Start, say_finished, take_up
-from lagrange_cli.cli.runs import (
+from lagrange_cli.cli.options.run import (
     EXIT_STATUS,
     Request,
     find_output,
@@ -38,21 +30,29 @@ from lagrange_cli.cli.runs import (
     series_of,
     units_of,
 )
+from lagrange_cli.cli.options.shared import systems_argument
+from lagrange_cli.cli.report.motion import as_object, as_text, attributes, doubt
+from lagrange_cli.cli.report.progress import Progress as ProgressLine
+from lagrange_cli.cli.report.progress import Waiting
+from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.cli.source import read_bytes, read_run
-from lagrange_cli.cli.stopwatch import Stopwatch, as_table
-from lagrange_cli.cli.tabulating import check_table, tabulate
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.records import replace
+from lagrange_cli.run.extend import samples_before, spaced_as_before
+from lagrange_cli.run.formats import CSV, FORMATS, HDF5, format_of
+from lagrange_cli.run.resume import Start, say_finished, take_up
+from lagrange_cli.run.tabulate import check_table, tabulate
+from lagrange_cli.run.timings import Stopwatch, as_table
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lagrange_cli.cli.settings import Settings
     from lagrange_cli.integrate.checkpoint import Progress
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.integrate.times import Times
+    from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.checkpoint import Checkpoint

@@ -6,15 +6,15 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.ended import final_shown
-from lagrange_cli.cli.extending import run_to_extend, to_extend
-from lagrange_cli.cli.report import complain, emit, emit_json
+from lagrange_cli.cli.console import complain, emit, emit_json
+from lagrange_cli.cli.report.motion import final_shown
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.extend import run_to_extend, to_extend
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.runs import Request
-    from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.cli.options.run import Request
+    from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target
@@ -117,7 +117,7 @@ def final_of(attributes: Mapping[str, Any]) -> Mapping[str, Any] | None:
 
 def say_finished(found: Finished, shown: str, watch: Stopwatch, request: Request) -> int:
     """Say that there is nothing left to do, and how the run had ended; returns its exit status."""
-    from lagrange_cli.cli.runs import EXIT_STATUS
+    from lagrange_cli.cli.options.run import EXIT_STATUS
 
     told = {name: x.item() if hasattr(x, "item") else x for name, x in found.attributes.items()}
     if request.as_json:

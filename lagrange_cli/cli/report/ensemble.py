@@ -6,18 +6,18 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.ended import drifts_shown, wrote
-from lagrange_cli.cli.report import count_of, finite
-from lagrange_cli.cli.runs import origin, series_of
+from lagrange_cli.cli.console import count_of, finite
+from lagrange_cli.cli.options.run import origin, series_of
+from lagrange_cli.cli.report.motion import drifts_shown, wrote
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.members import Draws, Members
-    from lagrange_cli.cli.resuming import Start
-    from lagrange_cli.cli.settings import Settings
-    from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.cli.options.members import Draws, Members
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.run.resume import Start
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.spec.ensemble import EnsembleValues
     from lagrange_cli.spec.spec import Family, Spec
     from lagrange_cli.store.layout import Dimension, Series

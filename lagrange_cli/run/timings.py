@@ -8,7 +8,7 @@ from contextlib import contextmanager, nullcontext
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.progress import Waiting
+    from lagrange_cli.cli.report.progress import Waiting
 
 WAITING = {
     "import": "loading modules",

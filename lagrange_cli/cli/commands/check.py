@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.options import shared_options, systems_argument
-from lagrange_cli.cli.progress import Waiting
-from lagrange_cli.cli.report import complain, count_of, emit, emit_json, run_each, stem
+from lagrange_cli.cli.console import complain, count_of, emit, emit_json, run_each, stem
+from lagrange_cli.cli.options.shared import shared_options, systems_argument
+from lagrange_cli.cli.report.progress import Waiting
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -124,7 +124,7 @@ def as_object(
 
 def left_out_of(spec: Spec) -> list[str]:
     """The outputs that the system has and that ``solve`` leaves out by default."""
-    from lagrange_cli.cli.settings import ALL, OUTPUTS, default_outputs, resolve_outputs
+    from lagrange_cli.run.settings import ALL, OUTPUTS, default_outputs, resolve_outputs
 
     particles = spec.lagrangian is None
     has = resolve_outputs((ALL,), has_particles=particles)

@@ -8,12 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli.completing import comma_list, files
-from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.options import shared_options, system_argument
-from lagrange_cli.cli.progress import ContestProgress, Waiting
-from lagrange_cli.cli.report import INTERRUPTED, complain, emit, emit_json, stem
-from lagrange_cli.cli.settings import (
+from lagrange_cli.cli.completion.offers import comma_list, files
+from lagrange_cli.cli.console import INTERRUPTED, complain, emit, emit_json, stem
+from lagrange_cli.cli.options.shared import shared_options, system_argument
+from lagrange_cli.cli.report.progress import ContestProgress, Waiting
+from lagrange_cli.cli.signals import Interrupts
+from lagrange_cli.cli.source import derive_system, read_bytes, read_run
+from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.methods.names import IMPLICIT, TAYLOR
+from lagrange_cli.records import replace
+from lagrange_cli.run.settings import (
     DEFAULT_OUTPUTS,
     FULL_PRECISION,
     METHODS,
@@ -21,15 +25,11 @@ from lagrange_cli.cli.settings import (
     resolve_settings,
     resolve_tolerance,
 )
-from lagrange_cli.cli.source import derive_system, read_bytes, read_run
-from lagrange_cli.cli.times import with_times
-from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods.names import IMPLICIT, TAYLOR
-from lagrange_cli.records import replace
+from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.standings import Standings
+    from lagrange_cli.cli.report.work_precision import Standings
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.spec.spec import Spec
@@ -161,7 +161,7 @@ def bench(
         standings = compete(
             spec, values, stop, wanted, entries, Rules(runs, budget), waiting, progress, interrupted
         )
-    from lagrange_cli.cli.standings import as_object, as_text, curves_of
+    from lagrange_cli.cli.report.work_precision import as_object, as_text, curves_of
 
     progress.clear()
     if as_json:
@@ -210,7 +210,7 @@ def compete(
     interrupted: Callable[[], bool],
 ) -> Standings:
     """Find the reference, and measure every contender against it."""
-    from lagrange_cli.cli.standings import Standings
+    from lagrange_cli.cli.report.work_precision import Standings
     from lagrange_cli.work_precision.measure import hold
     from lagrange_cli.work_precision.reference import TOLERANCES as OF_REFERENCE
     from lagrange_cli.work_precision.reference import find_reference

@@ -157,7 +157,7 @@ def register() -> None:
     """Have click use the shells of ``shells``."""
     from click.shell_completion import add_completion_class
 
-    from lagrange_cli.cli.shells import Bash, Zsh
+    from lagrange_cli.cli.completion.shells import Bash, Zsh
 
     add_completion_class(Bash)
     add_completion_class(Zsh)

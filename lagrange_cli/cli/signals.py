@@ -10,8 +10,8 @@ from contextlib import suppress
 from types import FrameType, TracebackType
 from typing import Any
 
-from lagrange_cli.cli.progress import eraser
-from lagrange_cli.cli.report import INTERRUPTED
+from lagrange_cli.cli.console import INTERRUPTED
+from lagrange_cli.cli.report.progress import eraser
 from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import time_over
 

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.options import Command
-from lagrange_cli.cli.settings import FULL_PRECISION, METHODS
+from lagrange_cli.cli.options.shared import Command
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.settings import FULL_PRECISION, METHODS
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.runs import Request
-    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.cli.options.run import Request
     from lagrange_cli.integrate.certify.certificate import Certificate
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.run import Outcome, Times
+    from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.layout import Series
 

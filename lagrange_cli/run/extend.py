@@ -7,13 +7,13 @@ import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.settings import sample_times
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import replace
+from lagrange_cli.run.settings import sample_times
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.runs import Request
-    from lagrange_cli.cli.settings import Settings
+    from lagrange_cli.cli.options.run import Request
+    from lagrange_cli.run.settings import Settings
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target
 

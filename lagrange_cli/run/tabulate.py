@@ -6,21 +6,21 @@ import sys
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from lagrange_cli.cli.certifying import certificate_of
-from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.report import discard_output
+from lagrange_cli.cli.console import discard_output
+from lagrange_cli.cli.options.certify import certificate_of
+from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.errors import FileError, UsageError
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lagrange_cli.cli.certifying import Demand
-    from lagrange_cli.cli.progress import Progress
-    from lagrange_cli.cli.runs import Request
-    from lagrange_cli.cli.stopwatch import Stopwatch
+    from lagrange_cli.cli.options.certify import Demand
+    from lagrange_cli.cli.options.run import Request
+    from lagrange_cli.cli.report.progress import Progress
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.integrate.times import Times
+    from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.layout import Series
     from lagrange_cli.store.target import Target

@@ -7,7 +7,7 @@ from typing import Any, TypeVar
 
 import click
 
-from lagrange_cli.cli.completing import SYSTEMS, files, names
+from lagrange_cli.cli.completion.offers import SYSTEMS, files, names
 
 SETTABLE = names("parameters", "coordinates")
 """Completes what ``--set`` takes."""

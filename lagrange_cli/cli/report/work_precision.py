@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.report import count_of
+from lagrange_cli.cli.console import count_of
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.records import dataclass, fields_of
 from lagrange_cli.work_precision.recommend import choose

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.cli.tables import read_table
+from lagrange_cli.cli.options.table import read_table
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse

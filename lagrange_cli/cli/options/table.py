@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
-from lagrange_cli.cli.report import STANDARD_INPUT, count_of, display_name
+from lagrange_cli.cli.console import STANDARD_INPUT, count_of, display_name
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.limits import way_out, whole
 

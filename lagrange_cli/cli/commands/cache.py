@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cli.report import count_of, emit, emit_json
+from lagrange_cli.cli.console import count_of, emit, emit_json
 from lagrange_cli.errors import FileError
 from lagrange_cli.native.compilation.cache import LARGEST, SWITCH, Cache, cache_folder, switched_off
 

@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.options import shared_options, systems_argument
-from lagrange_cli.cli.progress import Waiting
-from lagrange_cli.cli.report import emit, emit_json, run_each, stem
+from lagrange_cli.cli.console import emit, emit_json, run_each, stem
+from lagrange_cli.cli.options.shared import shared_options, systems_argument
+from lagrange_cli.cli.report.progress import Waiting
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec

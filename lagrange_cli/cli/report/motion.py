@@ -6,16 +6,16 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.certifying import Demand, certified_shown
-from lagrange_cli.cli.report import count_of, finite
+from lagrange_cli.cli.console import count_of, finite
+from lagrange_cli.cli.options.certify import Demand, certified_shown
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.methods.names import DOUBLE
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.resuming import Start
-    from lagrange_cli.cli.settings import Settings
-    from lagrange_cli.cli.stopwatch import Stopwatch
     from lagrange_cli.integrate.run import Outcome
+    from lagrange_cli.run.resume import Start
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.spec.spec import Spec
 
 MOST_COORDINATES = 3

@@ -10,7 +10,7 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cli.progress import Line
+from lagrange_cli.cli.report.progress import Line
 from lagrange_cli.errors import FileError, LagrangeError, SpecError
 
 INTERRUPTED = 130

@@ -8,24 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.completing import files
-from lagrange_cli.cli.ensemble import (
-    Ensemble,
-    as_object,
-    as_text,
-    attributes,
-    dimensions,
-    made_by,
-    sentence,
-    series,
-)
-from lagrange_cli.cli.formats import HDF5, format_of
-from lagrange_cli.cli.interrupts import Interrupts
-from lagrange_cli.cli.options import SETTABLE, parse_pairs, system_argument
-from lagrange_cli.cli.progress import Counter, Waiting
-from lagrange_cli.cli.report import STANDARD_INPUT, complain, emit, emit_json, run_each, stem
-from lagrange_cli.cli.resuming import Start, say_finished, take_up
-from lagrange_cli.cli.runs import (
+from lagrange_cli.cli.completion.offers import files
+from lagrange_cli.cli.console import STANDARD_INPUT, complain, emit, emit_json, run_each, stem
+from lagrange_cli.cli.options.run import (
     EXIT_STATUS,
     STANDARD_OUTPUT,
     Request,
@@ -36,14 +21,29 @@ from lagrange_cli.cli.runs import (
     run_options,
     units_of,
 )
+from lagrange_cli.cli.options.shared import SETTABLE, parse_pairs, system_argument
+from lagrange_cli.cli.report.ensemble import (
+    Ensemble,
+    as_object,
+    as_text,
+    attributes,
+    dimensions,
+    made_by,
+    sentence,
+    series,
+)
+from lagrange_cli.cli.report.progress import Counter, Waiting
+from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.cli.source import read_bytes, read_run
-from lagrange_cli.cli.stopwatch import Stopwatch, as_table
 from lagrange_cli.errors import UsageError
+from lagrange_cli.run.formats import HDF5, format_of
+from lagrange_cli.run.resume import Start, say_finished, take_up
+from lagrange_cli.run.timings import Stopwatch, as_table
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from lagrange_cli.cli.members import Draws
+    from lagrange_cli.cli.options.members import Draws
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
@@ -122,7 +122,7 @@ def sweep(
     lagrange sweep pendulum.yaml --random 'theta=normal(0,0.1)' --members 1000
     lagrange sweep pendulum.yaml --table runs.csv --outputs q,v --samples 101
     """
-    from lagrange_cli.cli.members import Draws
+    from lagrange_cli.cli.options.members import Draws
 
     draws = Draws(over, random, table, members, seed)
     threads = processors() if jobs is None else jobs
@@ -190,7 +190,7 @@ def read_ensemble(system: str, request: Request, draws: Draws, watch: Stopwatch)
         raise UsageError("the system and the table cannot both come from standard input")
     content = read_bytes(system)
     with watch.stage("import"):
-        from lagrange_cli.cli.members import draw_members
+        from lagrange_cli.cli.options.members import draw_members
         from lagrange_cli.spec.ensemble import resolve_ensemble
         from lagrange_cli.spec.spec import grouped
     with watch.stage("parse"):
