@@ -1,15 +1,17 @@
-"""Floating-point formulas as LLVM IR, written as formulas in Python: for one double or for a vector.
+"""Formulas as LLVM IR, written as formulas in Python: over doubles, integers, conditions and vectors.
 
 Each operation is a plain one or an explicit fma, so that its result is defined to the last bit, whatever the
-processor and however many lanes.
+processor and however many lanes. A body has a number of lanes of its own; values may have others.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import ClassVar, TypeVar
 
 from lagrange_cli.native.numbers.double import literal, operand
-from lagrange_cli.records import dataclass
+
+V = TypeVar("V", bound="Value")
 
 
 class Body:
@@ -22,71 +24,135 @@ class Body:
         self.bit = kind("i1", lanes)
         self.lines: list[str] = []
         self.declared: dict[str, str] = {}
+        self._count = 0
 
     def define(self, text: str) -> str:
         """A new value."""
-        name = f"%v{len(self.lines)}"
-        self.lines.append(f"  {name} = {text}")
+        name = f"%v{self._count}"
+        self._count += 1
+        self.line(f"  {name} = {text}")
         return name
 
-    def splat(self, type: str, one: object) -> str:
-        """A constant in every lane."""
-        return str(one) if self.lanes == 1 else f"<{', '.join([f'{type} {one}'] * self.lanes)}>"
+    def line(self, text: str) -> None:
+        """One line as it is."""
+        self.lines.append(text)
 
     def of(self, value: Real | float) -> str:
         """The operand's text."""
-        return value.name if isinstance(value, Real) else self.splat("double", operand(literal(value)))
+        return value.name if isinstance(value, Real) else constant("double", self.lanes, value)
 
     def constant(self, value: float) -> Real:
         """A constant as an operand."""
         return Real(self, self.of(value))
 
+    def count(self, value: int) -> Integer:
+        """An integer as an operand."""
+        return Integer(self, str(value), 1)
+
     def function(self, name: str, *arguments: Real | float) -> Real:
         """One of LLVM's functions of doubles."""
-        return self._call(f"llvm.{name}.{suffix(self.lanes)}", "", arguments)
+        lanes = next((one.lanes for one in arguments if isinstance(one, Real)), self.lanes)
+        return self._call(f"llvm.{name}.{suffix(lanes)}", lanes, "", arguments)
 
     def library(self, name: str, *arguments: Real) -> Real:
         """One of the C library's functions of one double or two."""
-        return self._call(name, " memory(none)", arguments)
+        return self._call(name, self.lanes, " memory(none)", arguments)
 
-    def _call(self, name: str, attributes: str, arguments: Sequence[Real | float]) -> Real:
-        kinds = ", ".join([self.real] * len(arguments))
-        self.declared[name] = f"declare {self.real} @{name}({kinds}){attributes}\n"
-        listed = ", ".join(f"{self.real} {self.of(x)}" for x in arguments)
-        return Real(self, self.define(f"call {self.real} @{name}({listed})"))
+    def _call(self, name: str, lanes: int, attributes: str, arguments: Sequence[Real | float]) -> Real:
+        real = kind("double", lanes)
+        kinds = ", ".join([real] * len(arguments))
+        self.declared[name] = f"declare {real} @{name}({kinds}){attributes}\n"
+        listed = ", ".join(f"{real} {operand_of(x, Real, lanes)}" for x in arguments)
+        return Real(self, self.define(f"call {real} @{name}({listed})"), lanes)
 
     def fma(self, a: Real, b: Real | float, c: Real | float) -> Real:
         """``a * b + c`` with one rounding."""
         return self.function("fma", a, b, c)
 
-    def all(self, condition: str) -> str:
+    def fused(self, a: Real, b: Real | float, c: Real | float) -> Real:
+        """``a * b + c``, with one rounding where the processor can."""
+        return self.function("fmuladd", a, b, c)
+
+    def magnitude(self, a: Real) -> Real:
+        """|a|."""
+        return self.function("fabs", a)
+
+    def larger(self, a: Real, b: Real) -> Real:
+        """The larger one; b where either is not a number."""
+        return self.select(a > b, a, b)
+
+    def smaller(self, a: Real, b: Real) -> Real:
+        """The smaller one; b where either is not a number."""
+        return self.select(b > a, a, b)
+
+    def all(self, condition: str | Bit) -> str:
         """Whether it holds in all lanes."""
-        if self.lanes == 1:
-            return condition
-        name = f"llvm.vector.reduce.and.v{self.lanes}i1"
-        self.declared[name] = f"declare i1 @{name}({self.bit})\n"
-        return self.define(f"call i1 @{name}({self.bit} {condition})")
+        return self._reduced("and", condition)
+
+    def any(self, condition: Bit) -> Bit:
+        """Whether it holds in any lane."""
+        return Bit(self, self._reduced("or", condition), 1)
+
+    def _reduced(self, operation: str, condition: str | Bit) -> str:
+        lanes = condition.lanes if isinstance(condition, Bit) else self.lanes
+        name = condition.name if isinstance(condition, Bit) else condition
+        if lanes == 1:
+            return name
+        function, bits = f"llvm.vector.reduce.{operation}.v{lanes}i1", kind("i1", lanes)
+        self.declared[function] = f"declare i1 @{function}({bits})\n"
+        return self.define(f"call i1 @{function}({bits} {name})")
+
+    def reduce(self, operation: str, a: Real, start: Real | None = None) -> Real:
+        """The largest lane (``fmax``), the least (``fmin``), or all added to ``start`` (``fadd``)."""
+        if a.lanes == 1:
+            return a if start is None else start + a
+        function, first = (
+            f"llvm.vector.reduce.{operation}.{suffix(a.lanes)}",
+            "" if start is None else "double",
+        )
+        self.declared[function] = f"declare double @{function}({first and 'double, '}{a.kind})\n"
+        given = f"double {start.name}, {a.kind} {a.name}" if start is not None else f"{a.kind} {a.name}"
+        flags = "" if start is not None else "nnan "
+        return Real(self, self.define(f"call {flags}double @{function}({given})"), 1)
 
     def below(self, a: Real, b: float) -> str:
         """Whether ``a < b``; no for not-a-number."""
-        return self.define(f"fcmp olt {self.real} {a.name}, {self.of(b)}")
+        return (a < b).name
 
     def bits(self, value: Real) -> str:
         """The same bits as an integer."""
-        return self.define(f"bitcast {self.real} {value.name} to {self.integer}")
+        return value.bits().name
 
     def integers(self, operation: str, a: str, b: int) -> str:
         """An integer operation with a constant."""
-        return self.define(f"{operation} {self.integer} {a}, {self.splat('i64', b)}")
+        return self.define(f"{operation} {self.integer} {a}, {constant('i64', self.lanes, b)}")
 
     def number(self, bits: str) -> Real:
         """The number with these bits."""
         return Real(self, self.define(f"bitcast {self.integer} {bits} to {self.real}"))
 
-    def select(self, condition: str, yes: Real, no: Real) -> Real:
-        """One or the other, lane by lane."""
-        text = f"select {self.bit} {condition}, {self.real} {yes.name}, {self.real} {no.name}"
-        return Real(self, self.define(text))
+    def select(self, condition: str | Bit, yes: V, no: V) -> V:
+        """One or the other: lane by lane, or all lanes by one condition."""
+        bit = condition.kind if isinstance(condition, Bit) else self.bit
+        name = condition.name if isinstance(condition, Bit) else condition
+        return yes.made(f"select {bit} {name}, {yes.kind} {yes.name}, {no.kind} {no.name}")
+
+    def splat(self, one: V, lanes: int) -> V:
+        """A value in every lane."""
+        if lanes == one.lanes:
+            return one
+        if not one.name.startswith("%"):
+            return type(one)(self, f"<{', '.join([f'{one.type} {one.name}'] * lanes)}>", lanes)
+        vector, zeros = kind(one.type, lanes), f"<{lanes} x i32> zeroinitializer"
+        first = self.define(f"insertelement {vector} poison, {one.type} {one.name}, i64 0")
+        text = f"shufflevector {vector} {first}, {vector} poison, {zeros}"
+        return type(one)(self, self.define(text), lanes)
+
+    def lane(self, vector: V, index: int | Integer) -> V:
+        """One lane of a vector."""
+        at = index.name if isinstance(index, Integer) else index
+        text = f"extractelement {vector.kind} {vector.name}, i64 {at}"
+        return type(vector)(self, self.define(text), 1)
 
     def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
         """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960): little has to wait."""
@@ -100,16 +166,39 @@ class Body:
             x = x * x
 
 
-@dataclass(frozen=True)
-class Real:
-    """An operand of floating-point operations."""
+class Value:
+    """An operand of instructions: its name, and of how many lanes it is (of the body's if not said)."""
 
-    body: Body
-    name: str
+    __slots__ = ("body", "lanes", "name")
+    type: ClassVar[str]
+
+    def __init__(self, body: Body, name: str, lanes: int = 0) -> None:
+        self.body, self.name, self.lanes = body, name, lanes or body.lanes
+
+    @property
+    def kind(self) -> str:
+        """Its type in LLVM's words."""
+        return kind(self.type, self.lanes)
+
+    def made(self: V, text: str) -> V:
+        """A new value of its type."""
+        return type(self)(self.body, self.body.define(text), self.lanes)
+
+    def compared(self, relation: str, other: Value | float) -> Bit:
+        """A relation to another value, or to a constant."""
+        word = "fcmp" if self.type == "double" else "icmp"
+        text = f"{word} {relation} {self.kind} {self.name}, {operand_of(other, type(self), self.lanes)}"
+        return Bit(self.body, self.body.define(text), self.lanes)
+
+
+class Real(Value):
+    """A double. Relations do not hold for not-a-number."""
+
+    __slots__ = ()
+    type = "double"
 
     def _operation(self, name: str, other: Real | float) -> Real:
-        body = self.body
-        return Real(body, body.define(f"{name} {body.real} {self.name}, {body.of(other)}"))
+        return self.made(f"{name} {self.kind} {self.name}, {operand_of(other, Real, self.lanes)}")
 
     def __add__(self, other: Real | float) -> Real:
         return self._operation("fadd", other)
@@ -124,12 +213,136 @@ class Real:
         return self._operation("fdiv", other)
 
     def __neg__(self) -> Real:
-        return Real(self.body, self.body.define(f"fneg {self.body.real} {self.name}"))
+        return self.made(f"fneg {self.kind} {self.name}")
+
+    def __lt__(self, other: Real | float) -> Bit:
+        return self.compared("olt", other)
+
+    def __le__(self, other: Real | float) -> Bit:
+        return self.compared("ole", other)
+
+    def __gt__(self, other: Real | float) -> Bit:
+        return self.compared("ogt", other)
+
+    def __ge__(self, other: Real | float) -> Bit:
+        return self.compared("oge", other)
+
+    def equals(self, other: Real | float) -> Bit:
+        """Whether both are the same number."""
+        return self.compared("oeq", other)
+
+    def is_number(self) -> Bit:
+        """Whether it is a number."""
+        return self.compared("ord", 0.0)
+
+    def bits(self) -> Integer:
+        """The same bits as an integer."""
+        text = f"bitcast {self.kind} {self.name} to {kind('i64', self.lanes)}"
+        return Integer(self.body, self.body.define(text), self.lanes)
+
+
+class Integer(Value):
+    """An integer of 64 bits. Relations are those of integers that are not negative."""
+
+    __slots__ = ()
+    type = "i64"
+
+    def operation(self, name: str, other: Integer | int) -> Integer:
+        """An instruction of LLVM with two operands: ``udiv``, ``lshr``, .."""
+        return self.made(f"{name} {self.kind} {self.name}, {operand_of(other, Integer, self.lanes)}")
+
+    def __add__(self, other: Integer | int) -> Integer:
+        return self.operation("add", other)
+
+    def __sub__(self, other: Integer | int) -> Integer:
+        return self.operation("sub", other)
+
+    def __mul__(self, other: Integer | int) -> Integer:
+        return self.operation("mul", other)
+
+    def __and__(self, other: Integer | int) -> Integer:
+        return self.operation("and", other)
+
+    def __or__(self, other: Integer | int) -> Integer:
+        return self.operation("or", other)
+
+    def __lshift__(self, other: Integer | int) -> Integer:
+        return self.operation("shl", other)
+
+    def __lt__(self, other: Integer | int) -> Bit:
+        return self.compared("ult", other)
+
+    def __le__(self, other: Integer | int) -> Bit:
+        return self.compared("ule", other)
+
+    def __gt__(self, other: Integer | int) -> Bit:
+        return self.compared("ugt", other)
+
+    def __ge__(self, other: Integer | int) -> Bit:
+        return self.compared("uge", other)
+
+    def equals(self, other: Integer | int) -> Bit:
+        """Whether both are the same."""
+        return self.compared("eq", other)
+
+    def number(self) -> Real:
+        """The number with these bits."""
+        text = f"bitcast {self.kind} {self.name} to {kind('double', self.lanes)}"
+        return Real(self.body, self.body.define(text), self.lanes)
+
+    def to_real(self) -> Real:
+        """It as a double."""
+        text = f"sitofp {self.kind} {self.name} to {kind('double', self.lanes)}"
+        return Real(self.body, self.body.define(text), self.lanes)
+
+
+class Bit(Value):
+    """A condition."""
+
+    __slots__ = ()
+    type = "i1"
+
+    def __and__(self, other: Bit) -> Bit:
+        return self.made(f"and {self.kind} {self.name}, {other.name}")
+
+    def __or__(self, other: Bit) -> Bit:
+        return self.made(f"or {self.kind} {self.name}, {other.name}")
+
+    def __invert__(self) -> Bit:
+        return self.made(f"xor {self.kind} {self.name}, {constant('i1', self.lanes, 'true')}")
+
+    def to_real(self) -> Real:
+        """1 or 0."""
+        text = f"uitofp {self.kind} {self.name} to {kind('double', self.lanes)}"
+        return Real(self.body, self.body.define(text), self.lanes)
+
+    def to_integer(self) -> Integer:
+        """1 or 0."""
+        text = f"zext {self.kind} {self.name} to {kind('i64', self.lanes)}"
+        return Integer(self.body, self.body.define(text), self.lanes)
+
+
+class Pointer(Value):
+    """A place in memory."""
+
+    __slots__ = ()
+    type = "ptr"
 
 
 def kind(type: str, lanes: int) -> str:
     """The type of ``lanes`` of these."""
     return type if lanes == 1 else f"<{lanes} x {type}>"
+
+
+def constant(type: str, lanes: int, value: object) -> str:
+    """A constant in every lane."""
+    one = operand(literal(value)) if isinstance(value, (int, float)) and type == "double" else str(value)
+    return one if lanes == 1 else f"<{', '.join([f'{type} {one}'] * lanes)}>"
+
+
+def operand_of(value: Value | float, type: type[Value], lanes: int) -> str:
+    """The text of an operand of that type: a value's name, or a constant in every lane."""
+    return value.name if isinstance(value, Value) else constant(type.type, lanes, value)
 
 
 def suffix(lanes: int) -> str:
@@ -141,3 +354,35 @@ def fast_sum(a: Real, b: Real) -> tuple[Real, Real]:
     """a + b and its rounding error, for |a| >= |b| (T. J. Dekker, Numer. Math. 18, 1971)."""
     total = a + b
     return total, b - (total - a)
+
+
+def two_sum(a: Real, b: Real) -> tuple[Real, Real]:
+    """a + b and its rounding error (D. E. Knuth, TAOCP 2, sec. 4.2.2)."""
+    total = a + b
+    back = total - a
+    return total, (a - (total - back)) + (b - back)
+
+
+def upper_half(x: Real) -> Real:
+    """The upper half of its bits as a number: for x > 0, 2^20 (1023 + log2 x) to 0.09 * 2^20."""
+    body, short = x.body, kind("i32", x.lanes)
+    upper = x.bits().operation("lshr", 32)
+    halved = body.define(f"trunc {upper.kind} {upper.name} to {short}")
+    return Real(body, body.define(f"sitofp {short} {halved} to {x.kind}"), x.lanes)
+
+
+def log2_roughly(x: Real) -> Real:
+    """log2 of a positive number to 0.09; for 0 some -1023."""
+    return x.body.fma(upper_half(x), 2.0**-20, -1023.0)
+
+
+def exp2_roughly(x: Real) -> Real:
+    """2^x to 0.3 percent, for |x| <= 1000; beyond, as at the limit."""
+    body = x.body
+    low, high = (body.splat(Real(body, operand(literal(bound)), 1), x.lanes) for bound in (-1000.0, 1000.0))
+    bounded = body.smaller(body.larger(x, low), high)
+    floor = body.function("floor", bounded)
+    f = bounded - floor
+    p = body.fma(f, body.fma(f, 0.3301, 0.6645), 1.0)
+    whole = body.define(f"fptosi {floor.kind} {floor.name} to {kind('i64', x.lanes)}")
+    return p * ((Integer(body, whole, x.lanes) + 1023) << 52).number()
