@@ -21,7 +21,7 @@ REPEATS = 5
 def equations(problem: Problem) -> float:
     """Seconds from what is read of the file to the equations and the mass matrix in the formulation that is
     chosen for them, d'Alembert's: what sympy's derivation comes to. Nothing is kept between the repeats."""
-    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.mechanics.derive import derive, from_embedding
     from lagrange_cli.mechanics.variables import graph_of
     from lagrange_cli.model.build import build_model
@@ -40,7 +40,7 @@ def equations(problem: Problem) -> float:
 def choice(problem: Problem) -> float:
     """The same with all that ``solve`` needs: the other formulations, which of them takes the fewest
     convolutions, what is cyclic and what is conserved."""
-    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.read import read_spec

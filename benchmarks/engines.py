@@ -45,7 +45,7 @@ def lagrange(problem: Problem, *, tolerance: float | None = None) -> Engine:
     import lagrange_cli.integrate.methods.taylor
     import lagrange_cli.integrate.program
     import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
-    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.run import Prepared, Times, integrate
     from lagrange_cli.mechanics.derive import derive

@@ -71,7 +71,7 @@ def measured(prepare: float, follow: Callable[[Array], tuple[Array, float]], mem
 def lagrange(threads: int, members: int) -> Measurement:
     """This project, as ``lagrange sweep`` uses it, without reading and writing files."""
     import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
-    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.integrate.ensemble.method import Batch, Starts, ensemble_method
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.times import Times

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from typing import Any
 
     from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError, UsageError
-    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.run import Times
@@ -50,7 +50,7 @@ __all__ = [
 ]
 
 _HOMES = {
-    "GraphAlgebra": "expression.graph",
+    "GraphAlgebra": "expression.graph_algebra",
     "SympyAlgebra": "expression.symbolic",
     "Times": "integrate.run",
     "build_model": "model.build",

@@ -13,7 +13,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.expression.build import build
-from lagrange_cli.expression.graph import GraphAlgebra, Node
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared

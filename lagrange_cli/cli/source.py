@@ -71,7 +71,7 @@ def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) ->
 
     Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
     """
-    from lagrange_cli.expression.graph import GraphAlgebra
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
 

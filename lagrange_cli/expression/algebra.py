@@ -1,6 +1,6 @@
 """What an algebra must offer so that one expression tree can be built over it.
 
-Three algebras exist: ``graph`` (our hash-consed expression graph; serves ``solve``),
+Three algebras exist: ``graph_algebra`` (our hash-consed expression graph; serves ``solve``),
 ``symbolic`` (sympy; serves what people read) and ``numbers`` (floats; serves parameter values).
 Their elements combine with Python's own ``+ - * / **``; all else is asked of the algebra.
 """

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Mapping, Sequence
 
-from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.reals import real_function, real_power
 
 SATURATING = frozenset({"exp", "tanh", "sinh", "cosh"})

@@ -14,7 +14,9 @@ from typing import Any
 
 import mpmath
 
-from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import Tree
 

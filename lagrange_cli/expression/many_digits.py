@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 import mpmath
 
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.node import Node
 
 DIGITS = 1000
 

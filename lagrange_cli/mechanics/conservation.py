@@ -13,7 +13,7 @@ import random
 from collections.abc import Sequence
 
 from lagrange_cli.expression.evaluate import SATURATING, evaluate
-from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of

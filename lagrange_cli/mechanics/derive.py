@@ -16,7 +16,9 @@ from functools import partial
 from typing import TypeVar
 
 from lagrange_cli.errors import SingularCoordinate
-from lagrange_cli.expression.graph import MAX_NODES, Graph, Node, bits
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node, bits
+from lagrange_cli.expression.normal_forms import MAX_NODES
 from lagrange_cli.mechanics.conservation import Conserved, conservation, is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate

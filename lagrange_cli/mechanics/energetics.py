@@ -8,7 +8,8 @@ from __future__ import annotations
 
 from functools import cached_property
 
-from lagrange_cli.expression.graph import Graph, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass

@@ -7,7 +7,7 @@ a(q, q_dot, t): from R(q, q_dot, a, t) = 0, M da/dx = -dR/dx at fixed a.
 
 from __future__ import annotations
 
-from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted

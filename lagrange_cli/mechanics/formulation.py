@@ -7,7 +7,8 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lagrange_cli.expression.graph import Graph, Kind, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Held
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import numbered, variables

@@ -9,7 +9,8 @@ from __future__ import annotations
 
 from itertools import combinations_with_replacement
 
-from lagrange_cli.expression.graph import Graph, Kind, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 

@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 
-from lagrange_cli.expression.graph import Graph, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model

@@ -13,7 +13,8 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 
-from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized, rate
 from lagrange_cli.mechanics.residual import Held, connected
 from lagrange_cli.mechanics.substitution import substituted

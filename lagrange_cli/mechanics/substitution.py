@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
 
 
 def substituted(graph: Graph, nodes: Iterable[Node], values: Mapping[Node, Node]) -> tuple[Node, ...]:

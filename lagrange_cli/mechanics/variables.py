@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Node
 from lagrange_cli.model.model import Model
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
 from lagrange_cli.native.linear.cholesky import definite

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.functions.double_double import functions

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual

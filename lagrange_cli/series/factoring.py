@@ -10,7 +10,8 @@ from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from heapq import heapify, heappop, heappush
 
-from lagrange_cli.expression.graph import Graph, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
 
 REPEATED = 4
 """Whole powers up to this one are factors one by one; higher ones are squared up by themselves."""

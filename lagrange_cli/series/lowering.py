@@ -5,7 +5,8 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.factoring import associate, reciprocals
 from lagrange_cli.series.offsets import set_levels, sort

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from enum import Enum, auto
 
-from lagrange_cli.expression.graph import Kind, Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.records import dataclass
 
 FREE = -9

@@ -8,7 +8,9 @@ from textwrap import dedent
 import pytest
 
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.graph import Graph, GraphAlgebra, Node, bits
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.mechanics.conservation import zeros
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.residual import Residual, connected

@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.graph import Graph, GraphAlgebra, Kind, Node, reachable
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError
 from tests.expressions import known, texts

@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.build import MAX_TERMS, Builder, NoMember, build
-from lagrange_cli.expression.graph import GraphAlgebra
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.indices import LARGEST, counted, holds, integer
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse

@@ -7,7 +7,8 @@ import math
 from hypothesis import given
 from hypothesis import strategies as st
 
-from lagrange_cli.expression.graph import Graph, Node
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
 from lagrange_cli.series.factoring import associate, factors_of, reciprocals, steps
 
 POWERS = st.dictionaries(st.sampled_from("abcdef"), st.sampled_from([1, 2, 3, 4, 7, -1, -2, 0.5]), min_size=2)

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.graph import GraphAlgebra
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.syntax import Tree
 from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.mechanics.energetics import Energetics

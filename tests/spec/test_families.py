@@ -10,7 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import SpecError, UsageError
-from lagrange_cli.expression.graph import GraphAlgebra, Node
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Node
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
 from lagrange_cli.spec.families import MAX_MEMBERS

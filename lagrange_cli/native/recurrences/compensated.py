@@ -9,7 +9,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TypeAlias
 
-from lagrange_cli.expression.graph import Graph, Kind, Node, reachable
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.double import ONE, Emitter, Value, literal
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_node, emit_power, emit_values
 

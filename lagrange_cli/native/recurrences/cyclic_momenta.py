@@ -8,7 +8,7 @@ rounded, so that it is the same at all orders: were it better at the first ones,
 
 from __future__ import annotations
 
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import numbered
 from lagrange_cli.native.numbers.double import Emitter, Value, operand

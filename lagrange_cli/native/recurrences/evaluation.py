@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
-from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.double import ONE, Emitter, Value, literal
 from lagrange_cli.records import dataclass, field
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
-from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.double import operand
 from lagrange_cli.native.numbers.double_double import Pair, Twofold
 from lagrange_cli.native.recurrences.evaluation import Constants

@@ -3,7 +3,7 @@ of both."""
 
 from __future__ import annotations
 
-from lagrange_cli.expression.graph import Kind, Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factored, InMemory, factor_block
 from lagrange_cli.native.numbers.double import ONE, Emitter, Value, operand

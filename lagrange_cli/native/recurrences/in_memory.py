@@ -6,7 +6,7 @@ Stages with coefficients 0 and 1 are written out, the others are a loop over row
 
 from __future__ import annotations
 
-from lagrange_cli.expression.graph import Kind, Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.numbers.double import Operand, literal, operand
 from lagrange_cli.native.numbers.double_double import TYPE, Pair, Twofold

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from lagrange_cli.expression.graph import Node
+from lagrange_cli.expression.node import Node
 from lagrange_cli.native.numbers.double import ONE, Operand, Value, literal
 from lagrange_cli.native.recurrences.convolution import Pair, packed, vector
 from lagrange_cli.native.recurrences.expansion import Expansion

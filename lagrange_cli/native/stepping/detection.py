@@ -11,7 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 
-from lagrange_cli.expression.graph import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.functions.correctly_rounded import exponential
 from lagrange_cli.native.llvm.template import fill_in

@@ -1,0 +1,37 @@
+"""The expression graph as an algebra that expression trees are built over."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
+
+
+class GraphAlgebra:
+    """``Algebra[Node]`` over one graph; see ``expression.algebra``."""
+
+    def __init__(self) -> None:
+        self.graph = Graph()
+
+    def number(self, text: str) -> Node:
+        return self.graph.constant(float(text))
+
+    def pi(self) -> Node:
+        return self.graph.constant(math.pi)
+
+    def symbol(self, name: str) -> Node:
+        return self.graph.symbol(name)
+
+    def function(self, name: str, arguments: Sequence[Node]) -> Node:
+        return self.graph.function(name, arguments)
+
+    def total(self, terms: Sequence[Node]) -> Node:
+        return self.graph.sum([(term, 1.0) for term in terms])
+
+    def symbols(self, expression: Node) -> list[Node]:
+        return self.graph.symbols_of(expression)
+
+    def diff(self, expression: Node, symbol: Node) -> Node:
+        return self.graph.diff(expression, symbol)

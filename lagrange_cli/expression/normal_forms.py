@@ -1,0 +1,226 @@
+"""The normal forms of the expression graph: equal expressions are one node.
+
+Constants are folded, like terms and like factors collected, 0 and 1 vanish, and cos^2 + sin^2 = 1 is applied
+wherever both squares stand in one sum with equal factors. Products of sums are kept as written (each costs
+one convolution in Taylor space).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from lagrange_cli import limits
+from lagrange_cli.errors import TooLarge
+from lagrange_cli.expression.node import Kind, Node, bits
+from lagrange_cli.expression.reals import real_function, real_power, tidy
+
+MAX_NODES = limits.whole("nodes")
+BITS_A_STEP = 9
+"""The set of a node's symbols counts as a step for every 2**9 bits: 64 bytes."""
+
+
+class NormalForms:
+    """A table in which every distinct expression exists once, in its normal form."""
+
+    number = staticmethod(float)
+    """What numbers are; with ``tidy``, ``power_of`` and ``function_of`` the arithmetic of constants."""
+    tidy, power_of, function_of = staticmethod(tidy), staticmethod(real_power), staticmethod(real_function)
+
+    def __init__(self) -> None:
+        self.work = limits.Work()
+        self.nodes: list[Node] = []
+        self._table: dict[tuple[Any, ...], Node] = {}
+        self._symbols: dict[str, int] = {}
+        self._by_bit: list[Node] = []
+        self.zero = self.constant(0.0)
+        self.one = self.constant(1.0)
+
+    # ------------------------------------------------------------------ leaves
+
+    def constant(self, value: float) -> Node:
+        """The node of a number (-0.0 is 0)."""
+        value = self.number(value) + 0.0
+        return self._make(Kind.NUMBER, value, (), 0)
+
+    def symbol(self, name: str) -> Node:
+        """The node of a symbol; the same name gives the same node."""
+        bit = self._symbols.setdefault(name, len(self._symbols))
+        node = self._make(Kind.SYMBOL, name, (), 1 << bit)
+        if bit == len(self._by_bit):
+            self._by_bit.append(node)
+        return node
+
+    def symbols_of(self, node: Node) -> list[Node]:
+        """The symbols that ``node`` depends on, in the order of their creation."""
+        return [self._by_bit[bit] for bit in bits(node.symbols)]
+
+    def lift(self, value: Node | float) -> Node:
+        """A node as it is, a number as its node."""
+        return value if isinstance(value, Node) else self.constant(value)
+
+    def _make(self, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int | None = None) -> Node:
+        key = (kind, data, tuple(argument.number for argument in arguments))
+        node = self._table.get(key)
+        if node is None:
+            if symbols is None:
+                symbols = 0
+                for argument in arguments:
+                    symbols |= argument.symbols
+            if len(self.nodes) >= MAX_NODES:
+                raise TooLarge(
+                    f"the equations have more than {MAX_NODES} terms and factors that differ",
+                    "write a smaller system, " + limits.way_out("nodes"),
+                )
+            self.work.charge(1 + len(arguments) + (symbols.bit_length() >> BITS_A_STEP))
+            node = Node(self, kind, data, arguments, symbols)
+            self.nodes.append(node)
+            self._table[key] = node
+        return node
+
+    # ------------------------------------------------------------------ sums
+
+    def sum(self, terms: Iterable[tuple[Node, float]]) -> Node:
+        """``sum coefficient * node``, flattened, like terms collected."""
+        constant = 0.0
+        collected: dict[Node, float] = {}
+        count = 0
+        for node, coefficient in terms:
+            count += 1
+            if node.kind is Kind.NUMBER:
+                constant += coefficient * node.data
+            elif node.kind is Kind.SUM:
+                count += len(node.arguments)
+                inner, coefficients = node.data
+                constant += coefficient * inner
+                for argument, factor in zip(node.arguments, coefficients):
+                    collected[argument] = collected.get(argument, 0.0) + coefficient * factor
+            else:
+                collected[node] = collected.get(node, 0.0) + coefficient
+        self.work.charge(count)
+        collected = {node: c for node, c in collected.items() if c != 0.0}
+        constant += self._fold_squares(collected)
+        if not collected:
+            return self.constant(constant)
+        if constant == 0.0 and len(collected) == 1:
+            ((node, coefficient),) = collected.items()
+            if coefficient == 1.0:
+                return node
+        ordered = sorted(collected.items(), key=lambda item: item[0].number)
+        data = (constant + 0.0, tuple(coefficient for _, coefficient in ordered))
+        return self._make(Kind.SUM, data, tuple(node for node, _ in ordered))
+
+    def _fold_squares(self, collected: dict[Node, float]) -> float:
+        """Replace c R cos(u)^2 + c R sin(u)^2 by c R in place; returns what became a constant."""
+        constant = 0.0
+        pending = [node for node in collected if node.kind is Kind.PRODUCT]
+        while pending:
+            node = pending.pop()
+            if node not in collected:
+                continue
+            for factor, exponent in zip(node.arguments, node.data):
+                if exponent != 2 or factor.kind is not Kind.FUNCTION or factor.data not in ("cos", "sin"):
+                    continue
+                rest = self.product([(node, 1), (factor, -2)])
+                partner = self.function("sin" if factor.data == "cos" else "cos", factor.arguments)
+                twin = self.product([(rest, 1), (partner, 2)])
+                if collected.get(twin) != collected[node]:
+                    continue
+                coefficient = collected.pop(node)
+                del collected[twin]
+                scale, left = self.split_coefficient(rest)
+                if left is self.one:
+                    constant += coefficient * scale
+                else:
+                    total = collected.pop(left, 0.0) + coefficient * scale
+                    if total != 0.0:
+                        collected[left] = total
+                        if left.kind is Kind.PRODUCT:
+                            pending.append(left)
+                break
+        return constant
+
+    def split_coefficient(self, node: Node) -> tuple[float, Node]:
+        """``node`` as a number times a node that carries no numerical factor.
+
+        Out of a sum comes what its first term has of a sign and powers of two, which is exact: y - x and
+        2*x - 2*y are multiples of x - y.
+        """
+        if node.kind is Kind.NUMBER:
+            return node.data, self.one
+        if node.kind is not Kind.SUM:
+            return 1.0, node
+        constant, (first, *others) = node.data
+        if not others and constant == 0.0:
+            return first, node.arguments[0]
+        if first == 1.0 or abs(math.frexp(first)[0]) != 0.5:
+            return 1.0, node
+        data = (constant / first + 0.0, (1.0, *(coefficient / first for coefficient in others)))
+        return first, self._make(Kind.SUM, data, node.arguments)
+
+    # ------------------------------------------------------------------ products and powers
+
+    def product(self, factors: Iterable[tuple[Node, int | float]]) -> Node:
+        """``prod node ** exponent``, flattened, like factors collected, numbers in front."""
+        coefficient = 1.0
+        collected: dict[Node, int | float] = {}
+        pending = list(factors)
+        count = 0
+        while pending:
+            count += 1
+            node, exponent = pending.pop()
+            if node.kind is Kind.NUMBER:
+                coefficient *= self.power_of(node.data, exponent)
+                continue
+            if node.kind is Kind.PRODUCT:
+                if whole(exponent):
+                    pending.extend((a, e * exponent) for a, e in zip(node.arguments, node.data))
+                    continue
+            elif node.kind is Kind.SUM:
+                scale, rest = self.split_coefficient(node)
+                if rest is not node and (scale > 0.0 or whole(exponent)):
+                    coefficient *= self.power_of(scale, exponent)
+                    pending.append((rest, exponent))
+                    continue
+            collected[node] = collected.get(node, 0) + exponent
+        self.work.charge(count)
+        if coefficient == 0.0:
+            return self.zero
+        parts = [(a, self.tidy(e)) for a, e in collected.items() if e != 0]
+        if not parts:
+            return self.constant(coefficient)
+        parts.sort(key=lambda part: part[0].number)
+        if len(parts) == 1 and parts[0][1] == 1:
+            node = parts[0][0]
+        else:
+            node = self._make(Kind.PRODUCT, tuple(e for _, e in parts), tuple(a for a, _ in parts))
+        return node if coefficient == 1.0 else self.sum([(node, coefficient)])
+
+    def power(self, base: Node, exponent: Node) -> Node:
+        """``base ** exponent``; a numerical exponent makes a product, any other a power node."""
+        if exponent.kind is Kind.NUMBER:
+            return self.product([(base, self.tidy(exponent.data))])
+        if base is self.one:
+            return self.one
+        return self._make(Kind.POWER, None, (base, exponent))
+
+    def function(self, name: str, arguments: Sequence[Node]) -> Node:
+        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2."""
+        arguments = tuple(arguments)
+        if name == "sqrt":
+            return self.product([(arguments[0], 0.5)])
+        if all(argument.kind is Kind.NUMBER for argument in arguments):
+            return self.constant(self.function_of(name, [argument.data for argument in arguments]))
+        return self._make(Kind.FUNCTION, name, arguments)
+
+    def ddt(self, node: Node) -> Node:
+        """The total time derivative along the motion, left for the Taylor series to take."""
+        if node.kind is Kind.NUMBER:
+            return self.zero
+        return self._make(Kind.DDT, None, (node,))
+
+
+def whole(exponent: float) -> bool:
+    """Whether a power is one of a whole number."""
+    return isinstance(exponent, int) or (math.isfinite(exponent) and exponent == int(exponent))
