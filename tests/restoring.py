@@ -42,7 +42,7 @@ embedding: {{p: [x]}}
 potential: exp(-{a}*(x + 3)) + 0.3*x + ((x)**2)**1.5
 generalized_forces: {{x: -{c}*tanh(50*x_dot)}}
 """
-"""Narrow forces, which are watched, and a kink of a higher derivative."""
+"""Narrow forces, which are detected, and a kink of a higher derivative."""
 DRIVEN = """
 coordinates: {{x: {{initial: {x}, velocity: {v}}}}}
 masses: {{p: 1}}

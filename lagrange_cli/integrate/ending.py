@@ -68,7 +68,7 @@ class Outcome:
     ``t`` is the time that the motion reached. ``steps`` and ``evaluations`` (of the equations of motion, or
     of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
     conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
-    each conserved momentum, by coordinate. ``unwatched`` is that of the ``Recording``. ``progress`` is the
+    each conserved momentum, by coordinate. ``undetected`` is that of the ``Recording``. ``progress`` is the
     state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or the
     state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if it
     had one."""
@@ -81,7 +81,7 @@ class Outcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
     h_size: float = 0.0
-    unwatched: bool = False
+    undetected: bool = False
     progress: Progress | None = None
     trusted_until: float | None = None
     error: float | None = None

@@ -8,9 +8,9 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.explicit import Linearization, linearize
+from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.program import Program, order_for, write_program
-from lagrange_cli.native.stepping.detection import watched_nodes
 from lagrange_cli.outputs.plan import Plan, make_plan
 from lagrange_cli.outputs.recording import Recording
 from lagrange_cli.records import replace
@@ -50,13 +50,13 @@ def write_run(
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    unwatched = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(watched_nodes(residual))
+    undetected = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(hidden_forces(residual))
     if precision == DOUBLE_DOUBLE:
         from lagrange_cli.native import program_double_double as twofold
 
         order = twofold.order_for(tolerance)
         program = twofold.write_twofold_program(residual, order, plan.integrands, plan.observed, tolerance)
-        return program, replace(plan.recording, unwatched=unwatched)
+        return program, replace(plan.recording, undetected=undetected)
     if ensemble and method == TAYLOR:
         from lagrange_cli.native.program_lanes import suits_lanes, with_lanes
 
@@ -74,7 +74,7 @@ def write_run(
         program = write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
     else:
         program = write_program(residual, RATES, plan.integrands, plan.observed)
-    return program, replace(plan.recording, unwatched=unwatched)
+    return program, replace(plan.recording, undetected=undetected)
 
 
 def check_convolutions(residual: Residual, precision: str) -> None:

@@ -96,7 +96,7 @@ def integrate(
         h_drift=h_drift,
         h_size=samples.size,
         p_drift=p_drift,
-        unwatched=prepared.recording.unwatched,
+        undetected=prepared.recording.undetected,
         progress=further if end.snapshot is None else samples.progress(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
         error=None if certificate is None else certificate.error,

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
 from lagrange_cli.native.linear.cholesky import definite
@@ -18,7 +19,6 @@ from lagrange_cli.native.recurrences.jet import write_jet
 from lagrange_cli.native.recurrences.layout import arrange
 from lagrange_cli.native.recurrences.stage import reciprocal_rest
 from lagrange_cli.native.stepping.advance import stepper
-from lagrange_cli.native.stepping.detection import watched_nodes
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
@@ -64,8 +64,8 @@ def write_program(
     model = residual.model
     constants = Constants()
     kept = [str(one.symbol.data) for one in residual.held] if keeping else []
-    watched = watched_nodes(residual) if order >= STEPPING else {}
-    named = {f"watched {i}": node for i, node in enumerate(watched)}
+    hidden = hidden_forces(residual) if order >= STEPPING else {}
+    named = {f"hidden {i}": node for i, node in enumerate(hidden)}
     integrands = {**named, **integrands, **dict.fromkeys(kept, residual.graph.zero)}
     series = lower(
         residual.graph, residual.variables, model.q, model.v, model.time,
@@ -81,7 +81,7 @@ def write_program(
         parts += [fill_in("linear", {}), definite()]
         parts += map(solve_definite, sorted(expansion.strides))
     if order >= STEPPING:
-        parts.append(stepper(layout, degrees, work, tolerance, list(watched.values())))
+        parts.append(stepper(layout, degrees, work, tolerance, list(hidden.values())))
     numbers = {"slot": layout.width + degrees, "rates": len(layout.state) - degrees}
     parts.append(fill_in("accelerate", numbers))
     symbols = [*model.q, *model.v]

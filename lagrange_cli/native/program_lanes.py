@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Mapping
 
+from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES
@@ -17,7 +18,6 @@ from lagrange_cli.native.recurrences.evaluation import Constants, emit_prepare
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
 from lagrange_cli.native.recurrences.paired import write_lane_jet
-from lagrange_cli.native.stepping.detection import watched_nodes
 from lagrange_cli.native.stepping.ensemble import Pack, follow
 from lagrange_cli.records import replace
 
@@ -38,8 +38,8 @@ def lane_order(tolerance: float) -> int:
 
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
-    """Whether its motions are followed eight at once: not where a step has to be watched (see ``watch``)."""
-    if watched_nodes(residual):
+    """Whether its motions are followed eight at once: not where a force may hide."""
+    if hidden_forces(residual):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     written_out = WRITTEN_OUT["definite" if residual.definite else "general"]

@@ -89,15 +89,15 @@ class Dataset:
 class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
-    ``conserved`` names the observed quantities that every motion keeps. ``unwatched`` tells that steps may
-    lead over what ``native.watch`` would find.
+    ``conserved`` names the observed quantities that every motion keeps. ``undetected`` tells that steps may
+    pass over a hidden force (see ``mechanics.hidden_forces``).
     """
 
     coordinates: tuple[str, ...]
     states: tuple[Dataset, ...]
     made: tuple[Dataset, ...]
     conserved: tuple[str, ...]
-    unwatched: bool = False
+    undetected: bool = False
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -134,7 +134,7 @@ class Recording:
             "states": list(map(_as_list, self.states)),
             "made": list(map(_as_list, self.made)),
             "conserved": self.conserved,
-            "unwatched": self.unwatched,
+            "undetected": self.undetected,
         }
 
     @classmethod
@@ -142,7 +142,7 @@ class Recording:
         """What ``as_data`` gave, after JSON."""
         states, made = (tuple(map(_dataset, data[kind])) for kind in ("states", "made"))
         return cls(
-            tuple(data["coordinates"]), states, made, tuple(data["conserved"]), bool(data["unwatched"])
+            tuple(data["coordinates"]), states, made, tuple(data["conserved"]), bool(data["undetected"])
         )
 
 

@@ -158,7 +158,7 @@ def test_another_precision_is_not_continued(folder, capsys):
 
 
 @pytest.mark.parametrize(("potential", "warned"), [("tanh(x)", True), ("cos(x)", False)])
-def test_what_double_double_does_not_watch_for_is_said(tmp_path, potential, warned):
+def test_double_double_says_that_it_does_not_detect_narrow_forces(tmp_path, potential, warned):
     (tmp_path / "a.yaml").write_text(
         f"coordinates: {{x: {{initial: -1, velocity: 2}}}}\nlagrangian: x_dot**2/2 - {potential}\n"
     )

@@ -404,7 +404,7 @@ def test_an_h_that_drifts_though_it_is_conserved_is_warned_of(tmp_path, outputs)
 
 @pytest.mark.parametrize("method", ["DOP853", "LSODA", "Radau"])
 @pytest.mark.parametrize(("potential", "warned"), [("tanh(x)", True), ("cos(x)", False)])
-def test_methods_that_do_not_watch_for_narrow_forces_say_so(tmp_path, method, potential, warned):
+def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, potential, warned):
     text = f"coordinates: {{x: {{initial: 0, velocity: 1}}}}\nlagrangian: x_dot**2/2 - {potential}\n"
     (tmp_path / "a.yaml").write_text(text)
     for _ in range(2):  # compiled, and found again

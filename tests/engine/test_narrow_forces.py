@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.native.stepping.detection import watched_nodes
+from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from tests.motion import NAMES, SYSTEMS, follow, residual_of
 
 LINE = """
@@ -117,7 +117,7 @@ def test_a_barrier_between_two_walls_is_met_every_time():
     assert np.min(motion.t[1:][np.diff(np.sign(motion["q/x"])) != 0]) < math.pi
 
 
-def test_powers_that_no_series_has_terms_of_are_watched():
+def test_powers_that_no_series_has_terms_of_are_detected():
     """U = sin(pi x)^64 begins with 64 derivatives that are 0."""
     motion = follow(LINE.format(initial=0, velocity=1, potential="0.3*sin(pi*x)**64"), 10.0, 2)
 
@@ -131,6 +131,6 @@ def test_powers_that_no_series_has_terms_of_are_watched():
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_the_systems_shipped_are_not_watched(name):
+def test_the_systems_shipped_hide_no_forces(name):
     """It costs a row of the state."""
-    assert not watched_nodes(residual_of((SYSTEMS / f"{name}.yaml").read_text()))
+    assert not hidden_forces(residual_of((SYSTEMS / f"{name}.yaml").read_text()))

@@ -26,7 +26,7 @@ MOST_DRIFTS = 8
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
-UNWATCHED = (
+UNDETECTED = (
     "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
     "compare with the Taylor method in double precision, which does"
 )
@@ -144,8 +144,8 @@ def wrote(start: Start, seconds: float) -> str:
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
     """The warnings about the result: a drift of h, forces that may have been missed."""
     method = settings.method if settings.precision == DOUBLE else settings.precision
-    unwatched = UNWATCHED.format(method) if outcome.unwatched else None
-    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), unwatched))) or None
+    undetected = UNDETECTED.format(method) if outcome.undetected else None
+    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), undetected))) or None
 
 
 def drifting(outcome: Outcome, tolerance: float) -> str | None:

@@ -8,20 +8,12 @@ step goes at most half of the way."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping, Sequence
 
-from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.functions.correctly_rounded import exponential
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import literal, operand
 
-HIDING = frozenset({"exp", "tanh", "sinh", "cosh"})
-"""These change by orders of magnitude, or from one constant to another, when their argument changes."""
-STEEP, HIGH = -4, 16
-"""Powers up to the one and from the other on change so fast that a series may not show them. Their base is
-watched; it shows most where it is nearest to 0, or greatest."""
 CLOSE = 3.0
 """An argument may change by this much: no such function then grows by more than e^6."""
 TAIL, BASE_TAIL = 0.1, 1e-9
@@ -50,41 +42,10 @@ define internal double @watched(ptr %a, double %t, ptr %b, ptr %c, ptr %d, doubl
 """
 
 
-def watched_nodes(residual: Residual) -> dict[Node, float]:
-    """What is watched in the equations: arguments of functions that hide something, with 0, and bases, with
-    the power that they are raised to."""
-    graph, found = residual.graph, {}
-    nodes = reachable(residual.residual)
-    degrees = growth(nodes)
-    for node in nodes:
-        if node.kind is Kind.FUNCTION and node.data in HIDING:
-            found[node.arguments[0]] = 0.0
-        elif node.kind is Kind.POWER:
-            found[node.arguments[1] * graph.function("log", node.arguments[:1])] = 0.0
-        elif node.kind is Kind.PRODUCT:
-            for base, exponent in zip(node.arguments, node.data):
-                if found.get(base) != 0.0 and not STEEP < exponent * degrees[base] < HIGH:
-                    found[base] = min(float(exponent), found.get(base, math.inf))
-    return {node: power for node, power in found.items() if node.symbols & residual.variables}
-
-
-def growth(nodes: Sequence[Node]) -> dict[Node, float]:
-    """Of each node the power of large coordinates that it grows with, at most; arguments come first."""
-    found: dict[Node, float] = {}
-    for node in nodes:
-        each = [found[argument] for argument in node.arguments]
-        if node.kind is Kind.SUM:
-            found[node] = max(each, default=0.0)
-        elif node.kind is Kind.PRODUCT:
-            found[node] = sum(abs(exponent) * degree for exponent, degree in zip(node.data, each))
-        else:
-            found[node] = 0.0 if node.kind is Kind.NUMBER else 1.0
-    return found
-
-
 def watch(values: Mapping[str, object], first: int, powers: Sequence[float]) -> str:
     """IR of ``@watched``, which shortens a step; the rows of the state from ``first`` on are the quadratures
-    of what is watched, with such ``powers`` (see ``watched_nodes``); ``values`` are those of ``stepper``."""
+    of what is followed, with such ``powers`` (see ``mechanics.hidden_forces``); ``values`` are those of
+    ``stepper``."""
     if not powers:
         return NOTHING_WATCHED
     growths = [exponential(2 * CLOSE / abs(power)) if power else 0.0 for power in powers]
