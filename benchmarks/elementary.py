@@ -16,7 +16,7 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.functions.elementary import FUNCTIONS
 from lagrange_cli.native.numbers.double import Emitter, Operand
 from lagrange_cli.native.numbers.vector import kind, suffix
-from tests.native.calls import compiled, looped, text
+from tests.support.calls import compiled, looped, text
 
 COUNT, RUNS = 800, 400
 LANES = (1, 8)

@@ -36,7 +36,7 @@ emulated() {
 }
 
 cd "$root"
-digests=(-m tests.cli.portable_digests "$work/runs" here "")
+digests=(-m tests.support.portable_digests "$work/runs" here "")
 "$work/tools/bin/python" "${digests[@]}" | tail -n 1 > "$work/here.json"
 emulated "${digests[@]}" | tail -n 1 > "$work/there.json"
 cmp "$work/here.json" "$work/there.json"

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.cli.command import ENVIRONMENT, ROOT, SYSTEMS
+from tests.support.command import ENVIRONMENT, ROOT, SYSTEMS
 
 HEAVY = {"click", "yaml", "numpy", "h5py", "llvmlite", "sympy", "mpmath", "scipy", "matplotlib"}
 PROBE = """

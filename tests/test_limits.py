@@ -11,7 +11,7 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.mechanics import derive
 from lagrange_cli.symbolic.work import check_size, counting, size_of
-from tests.motion import model_of
+from tests.support.motion import model_of
 
 
 def test_work_is_counted_up_to_its_limit(monkeypatch):

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import pytest
 
 from lagrange_cli import records
-from tests.cli.command import ENVIRONMENT
+from tests.support.command import ENVIRONMENT
 
 T = TypeVar("T")
 BOTH = pytest.mark.parametrize("module", [records, dataclasses], ids=["records", "dataclasses"])

@@ -5,7 +5,7 @@ import resource
 
 import pytest
 
-from tests.cli.command import SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange
 
 GOOD = (SYSTEMS / "pendulum.yaml").read_text(encoding="utf-8")
 MEMORY = 500_000_000

@@ -11,7 +11,7 @@ from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.native.program import order_for
 from lagrange_cli.run.settings import FULL_PRECISION, METHODS
 from lagrange_cli.work_precision import measure as contest
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")
 FEW = ["--methods", "taylor,dop853", "--tolerances", "1e-4,1e-9", "--runs", "1"]

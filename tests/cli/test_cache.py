@@ -7,7 +7,7 @@ import pytest
 
 from lagrange_cli.cli.main import main
 from lagrange_cli.run.timings import STAGES, Stopwatch
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")
 

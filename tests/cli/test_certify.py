@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.cli.main import main
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 
 def solve(capsys, system, *options):

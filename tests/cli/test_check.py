@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from tests.cli.command import SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange
 
 KEYS = [
     "name",

@@ -15,8 +15,8 @@ import lagrange_cli.run.tabulate as tabulating
 from lagrange_cli.cli.main import main
 from lagrange_cli.store.csv_file import column_names
 from lagrange_cli.store.layout import Series
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 from tests.cli.test_resume import Nervous
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 PENDULUM = str(SYSTEMS / "pendulum.yaml")
 RUN = ("solve", PENDULUM, "--stop", "1", "--step", "0.3")

@@ -8,8 +8,8 @@ import h5py
 import pytest
 
 from lagrange_cli.cli.main import main
-from tests.cli.command import SYSTEMS
 from tests.cli.test_resume import folder, interrupted_after  # noqa: F401 - fixtures
+from tests.support.command import SYSTEMS
 
 PENDULUM, DOUBLE = (str(SYSTEMS / f"{name}.yaml") for name in ("pendulum", "double_pendulum"))
 DRIVEN, ATWOOD = (str(SYSTEMS / f"{name}.yaml") for name in ("driven_damped_pendulum", "atwood"))

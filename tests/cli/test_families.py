@@ -8,7 +8,7 @@ import pytest
 import sympy
 import xarray
 
-from tests.cli.command import SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange
 
 N_PENDULUM, CHAIN, LATTICE = (SYSTEMS / f"{name}.yaml" for name in ("n_pendulum", "fpu_chain", "lattice"))
 

@@ -29,8 +29,8 @@ from lagrange_cli.store import checkpoint as checkpoints
 from lagrange_cli.store.checkpoint import LARGEST, MAGIC, Checkpoint, Unusable
 from lagrange_cli.store.contents import STATUSES
 from lagrange_cli.store.trusted import END, read_record, sealed
-from tests.cli.command import SYSTEMS
 from tests.cli.test_resume import Nervous
+from tests.support.command import SYSTEMS
 
 DOUBLE = str(SYSTEMS / "double_pendulum.yaml")
 RUNS = {

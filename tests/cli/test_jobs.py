@@ -15,7 +15,7 @@ import pytest
 from lagrange_cli.cli.commands.solve import solve_system
 from lagrange_cli.cli.options.run import Request
 from lagrange_cli.spec.spec import SolveDefaults
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 NAMES = ("double_pendulum", "pendulum", "harmonic_oscillator")
 """The first one takes longest."""

@@ -6,7 +6,7 @@ import resource
 import h5py
 import pytest
 
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 PENDULUM, CHAIN = SYSTEMS / "pendulum.yaml", SYSTEMS / "fpu_chain.yaml"
 MEMORY = 1_000_000_000

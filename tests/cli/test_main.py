@@ -13,7 +13,7 @@ from lagrange_cli.cli import console as report
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.main import COMMANDS, LazyGroup, main
 from lagrange_cli.errors import FileError, LagrangeError, MotionError, Problem, SpecError, UsageError
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 
 def test_the_process_ends_at_once_but_not_before_what_was_asked_for_at_its_end(tmp_path):

@@ -11,7 +11,7 @@ import pytest
 from lagrange_cli.cli.options.members import Draws, Members, draw_members, grid
 from lagrange_cli.errors import FileError, LagrangeError, UsageError
 from lagrange_cli.spec.read import read_spec
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 HOOP = read_spec((SYSTEMS / "rotating_hoop.yaml").read_bytes(), "hoop.yaml")
 CHAIN = read_spec((SYSTEMS / "n_pendulum.yaml").read_bytes(), "chain.yaml")

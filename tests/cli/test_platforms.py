@@ -1,4 +1,4 @@
-"""Windows and macOS as far as they can be imitated (``tests.platforms``): every command does its job."""
+"""Windows and macOS as far as they can be imitated (``tests.support.platforms``): every command works."""
 
 import os
 import signal
@@ -13,7 +13,7 @@ import pytest
 from lagrange_cli.cli.console import INTERRUPTED
 from lagrange_cli.cli.main import COMMANDS, main
 from lagrange_cli.limits import limit_time
-from tests.cli.command import ENVIRONMENT, ROOT, SYSTEMS
+from tests.support.command import ENVIRONMENT, ROOT, SYSTEMS
 
 PENDULUM, DOUBLE = str(SYSTEMS / "pendulum.yaml"), str(SYSTEMS / "double_pendulum.yaml")
 LONG = ["solve", DOUBLE, "-o", "cut.h5", "--stop", "2000", "--samples", "1001"]
@@ -44,7 +44,7 @@ def on(system, *commands, cwd):
     """Commands on that platform, one after the other in one process."""
     words = [word for command in commands for word in (*command, "+")][:-1]
     return subprocess.run(
-        [sys.executable, "-m", "tests.platforms", system, *words],
+        [sys.executable, "-m", "tests.support.platforms", system, *words],
         cwd=cwd,
         env={
             **ENVIRONMENT,

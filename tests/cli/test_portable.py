@@ -20,8 +20,8 @@ from lagrange_cli.cli.source import derive_system
 from lagrange_cli.native.compilation import fingerprint as identity
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
-from tests.cli.command import SYSTEMS
-from tests.cli.portable_digests import all_digests, all_systems
+from tests.support.command import SYSTEMS
+from tests.support.portable_digests import all_digests, all_systems
 
 OTHER_LIBRARY = "glibc.cpu.hwcaps=" + ",".join(
     f"-{ability}" for ability in ("FMA", "FMA_Usable", "FMA4", "FMA4_Usable", "AVX2", "AVX2_Usable")
@@ -56,7 +56,7 @@ def here(systems, tmp_path_factory) -> dict[str, dict[str, str]]:
 @pytest.mark.parametrize(("cpu", "features"), KINDS)
 def test_another_processor_and_library_give_the_same_bits(cpu, features, systems, here, tmp_path):
     made = subprocess.run(
-        [sys.executable, "-m", "tests.cli.portable_digests", str(tmp_path), cpu, features, *systems],
+        [sys.executable, "-m", "tests.support.portable_digests", str(tmp_path), cpu, features, *systems],
         env={**os.environ, "GLIBC_TUNABLES": OTHER_LIBRARY},
         cwd=Path(__file__).parents[2], capture_output=True, text=True, timeout=300,
     )  # fmt: skip

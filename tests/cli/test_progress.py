@@ -23,7 +23,7 @@ from lagrange_cli.cli.report.progress import (
     eraser,
 )
 from lagrange_cli.run.timings import Stopwatch
-from tests.cli.command import ENVIRONMENT, SYSTEMS
+from tests.support.command import ENVIRONMENT, SYSTEMS
 
 
 class Terminal(io.StringIO):

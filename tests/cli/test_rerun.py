@@ -10,8 +10,8 @@ import pytest
 import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
 from lagrange_cli.store import notes
-from tests.cli.command import SYSTEMS
 from tests.cli.test_resume import Nervous
+from tests.support.command import SYSTEMS
 
 TEXT = (SYSTEMS / "pendulum.yaml").read_text(encoding="utf-8")
 EDITED = TEXT.replace("l: {value: 1.0", "l: {value: 2.0")

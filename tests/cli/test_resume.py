@@ -29,8 +29,8 @@ from lagrange_cli.store.checkpoint import Checkpoint
 from lagrange_cli.store.output import Output
 from lagrange_cli.store.resume import find_earlier, read_output
 from lagrange_cli.store.target import find_target
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
-from tests.soak import OFTEN, Scene, disturbed, undisturbed
+from tests.fuzzing.soak import OFTEN, Scene, disturbed, undisturbed
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 DOUBLE = str(SYSTEMS / "double_pendulum.yaml")
 RUN = (DOUBLE, "--stop", "800", "--samples", "70001", "-o", "out.h5")

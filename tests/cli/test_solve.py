@@ -17,7 +17,7 @@ import yaml
 
 import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
 JSON_KEYS = {"name", "output", "status", "message", "method", "tolerance", "steps", "t", "h_drift", "p_drift"}

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import xarray
 
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
 from tests.cli.test_solve import datasets
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 HOOP = SYSTEMS / "rotating_hoop.yaml"
 FALL = """

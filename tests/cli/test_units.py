@@ -9,7 +9,7 @@ import h5py
 import pytest
 import xarray
 
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 SLOW = """\
 time: {unit: days}

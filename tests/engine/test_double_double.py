@@ -7,7 +7,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.cli.command import SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange
 
 MP = mpmath.mp.clone()
 MP.dps = 50

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from tests.motion import follow
+from tests.support.motion import follow
 
 LINE = """
 name: a line

@@ -8,9 +8,9 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.cli.command import lagrange
 from tests.engine.test_double_double import LONG, MP, largest, solved
 from tests.engine.test_kinks import LINE
+from tests.support.command import lagrange
 
 FRICTION = """
 coordinates: {x: {initial: 1.7, velocity: 0.3}}

@@ -19,7 +19,7 @@ from lagrange_cli.model.build import build_model
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import Op, SeriesProgram
 from lagrange_cli.spec.read import read_spec
-from tests.motion import SYSTEMS
+from tests.support.motion import SYSTEMS
 
 UNEQUAL = dedent("""
     sizes: {N: 4}

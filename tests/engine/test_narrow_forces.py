@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.mechanics.hidden_forces import hidden_forces
-from tests.motion import NAMES, SYSTEMS, follow, residual_of
+from tests.support.motion import NAMES, SYSTEMS, follow, residual_of
 
 LINE = """
 coordinates:

@@ -16,7 +16,7 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError
-from tests.expressions import known, texts
+from tests.support.expressions import known, texts
 
 NAMES = ("x", "y", "z")
 POINTS = st.fixed_dictionaries({name: st.floats(0.2, 1.4) for name in NAMES})

@@ -9,7 +9,7 @@ import pytest
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.records import replace
-from tests.motion import (
+from tests.support.motion import (
     FULL,
     each_formulation,
     error,

@@ -9,7 +9,7 @@ from lagrange_cli import GraphAlgebra, Times, build_model, derive, prepare, read
 from lagrange_cli.integrate.background import Behind
 from lagrange_cli.integrate.method import chunk_size
 from lagrange_cli.integrate.run import integrate
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 SPEC = read_spec((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml")
 COUNT = 4 * chunk_size(4) + 5

@@ -11,8 +11,8 @@ from lagrange_cli.integrate.prepare import prepare_system, unpack
 from lagrange_cli.integrate.run import Times, integrate
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.cache import Cache
-from tests.cli.command import SYSTEMS
-from tests.symbolic.systems import SIZES
+from tests.support.command import SYSTEMS
+from tests.support.systems import SIZES
 
 RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h", "ledger"})}
 

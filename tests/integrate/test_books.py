@@ -6,7 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.motion import DIGITS, NAMES, Motion, error, follow, residual_of, samples_of
+from tests.support.motion import DIGITS, NAMES, Motion, error, follow, residual_of, samples_of
 
 LEDGER = ("q", "v", "p", "h", "ledger", "action")
 

@@ -19,7 +19,7 @@ from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import Outcome, Times, integrate
 from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
-from tests.motion import prepared, residual_of, spec_of, values_of
+from tests.support.motion import prepared, residual_of, spec_of, values_of
 
 Number = mpmath.mpf
 COVERAGE = 0.99

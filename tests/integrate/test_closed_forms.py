@@ -10,7 +10,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.motion import DIGITS, error, follow, samples_of, values_of
+from tests.support.motion import DIGITS, error, follow, samples_of, values_of
 
 
 def parameters(system: str) -> dict[str, mpmath.mpf]:

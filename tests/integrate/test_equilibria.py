@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from tests.motion import follow
+from tests.support.motion import follow
 
 LAGRANGE_POINT = """
 parameters: {mu: 0.01}

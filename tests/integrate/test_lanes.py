@@ -12,7 +12,7 @@ from lagrange_cli.integrate.ensemble import lanes
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import OneByOne, Starts, ensemble_method
 from lagrange_cli.integrate.times import Times
-from tests.motion import NAMES, SYSTEMS, prepared, values_of
+from tests.support.motion import NAMES, SYSTEMS, prepared, values_of
 
 BITS = ("index", "t", "state", "steps", "samples", "reached")
 LARGE = (SYSTEMS / "n_pendulum.yaml").read_text().replace("N: 5", "N: 20")

@@ -16,7 +16,7 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.ensemble import resolve_ensemble
 from lagrange_cli.spec.spec import grouped
-from tests.motion import prepared, spec_of
+from tests.support.motion import prepared, spec_of
 
 FREE = """
 parameters: {m: 2.0}

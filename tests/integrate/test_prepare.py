@@ -20,8 +20,8 @@ from lagrange_cli.native.compilation.cache import Cache
 from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure
-from tests.cli.command import ENVIRONMENT, SYSTEMS
-from tests.symbolic.systems import SIZES
+from tests.support.command import ENVIRONMENT, SYSTEMS
+from tests.support.systems import SIZES
 
 PENDULUM = (SYSTEMS / "pendulum.yaml").read_text()
 RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h"})}

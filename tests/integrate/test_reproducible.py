@@ -14,7 +14,7 @@ from lagrange_cli.integrate.ending import Ending, Outcome
 from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from tests.motion import prepared, values_of
+from tests.support.motion import prepared, values_of
 
 SYSTEMS = {
     "double_pendulum": 12.0,

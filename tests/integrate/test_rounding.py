@@ -13,7 +13,7 @@ from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import Times
 from lagrange_cli.records import replace
 from tests.integrate.test_certificate import Number, certified
-from tests.motion import residual_of, values_of
+from tests.support.motion import residual_of, values_of
 
 SPRING = """
 parameters: {m: 4.1, k: 4.2}

@@ -8,7 +8,7 @@ import pytest
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import aligned
 from lagrange_cli.integrate.methods.scipy import Equations
-from tests.motion import NAMES, follow, prepared, values_of
+from tests.support.motion import NAMES, follow, prepared, values_of
 
 METHODS = ("DOP853", "Radau", "BDF", "LSODA")
 LEDGER = ("q", "v", "p", "h", "ledger", "action")

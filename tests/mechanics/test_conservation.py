@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.mechanics.conservation import is_zero
-from tests.motion import residual_of
+from tests.support.motion import residual_of
 
 FORCED = """
 parameters: {{w: 1}}

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.methods.scipy import Equations
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.mechanics.residual import Residual
-from tests.motion import FULL, Motion, each_formulation, follow, residual_of, run, values_of
+from tests.support.motion import FULL, Motion, each_formulation, follow, residual_of, run, values_of
 
 OUTPUTS = frozenset(("q", "v", "p", "h", "ledger"))
 TWO_BODIES = """

@@ -18,7 +18,7 @@ from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
-from tests.motion import Motion, each_formulation, follow, residual_of, spec_of, values_of
+from tests.support.motion import Motion, each_formulation, follow, residual_of, spec_of, values_of
 
 ATOMS = [
     "{q}",

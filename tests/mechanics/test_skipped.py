@@ -13,7 +13,7 @@ from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.mechanics.omitted_work import engine, skipped
 from lagrange_cli.model.build import build_model
 from tests.mechanics.test_random_systems import systems
-from tests.motion import residual_of, spec_of
+from tests.support.motion import residual_of, spec_of
 
 SHIPPED = sorted(path.stem for path in (Path(__file__).parents[2] / "systems").glob("*.yaml"))
 LARGE = {"lattice", "fpu_chain", "n_pendulum", "solar_system"}

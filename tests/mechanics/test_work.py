@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.motion import NAMES, program_of
+from tests.support.motion import NAMES, program_of
 
 CEILINGS = {
     # convolutions an order, floating-point operations that the series of a step take

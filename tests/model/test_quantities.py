@@ -25,8 +25,8 @@ from lagrange_cli.model.units import WHOLE, meaning, read_unit
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import resolve_values
-from tests.grammar import system
-from tests.motion import NAMES, SYSTEMS, spec_of
+from tests.fuzzing.grammar import system
+from tests.support.motion import NAMES, SYSTEMS, spec_of
 
 ENERGY = "kg*m^2/s^2"
 ANGULAR, LINEAR = "kg*m^2/s", "kg*m/s"

@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.native.compilation import cache as module
 from lagrange_cli.native.compilation.cache import Cache, cache_folder, find_cache, name_of, pack, unpack
-from tests.cli.command import ENVIRONMENT
+from tests.support.command import ENVIRONMENT
 
 
 @pytest.fixture

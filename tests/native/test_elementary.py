@@ -16,7 +16,7 @@ from lagrange_cli.expression.vocabulary import FUNCTIONS as LANGUAGE
 from lagrange_cli.native.functions.elementary import FUNCTIONS, definitions, emit_function, power
 from lagrange_cli.native.functions.formulas import LARGEST_ANGLE
 from lagrange_cli.native.numbers.double import literal
-from tests.native.calls import compiled, function, loaded, looped, text
+from tests.support.calls import compiled, function, loaded, looped, text
 
 LANES = 8
 SIN_COS, SIN_COS_LANES = (function("sin_cos", lanes) for lanes in (1, LANES))

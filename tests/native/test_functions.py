@@ -8,8 +8,8 @@ import mpmath
 import numpy as np
 import pytest
 
-from tests.motion import evaluate, follow
-from tests.native.jets import coefficients
+from tests.support.jets import coefficients
+from tests.support.motion import evaluate, follow
 
 DIGITS = 90
 START, RATE, PULL = 0.3, 0.7, 0.4

@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.numbers.double import fused
-from tests.motion import DEFAULT, FULL, residual_of
+from tests.support.motion import DEFAULT, FULL, residual_of
 
 EVERY_FUNCTION = """
 parameters: {k: 0.5}

@@ -11,8 +11,8 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.syntax import ExpressionError
 from tests.expression.test_graph import conditioned, node_of
-from tests.expressions import texts
-from tests.motion import follow, spec_of
+from tests.support.expressions import texts
+from tests.support.motion import follow, spec_of
 
 NAMES = ("x", "x_dot", "y", "a", "t")
 

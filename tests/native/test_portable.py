@@ -21,7 +21,7 @@ from lagrange_cli.native.functions.portable import portable
 from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
 from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, INTRINSICS
 from lagrange_cli.spec.read import read_spec
-from tests.native.calls import compiled, loaded, looped
+from tests.support.calls import compiled, loaded, looped
 
 MP = mpmath.mp.clone()
 MP.prec = 1300

@@ -12,7 +12,7 @@ from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.numbers import double as emitter
 from lagrange_cli.native.numbers.double_double import Twofold
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 BODIES = """
 sizes: {N: 24}

@@ -9,7 +9,7 @@ import pytest
 from lagrange_cli.errors import SpecError
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.read import read_spec
-from tests.spec.files import PENDULUM, changed, problems, underlined
+from tests.support.files import PENDULUM, changed, problems, underlined
 
 POTENTIAL = "m*g*bob.y"
 EMBEDDING = "[l*sin(theta), -l*cos(theta)]"

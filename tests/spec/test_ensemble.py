@@ -14,8 +14,8 @@ from lagrange_cli.expression.columns import ColumnAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
 from lagrange_cli.spec.ensemble import member_values, resolve_ensemble
 from lagrange_cli.spec.read import read_spec
-from tests.cli.command import SYSTEMS
-from tests.spec.files import changed
+from tests.support.command import SYSTEMS
+from tests.support.files import changed
 
 REALS = st.floats(-1e3, 1e3) | st.floats(allow_nan=False, allow_infinity=False)
 INTRICATE = changed(

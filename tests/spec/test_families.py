@@ -18,7 +18,7 @@ from lagrange_cli.spec.families import MAX_MEMBERS
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Family, Spec, grouped
 from lagrange_cli.spec.values import Values, resolve_values
-from tests.spec.files import problems, underlined
+from tests.support.files import problems, underlined
 
 CHAIN = """\
 sizes: {N: 4}

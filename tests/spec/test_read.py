@@ -17,7 +17,7 @@ from lagrange_cli.expression.syntax import Span, Vector, names
 from lagrange_cli.spec.order import dependency_order
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
-from tests.spec.files import PENDULUM, changed
+from tests.support.files import PENDULUM, changed
 
 SYSTEMS = sorted(Path(__file__).parents[2].glob("systems/*.yaml"))
 

@@ -9,7 +9,7 @@ import pytest
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import Values, resolve_parameters, resolve_values
-from tests.spec.files import PENDULUM, changed, underlined
+from tests.support.files import PENDULUM, changed, underlined
 
 
 def resolve(text: str = PENDULUM, **overrides: str) -> Values:

@@ -7,9 +7,9 @@ import pytest
 from lagrange_cli.cli.commands import equations
 from lagrange_cli.cli.main import main
 from lagrange_cli.symbolic.verify import Verification
-from tests.cli import command
-from tests.cli.command import SYSTEMS, lagrange
-from tests.symbolic.systems import NAMES, SIZES
+from tests.support import command
+from tests.support.command import SYSTEMS, lagrange
+from tests.support.systems import NAMES, SIZES
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
 

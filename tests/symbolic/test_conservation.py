@@ -3,7 +3,7 @@
 import pytest
 
 from lagrange_cli.symbolic.report import plain
-from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, same
+from tests.support.systems import NAMES, agree_at_random, derived, equations_of, same
 
 CONSERVED = {
     "atwood": {"h"},

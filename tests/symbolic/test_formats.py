@@ -14,7 +14,7 @@ from lagrange_cli.symbolic import report
 from lagrange_cli.symbolic.data import as_data
 from lagrange_cli.symbolic.layouts import WIDTH, as_text, as_unicode
 from lagrange_cli.symbolic.source import as_python
-from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, expression, renamed, spec_of
+from tests.support.systems import NAMES, agree_at_random, derived, equations_of, expression, renamed, spec_of
 
 
 def test_the_command_offers_the_forms_there_are():

@@ -5,7 +5,7 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.symbolic.hamilton import hamilton_form
-from tests.symbolic.systems import NAMES, agree_at_random, derived, equations_of, same
+from tests.support.systems import NAMES, agree_at_random, derived, equations_of, same
 
 
 @pytest.mark.parametrize("name", NAMES)

@@ -7,7 +7,7 @@ from lagrange_cli.symbolic import terms
 from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
-from tests.symbolic.systems import (
+from tests.support.systems import (
     NAMES,
     agree_at_random,
     derived,

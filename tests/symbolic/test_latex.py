@@ -10,7 +10,7 @@ from matplotlib.mathtext import MathTextParser
 from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.latex_lines import WIDTH, breaks, broken, width
 from lagrange_cli.symbolic.report import FORMS
-from tests.symbolic.systems import NAMES, derived, equations_of
+from tests.support.systems import NAMES, derived, equations_of
 
 PARSER = MathTextParser("agg")
 ROW = re.compile(r"\\\\$", re.MULTILINE)
@@ -100,7 +100,7 @@ def test_names_that_latex_reads_otherwise():
 
 
 def test_numbers_that_are_not_real_are_refused(tmp_path):
-    from tests.cli.command import lagrange
+    from tests.support.command import lagrange
 
     file = tmp_path / "complex.yaml"
     file.write_text(

@@ -7,7 +7,7 @@ from lagrange_cli.symbolic.latex import Latex
 from lagrange_cli.symbolic.notations import Identifiers, Notation, Text, Unicode, identifiers
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import render
-from tests.symbolic.systems import agree_at_random, expression
+from tests.support.systems import agree_at_random, expression
 
 ROLES = {
     Role.PARAMETER: ("m", "m1", "m2", "g", "l", "a", "omega", "lambda_1", "mass"),

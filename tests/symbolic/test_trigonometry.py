@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.symbolic.terms import LARGEST, TooLargeError, from_terms, to_terms
 from lagrange_cli.symbolic.trigonometry import contract
-from tests.symbolic.systems import agree_at_random, expression
+from tests.support.systems import agree_at_random, expression
 
 
 def contracted(text: str) -> sympy.Expr:

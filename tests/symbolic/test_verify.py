@@ -19,7 +19,7 @@ from lagrange_cli.symbolic.verify import (
     solve_measured,
     verify,
 )
-from tests.symbolic.systems import NAMES, derived, equations_of, spec_of
+from tests.support.systems import NAMES, derived, equations_of, spec_of
 
 
 def stand_in(equations, change=lambda name, value: value):

@@ -16,7 +16,7 @@ from lagrange_cli.work_precision.measure import Contender, Result, Rules, hold
 from lagrange_cli.work_precision.recommend import choose
 from lagrange_cli.work_precision.reference import Reference
 from lagrange_cli.work_precision.trajectory import SAMPLES, evenly, follow
-from tests.motion import prepared, values_of
+from tests.support.motion import prepared, values_of
 
 TIMES = evenly(0.0, 20.0)
 VALUES = values_of("harmonic_oscillator")

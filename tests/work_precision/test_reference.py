@@ -18,7 +18,7 @@ from lagrange_cli.work_precision.reference import (
     running_sizes,
 )
 from lagrange_cli.work_precision.trajectory import SAMPLES, Followed, evenly, follow
-from tests.motion import DIGITS, prepared, samples_of, values_of
+from tests.support.motion import DIGITS, prepared, samples_of, values_of
 
 
 def reference_of(system, stop, good=1e-11, **sets):

@@ -17,7 +17,7 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import identifiers
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
 SIZES = {

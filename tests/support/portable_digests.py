@@ -1,7 +1,7 @@
 """Digests of the datasets that portable runs write, for a test that runs this elsewhere, in another process.
 
-``python -m tests.cli.portable_digests FOLDER CPU FEATURES SYSTEM.yaml ..`` with what LLVM calls the processor
-to compile for (``here`` for the one that there is) prints a JSON object of them in its last line. Without
+``python -m tests.support.portable_digests FOLDER CPU FEATURES SYSTEM.yaml ..`` with LLVM's name of the
+processor to compile for (``here`` for the present one) prints a JSON object of them in its last line. Without
 systems, it takes all that there are.
 """
 
@@ -14,7 +14,7 @@ import h5py
 
 from lagrange_cli.cli.main import main
 from lagrange_cli.native.compilation import llvm as compiler
-from tests.cli.command import SYSTEMS
+from tests.support.command import SYSTEMS
 
 FUNCTIONS = """
 parameters: {a: sin(0.3), b: 2**0.3, c: pi*tanh(1.7)}

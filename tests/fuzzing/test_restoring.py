@@ -5,12 +5,12 @@ import random
 
 import pytest
 
-from tests import restoring
+from tests.fuzzing import restoring
 
 
 @pytest.mark.parametrize("kind", ["wedges", "wall", "driven", "shipped"])
 def test_a_motion_taken_to_pieces_anywhere_is_the_same_motion(kind):
-    """Other motions each time; ``python -m tests.restoring --runs 1 --seed N --kind KIND`` is one again."""
+    """Of new motions; ``python -m tests.fuzzing.restoring --runs 1 --seed N --kind KIND`` repeats one."""
     pieces = 0
     while pieces < 20:  # a short motion has few
         seed = int.from_bytes(os.urandom(4), "little")

@@ -1,6 +1,6 @@
 """Linux made to look like another platform, in a process of its own:
 
-    python -m tests.platforms win32|darwin COMMAND ARGUMENTS...  [+ COMMAND ARGUMENTS...]
+    python -m tests.support.platforms win32|darwin COMMAND ARGUMENTS...  [+ COMMAND ARGUMENTS...]
 
 runs commands of ``lagrange`` one after the other in it, and ends with the highest of their statuses. What is
 missing there is taken away once all libraries are in memory: they know this platform's ways only.

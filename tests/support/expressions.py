@@ -8,7 +8,7 @@ import mpmath
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.syntax import ExpressionError
-from tests.motion import evaluate
+from tests.support.motion import evaluate
 
 UNARY = ["sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt"]
 NUMBERS = ["0", "1", "2", "3", "0.5", "1.25", "-1", "7"]

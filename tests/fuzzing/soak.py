@@ -1,4 +1,4 @@
-"""Kills runs at random moments and goes on with them: ``python -m tests.soak [--kills 500] [--seed 1]``.
+"""Kills runs at random moments and resumes them: ``python -m tests.fuzzing.soak [--kills 500] [--seed 1]``.
 
 System, outputs, samples, method, precision, checkpoints, direction and the rest are drawn at random; three of
 ten draws are sweeps. Each run is ended a few times, and gone on with until it has come to its end. After
@@ -25,7 +25,7 @@ from pathlib import Path
 import h5py
 
 from lagrange_cli.run.settings import PARTICLE_OUTPUTS
-from tests.cli.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """The most are such that the process is never asked."""

@@ -1,4 +1,4 @@
-"""Motions taken to pieces: ``python -m tests.restoring [--runs 200] [--seed 1] [--kind wall]``.
+"""Motions taken to pieces: ``python -m tests.fuzzing.restoring [--runs 200] [--seed 1] [--kind wall]``.
 
 The compiled loop is left and entered again at any step and at any sample, each time with the memory of a
 checkpoint and nothing else (scratch arrays are filled with NaN), in code of any level. Every piece must end
@@ -25,7 +25,7 @@ from lagrange_cli.native.compilation.machine import FULL, QUICK, Machine, compil
 from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.run.settings import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
-from tests.motion import NAMES, spec_of
+from tests.support.motion import NAMES, spec_of
 
 WEDGES = """
 coordinates: {{x: {{initial: {x}, velocity: {v}}}, y: {{initial: 0.2, velocity: 0.1}}}}

@@ -30,7 +30,7 @@ from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
 
-SYSTEMS = Path(__file__).resolve().parents[1] / "systems"
+SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
 NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
 FULL = 2.0**-52
 """The tolerance of a run that asks for none."""

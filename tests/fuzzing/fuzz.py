@@ -1,6 +1,6 @@
-"""Runs the commands on system files of every kind: ``python -m tests.fuzz [--minutes 60]``.
+"""Runs the commands on system files of every kind: ``python -m tests.fuzzing.fuzz [--minutes 60]``.
 
-It mutates the shipped systems, the files of ``tests/corpus`` and those that ``tests.grammar`` makes. The
+It mutates the shipped systems, the files of ``tests/fuzzing/corpus`` and those that ``grammar`` makes. The
 mutation is guided by coverage, by atheris (``pip install '.[fuzz]'``): inputs that reach new code are kept in
 the corpus and mutated further. Each input goes through ``check``, ``equations`` and ``solve`` in one process.
 It is a finding, and is written to the folder of findings with its error, if
@@ -34,12 +34,12 @@ from pathlib import Path
 from types import FrameType
 from typing import Any
 
-from tests import grammar
+from tests.fuzzing import grammar
 
-ROOT = Path(__file__).resolve().parents[1]
-KEPT = ROOT / "tests" / "fuzz_corpus.tar.xz"
+ROOT = Path(__file__).resolve().parents[2]
+KEPT = ROOT / "tests" / "fuzzing" / "fuzz_corpus.tar.xz"
 """Inputs of earlier runs that reach different code: the initial corpus."""
-SEEDS = (ROOT / "systems", ROOT / "tests" / "corpus")
+SEEDS = (ROOT / "systems", ROOT / "tests" / "fuzzing" / "corpus")
 PATIENCE, SECONDS = 4, 5
 """Seconds of processor time after which a command is interrupted, and within which it must end."""
 MEGABYTES = 1024
@@ -237,7 +237,7 @@ def note(findings: Path, data: bytes, what: str) -> None:
 def main() -> int:
     """Run rounds until the time is used up, each in a process of its own."""
     parser = argparse.ArgumentParser(
-        prog="python -m tests.fuzz",
+        prog="python -m tests.fuzzing.fuzz",
         description=(__doc__ or "").partition("\n\n")[2],
         formatter_class=argparse.RawDescriptionHelpFormatter,
     )
@@ -271,7 +271,7 @@ def main() -> int:
     }
     while (left := 60 * given.minutes - (time.monotonic() - began)) > 1:
         seed, rounds = given.seed + rounds, rounds + 1
-        command = [sys.executable, "-m", "tests.fuzz", "--round", str(int(left)), "--seed", str(seed),
+        command = [sys.executable, "-m", "tests.fuzzing.fuzz", "--round", str(int(left)), "--seed", str(seed),
                    "--corpus", str(corpus), "--findings", str(findings)]  # fmt: skip
         status = subprocess.run(command, env=environment, check=False).returncode
         if status and (findings / "current").exists():

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.method import aligned
-from tests.motion import prepared, values_of
+from tests.support.motion import prepared, values_of
 
 
 def coefficients(

@@ -11,7 +11,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.cli.main import main
-from tests import fuzz, grammar, growth
+from tests.fuzzing import fuzz, grammar, growth
 
 
 @pytest.fixture
@@ -40,7 +40,7 @@ def test_whatever_the_file_says(folder, seed):
 )  # fmt: skip
 @given(st.integers(0, 2**63))
 def test_what_grows(folder, seed):
-    """Files that ask for a lot of work, with little of it allowed; ``tests.hostile`` allows all of it."""
+    """Files that ask for a lot of work, little of which is allowed; ``hostile`` allows all of it."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("LAGRANGE_LIMITS", "work=300000,printed=3000")
         statuses = fuzz.feed(growth.system(Random(seed))[1].encode())
@@ -48,7 +48,7 @@ def test_what_grows(folder, seed):
 
 
 @pytest.mark.parametrize(
-    "path", sorted((fuzz.ROOT / "tests" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
+    "path", sorted((fuzz.ROOT / "tests" / "fuzzing" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
 )
 def test_what_was_found_before(folder, path):
     fuzz.feed(path.read_bytes())

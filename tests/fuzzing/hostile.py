@@ -1,6 +1,6 @@
-"""How long small files can keep the commands busy: ``python -m tests.hostile --files 300 --seed 1``.
+"""How long small files can keep the commands busy: ``python -m tests.fuzzing.hostile --files 300 --seed 1``.
 
-Each file of ``tests.growth`` and ``tests.grammar`` goes through ``check``, ``equations`` in some form and
+Each file of ``growth`` and ``grammar`` goes through ``check``, ``equations`` in some form and
 format, and ``solve``, each a process of its own whose processor time and memory are measured. The slowest and
 the largest are printed. What ends in a traceback, by a signal, with an undocumented exit status or beyond the
 bounds is printed, too, and its file written to the folder ``findings``.
@@ -20,9 +20,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from random import Random
 
-from tests import grammar, growth
+from tests.fuzzing import grammar, growth
 
-ROOT = Path(__file__).resolve().parents[1]
+ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTED = (0, 2, 3, 4, 5)
 FORMS = ("lagrange", "explicit", "hamilton", "matrix")
 FORMATS = ("text", "unicode", "latex", "json", "python")
@@ -118,7 +118,7 @@ def run(count: int, seed: int, findings: Path | None = None) -> list[Measured]:
 
 def main() -> int:
     """Measure, and say what was slowest and largest; 1 where something ended as no command may."""
-    parser = argparse.ArgumentParser(prog="python -m tests.hostile")
+    parser = argparse.ArgumentParser(prog="python -m tests.fuzzing.hostile")
     parser.add_argument("--files", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--findings", type=Path, default=Path("findings"))
