@@ -52,21 +52,23 @@ def write_run(
         residual = reversed_equations(residual)
     undetected = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(hidden_forces(residual))
     if precision == DOUBLE_DOUBLE:
-        from lagrange_cli.native import program_double_double as twofold
+        from lagrange_cli.native import program_double_double as double_double
 
-        order = twofold.order_for(tolerance)
-        program = twofold.write_twofold_program(residual, order, plan.integrands, plan.observed, tolerance)
+        order = double_double.order_for(tolerance)
+        program = double_double.write_double_double_program(
+            residual, order, plan.integrands, plan.observed, tolerance
+        )
         return program, replace(plan.recording, undetected=undetected)
     if ensemble and method == TAYLOR:
         from lagrange_cli.native.program_lanes import suits_lanes, with_lanes
 
-        program = write_program(residual, RATES, plan.integrands, plan.observed, keeping=True)
+        program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual):
             return with_lanes(program, residual, tolerance), plan.recording
     if method == TAYLOR:
         order = order_for(tolerance) if order is None else order
         program = write_program(
-            residual, order, plan.integrands, plan.observed, tolerance=tolerance, keeping=True
+            residual, order, plan.integrands, plan.observed, tolerance=tolerance, store_momenta=True
         )
     elif method in IMPLICIT:
         linear = linearize(residual)

@@ -115,9 +115,9 @@ def samples_of(prepared: Prepared) -> type[Samples]:
     """What makes datasets of numbers of that many parts."""
     if prepared.machine.program.parts == 1:
         return Samples
-    from lagrange_cli.integrate.samples import TwofoldSamples
+    from lagrange_cli.integrate.samples import DoubleDoubleSamples
 
-    return TwofoldSamples
+    return DoubleDoubleSamples
 
 
 def certified(end: End, certificate: Certificate) -> End:

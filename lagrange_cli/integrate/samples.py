@@ -18,20 +18,20 @@ LOW = "low/"
 
 
 @dataclass(frozen=True)
-class Twofold:
+class DoubleDouble:
     """Numbers, each the sum of two doubles (c,) or of two for all."""
 
     high: Array
     low: Array
 
-    def __add__(self, other: Twofold) -> Twofold:
+    def __add__(self, other: DoubleDouble) -> DoubleDouble:
         high, error = two_sum(self.high, other.high)
         low, rest = two_sum(self.low, other.low)
         high, error = two_sum(high, error + low)
-        return Twofold(*two_sum(high, error + rest))
+        return DoubleDouble(*two_sum(high, error + rest))
 
-    def __sub__(self, other: Twofold) -> Twofold:
-        return self + Twofold(-other.high, -other.low)
+    def __sub__(self, other: DoubleDouble) -> DoubleDouble:
+        return self + DoubleDouble(-other.high, -other.low)
 
 
 def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
@@ -41,7 +41,7 @@ def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
     return total, (a - (total - back)) + (b - back)
 
 
-class TwofoldSamples(Samples):
+class DoubleDoubleSamples(Samples):
     """What ``Samples`` does, for states (2 rows, c) whose low parts follow all high ones."""
 
     def accept(self, times: Array, states: Array) -> None:
@@ -51,9 +51,10 @@ class TwofoldSamples(Samples):
         flat = self._observe(times, states)
         if not self._first:
             self._first = {name: float(row[0]) for name, row in flat.items()}
-        observed = {name: Twofold(flat[name], flat[low(name)]) for name in program.observed}
+        observed = {name: DoubleDouble(flat[name], flat[low(name)]) for name in program.observed}
         first = {
-            name: Twofold(np.array(self._first[name]), np.array(self._first[low(name)])) for name in observed
+            name: DoubleDouble(np.array(self._first[name]), np.array(self._first[low(name)]))
+            for name in observed
         }
         with np.errstate(invalid="ignore"):
             for name, drift in self._drift.items():
@@ -62,7 +63,7 @@ class TwofoldSamples(Samples):
         high, beyond = np.split(states, [program.rows])
         begin = 2 * program.degrees
         quadratures = {
-            name: Twofold(high[begin + i], beyond[begin + i]) for i, name in enumerate(program.integrals)
+            name: DoubleDouble(high[begin + i], beyond[begin + i]) for i, name in enumerate(program.integrals)
         }
         chunk: dict[str, Any] = {"t": times}
         for prefix, part in (("", high), (LOW, beyond)):

@@ -26,15 +26,15 @@ def reversed_equations(residual: Residual) -> Residual:
     def each(nodes: Iterable[Node]) -> tuple[Node, ...]:
         return reversed_nodes(residual, nodes)
 
-    held = []
-    for one in residual.held:
+    momenta = []
+    for one in residual.cyclic_momenta:
         momentum, speed = each([one.momentum, one.speed])
-        held.append(replace(one, momentum=momentum, speed=-speed))
+        momenta.append(replace(one, momentum=momentum, speed=-speed))
     return replace(
         residual,
         residual=each(residual.residual),
         mass_matrix=tuple(map(each, residual.mass_matrix)),
-        held=tuple(held),
+        cyclic_momenta=tuple(momenta),
         inertias=each(residual.inertias),
     )
 

@@ -37,7 +37,7 @@ def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
             plain[node] = graph.sum(terms)
         else:
             plain[node] = rebuilt(graph, node, arguments)
-    momenta = {one.symbol: one.momentum for one in residual.held}
+    momenta = {one.symbol: one.momentum for one in residual.cyclic_momenta}
     return accelerations, substituted(graph, [plain[node] for node in residual.residual], momenta)
 
 

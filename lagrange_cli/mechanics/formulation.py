@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.mechanics.residual import Held
+from lagrange_cli.mechanics.residual import CyclicMomentum
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import numbered, variables
 from lagrange_cli.model.model import Model
@@ -22,7 +22,7 @@ class Formulation:
 
     residual: tuple[Node, ...]
     mass_matrix: tuple[tuple[Node, ...], ...]
-    held: tuple[Held, ...] = ()
+    cyclic_momenta: tuple[CyclicMomentum, ...] = ()
     inertias: tuple[Node, ...] = ()
 
 

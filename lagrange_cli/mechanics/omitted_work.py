@@ -27,7 +27,7 @@ def engine(residual: Residual) -> tuple[str, ...]:
     These are facts of the equations as they are integrated: their mass matrix is that of the formulation.
     """
     model = residual.model
-    matrix = "the mass matrix after Routh's reduction" if residual.held else "the mass matrix"
+    matrix = "the mass matrix after Routh's reduction" if residual.cyclic_momenta else "the mass matrix"
     said = [f"formulation: {formulation(residual)}"]
     if residual.constant_mass_matrix:
         said.append(f"{matrix} contains parameters only: it is factored once per run, not once per step")
@@ -55,7 +55,9 @@ def formulation(residual: Residual) -> str:
     if dearer:
         said += f" instead of {' or '.join(dearer)}"
     names = [
-        name for name, v in zip(model.coordinates, model.v) if v in {one.velocity for one in residual.held}
+        name
+        for name, v in zip(model.coordinates, model.v)
+        if v in {one.velocity for one in residual.cyclic_momenta}
     ]
     if names:
         verb, momenta = ("is", "its momentum is") if len(names) == 1 else ("are", "their momenta are")
@@ -72,7 +74,7 @@ def _parameter_nodes(residual: Residual) -> set[Node]:
     """The largest expressions that hold parameters and nothing that moves, below the equations."""
     entries = [entry for row in residual.mass_matrix for entry in row]
     moving = residual.variables
-    for one in residual.held:
+    for one in residual.cyclic_momenta:
         moving |= one.symbol.symbols
     found: set[Node] = set()
     for node in reachable([*residual.residual, *entries]):

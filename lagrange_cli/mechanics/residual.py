@@ -19,7 +19,7 @@ from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class Held:
+class CyclicMomentum:
     """A constant of the motion in place of a velocity: ``symbol`` stands for it in the equations.
 
     ``momentum`` is its expression in q, q_dot, t; ``speed`` that of ``velocity`` in q, t, such symbols and
@@ -37,7 +37,7 @@ class Residual:
     """The equations R(q, q_dot, q_ddot, t) = 0 of a model over the graph.
 
     ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t;
-    ``held`` are constants of the motion that take the places of velocities: known from where a motion begins,
+    ``cyclic_momenta`` take the places of velocities: known from where a motion begins,
     the same ever after.
     ``inertias`` are what the equations were divided by: where one is 0, so is the determinant of the masses.
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
@@ -50,7 +50,7 @@ class Residual:
     graph: Graph
     residual: tuple[Node, ...]
     mass_matrix: tuple[tuple[Node, ...], ...]
-    held: tuple[Held, ...]
+    cyclic_momenta: tuple[CyclicMomentum, ...]
     inertias: tuple[Node, ...]
     definite: bool
     formulation: str

@@ -16,7 +16,7 @@ from collections.abc import Collection, Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized, rate
-from lagrange_cli.mechanics.residual import Held, connected
+from lagrange_cli.mechanics.residual import CyclicMomentum, connected
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model
@@ -63,16 +63,18 @@ def routh(
     if not gone:
         return None
     residual, rows = euler_lagrange(model, graph, routhian, forces)
-    held = []
+    momenta = []
     for one in gone:
         v = model.v[one.index]
         momentum = divided(graph, graph.diff(lagrangian, v), one.unit)
-        held.append(Held(one.symbol, momentum, v, one.speed))
+        momenta.append(CyclicMomentum(one.symbol, momentum, v, one.speed))
         residual[one.index] = graph.ddt(v) - rate(graph, one.speed, moving)
         rows[one.index] = [-graph.diff(one.speed, other) for other in model.v]
         rows[one.index][one.index] = graph.one
     inertias = tuple(one.inertia for one in gone if one.inertia.symbols & moving)
-    return replace(normalized(graph, residual, rows, moving), held=tuple(held), inertias=inertias)
+    return replace(
+        normalized(graph, residual, rows, moving), cyclic_momenta=tuple(momenta), inertias=inertias
+    )
 
 
 def eliminate(

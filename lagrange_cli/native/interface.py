@@ -47,7 +47,7 @@ class Interface:
 
     ``order`` is that of q's series, ``degrees`` the number of coordinates. ``observed`` names the
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
-    whose values follow q and v in the state, the last ``kept`` of them constants of the motion. ``lanes``
+    whose values follow q and v in the state, the last ``stored`` of them constants of the motion. ``lanes``
     is what eight motions at once work on; 0 where the
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
     """
@@ -56,7 +56,7 @@ class Interface:
     degrees: int
     parameters: tuple[str, ...]
     integrals: tuple[str, ...]
-    kept: int
+    stored: int
     observed: tuple[str, ...]
     constants: int
     work: int
@@ -90,7 +90,7 @@ class Interface:
 
     @property
     def trial(self) -> int:
-        """Doubles of scratch: what ``@advance`` may go back to and expects; a series ahead (``twofold``)."""
+        """Doubles of scratch: what ``@advance`` may go back to and expects; a series (double-double)."""
         return 4 * self.width + CLOCK + LANES + self.work
 
     def as_data(self) -> dict[str, Any]:

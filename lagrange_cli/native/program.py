@@ -52,26 +52,26 @@ def write_program(
     linearized: Sequence[Node] = (),
     accelerations: Sequence[Node] = (),
     tolerance: float = 2.0**-52,
-    keeping: bool = False,
+    store_momenta: bool = False,
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``.
 
     ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``. ``@linearize``
     computes the nodes
     ``linearized``, functions of q, v and the symbols ``accelerations``, if there are any. What ``residual``
-    holds is kept from one state to the next, in further rows, where ``keeping``.
+    holds is kept from one state to the next, in further rows, where ``store_momenta``.
     """
     model = residual.model
     constants = Constants()
-    kept = [str(one.symbol.data) for one in residual.held] if keeping else []
+    stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     hidden = hidden_forces(residual) if order >= STEPPING else {}
     named = {f"hidden {i}": node for i, node in enumerate(hidden)}
-    integrands = {**named, **integrands, **dict.fromkeys(kept, residual.graph.zero)}
+    integrands = {**named, **integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
         residual.graph, residual.variables, model.q, model.v, model.time,
         residual.residual, list(integrands.values()),
     )  # fmt: skip
-    series = replace(series, kept=len(kept))
+    series = replace(series, stored=len(stored))
     layout = arrange(series, order)
     expansion = Expansion(residual, series, layout, constants)
     parts = [write_jet(expansion)]
@@ -98,7 +98,7 @@ def write_program(
         degrees=degrees,
         parameters=tuple(model.parameters),
         integrals=tuple(integrands),
-        kept=len(kept),
+        stored=len(stored),
         observed=tuple(observed),
         constants=size,
         work=work,

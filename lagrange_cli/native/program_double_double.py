@@ -1,4 +1,4 @@
-"""``write_twofold_program``: the program of a system in double-double."""
+"""``write_double_double_program``: the program of a system in double-double."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.native.functions.double_double import functions
 from lagrange_cli.native.interface import LANES, width_of
 from lagrange_cli.native.linear.lu import linear_solver
-from lagrange_cli.native.numbers.double_double import Pair, Twofold, convolve, operations
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, convolve, operations
 from lagrange_cli.native.program import ATTRIBUTES, GLOBALS, Program
 from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, Constants
 from lagrange_cli.native.recurrences.evaluation_double_double import Values
 from lagrange_cli.native.recurrences.in_memory import Jet
 from lagrange_cli.native.recurrences.layout_rows import arrange
-from lagrange_cli.native.stepping.advance_double_double import TwofoldStepper
+from lagrange_cli.native.stepping.advance_double_double import DoubleDoubleStepper
 from lagrange_cli.series.lowering import lower
 
 TOLERANCE = 2.0**-104
@@ -32,7 +32,7 @@ def order_for(tolerance: float) -> int:
     return min(HIGHEST_ORDER, 5 + math.ceil(-0.75 * math.log(tolerance)))
 
 
-def write_twofold_program(
+def write_double_double_program(
     residual: Residual,
     order: int,
     integrands: Mapping[str, Node],
@@ -50,7 +50,7 @@ def write_twofold_program(
     rows = arrange(series, residual, order, width_of(2 * degrees + len(integrands)))
     jet = Jet(residual, rows, constants)
     parts = [*operations(), *functions(), convolve(rows.beyond), linear_solver(), jet.write()]
-    parts += TwofoldStepper(rows, tolerance).functions()
+    parts += DoubleDoubleStepper(rows, tolerance).functions()
     observe = observation(model, list(observed.values()), constants, 2 * degrees + len(integrands))
     parts += [observe, preparation(model, constants)]
     return Program(
@@ -59,7 +59,7 @@ def write_twofold_program(
         degrees=degrees,
         parameters=tuple(model.parameters),
         integrals=tuple(integrands),
-        kept=0,
+        stored=0,
         observed=tuple(observed),
         constants=2 * len(constants.slots),
         work=LANES * -(-rows.doubles // LANES),
@@ -72,7 +72,7 @@ def write_twofold_program(
 
 def observation(model: Model[Node], nodes: list[Node], constants: Constants, rows: int) -> str:
     """``@observe`` (see ``program``): rows of high parts come first, in states and in results."""
-    body = Twofold()
+    body = DoubleDoubleBody()
 
     def sample(i: str) -> None:
         def column(pointer: str, row: int, beyond: int) -> tuple[str, str]:
@@ -98,7 +98,7 @@ def observation(model: Model[Node], nodes: list[Node], constants: Constants, row
 
 def preparation(model: Model[Node], constants: Constants) -> str:
     """``@prepare``: ``%constants`` from the parameters, whose low parts follow after all high ones."""
-    body, count = Twofold(), len(model.parameters)
+    body, count = DoubleDoubleBody(), len(model.parameters)
     known = {node: body.get("%parameters", i, count) for i, node in enumerate(model.parameters.values())}
     values = Values(body, known, None)
     for node, slot in constants.slots.items():

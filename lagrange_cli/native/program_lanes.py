@@ -10,14 +10,14 @@ from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES
-from lagrange_cli.native.linear.blocks import WRITTEN_OUT
+from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.numbers.double import literal, operand
 from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
 from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_prepare
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
-from lagrange_cli.native.recurrences.paired import write_lane_jet
+from lagrange_cli.native.recurrences.paired import write_paired_jet
 from lagrange_cli.native.stepping.ensemble import Pack, follow
 from lagrange_cli.records import replace
 
@@ -42,7 +42,7 @@ def suits_lanes(program: Program, residual: Residual) -> bool:
     if hidden_forces(residual):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
-    written_out = WRITTEN_OUT["definite" if residual.definite else "general"]
+    written_out = UNROLLED["definite" if residual.definite else "general"]
     return len(program.series.series) <= MOST_SERIES and largest <= written_out
 
 
@@ -51,7 +51,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     order, constants = lane_order(tolerance), Constants()
     layout = arrange_lanes(program.series, order)
     expansion = Expansion(residual, program.series, layout.one_motion, constants, LaneEmitter())
-    jet = write_lane_jet(expansion, layout)
+    jet = write_paired_jet(expansion, layout)
     prepare, size = emit_prepare(constants, residual.model.parameters, "internal void @prepare_lane")
     pack = Pack(program.degrees, program.rows, program.width, layout.span, size, layout.vectors)
     stepping = follow(pack, order, tolerance, len(program.parameters))

@@ -56,7 +56,7 @@ class SeriesProgram:
     """Series in an order in which each may be evaluated; indices refer to ``series``.
 
     ``coordinates[i]`` and ``velocities[i]`` are the series of q_i and q_dot_i, ``residual[i]`` of R_i,
-    ``integrals[j]`` of the j-th quadrature. The last ``kept`` of these are constants of the motion.
+    ``integrals[j]`` of the j-th quadrature. The last ``stored`` of these are constants of the motion.
     """
 
     series: tuple[Series, ...]
@@ -64,7 +64,7 @@ class SeriesProgram:
     velocities: tuple[int, ...]
     residual: tuple[int, ...]
     integrals: tuple[int, ...]
-    kept: int = 0
+    stored: int = 0
 
     @property
     def convolutions(self) -> int:

@@ -76,13 +76,13 @@ class Case:
 @cache
 def machines(case: Case) -> tuple[Machine, Machine]:
     """Its program, compiled at every level."""
-    spec, twofold = spec_of(case.system), case.precision != "double"
+    spec, double_double = spec_of(case.system), case.precision != "double"
     made = prepare_system(
         spec,
-        partial(derive_system, exact=twofold, portable=case.portable),
+        partial(derive_system, exact=double_double, portable=case.portable),
         None,
         method="taylor",
-        tolerance=2.0**-104 if twofold else 2.0**-52,
+        tolerance=2.0**-104 if double_double else 2.0**-52,
         outputs=frozenset(case.outputs),
         precision=case.precision,
         portable=case.portable,

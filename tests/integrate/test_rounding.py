@@ -30,7 +30,7 @@ coordinates:
   psi: {initial: 0, velocity: 9}
 lagrangian: (theta_dot**2 + phi_dot**2*sin(theta)**2)/2 + (psi_dot + phi_dot*cos(theta))**2/4 - 3*cos(theta)
 """
-"""Its momenta p_phi and p_psi are held, and their products rounded once: so is how fast it nods."""
+"""Its momenta p_phi and p_psi are stored, and their products rounded once: so is how fast it nods."""
 
 
 def nodding(t: float) -> Number:

@@ -8,7 +8,7 @@ import pytest
 from lagrange_cli.integrate.method import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
-from lagrange_cli.native.linear.blocks import WRITTEN_OUT, InMemory, factor_block
+from lagrange_cli.native.linear.blocks import UNROLLED, InMemory, factor_block
 from lagrange_cli.native.linear.cholesky import definite
 from lagrange_cli.native.linear.triangular import solve_definite
 from lagrange_cli.native.llvm.template import fill_in
@@ -49,10 +49,10 @@ def solver(size, level):
 
 
 @pytest.mark.parametrize("level", [QUICK, FULL])
-@pytest.mark.parametrize("size", [2, WRITTEN_OUT["definite"], 13, 16, 17, 24, 31, 50])
+@pytest.mark.parametrize("size", [2, UNROLLED["definite"], 13, 16, 17, 24, 31, 50])
 def test_large_definite_blocks_are_solved(size, level):
     block, function, work, loaded = solver(size, level)
-    assert isinstance(block, InMemory) == (size > WRITTEN_OUT["definite"])
+    assert isinstance(block, InMemory) == (size > UNROLLED["definite"])
     source = np.random.default_rng(size)
     for _ in range(3):  # again and again in the same memory, as in step after step
         half = source.normal(size=(size, size))

@@ -11,7 +11,7 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.numbers import double as emitter
-from lagrange_cli.native.numbers.double_double import Twofold
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
 from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 BODIES = """
@@ -61,7 +61,7 @@ def test_functions_of_too_many_instructions_are_refused(monkeypatch):
         body.fresh()
     with pytest.raises(TooLarge, match=r"more than 100 instructions; .*--method DOP853.*=instructions="):
         body.fresh()
-    twice = Twofold()
+    twice = DoubleDoubleBody()
     with pytest.raises(TooLarge, match="more than 25 instructions"):
         for _ in range(26):
             twice.fresh()

@@ -138,8 +138,8 @@ class Stepper:
             from lagrange_cli.integrate.certify.perturbation import nudge
 
             nudge(self._constants, parameters, beside)
-            self._rates()  # what is held is computed, and put off likewise
-            nudge(self._memory[self._rows - program.kept : self._rows], parameters, beside)
+            self._rates()  # cyclic momenta are computed, and perturbed likewise
+            nudge(self._memory[self._rows - program.stored : self._rows], parameters, beside)
         self._info = np.zeros(3, dtype=np.int64)
         self.limited = False
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""

@@ -11,7 +11,7 @@ from fractions import Fraction
 from math import factorial
 
 from lagrange_cli.native.numbers.double import Operand, literal, operand
-from lagrange_cli.native.numbers.double_double import Pair, Twofold, define, fast_sum, two_product
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define, fast_sum, two_product
 
 LARGEST_ANGLE = 2.0**40
 """Beyond it there is no sine: few digits would be left of the angle, and four doubles of pi no longer do."""
@@ -23,7 +23,7 @@ PI = Fraction("3.141592653589793238462643383279502884197169399375105820974944592
 LN2 = Fraction("0.6931471805599453094172321214581765680755001343602552541206800094933936219696947156058633")
 
 
-def horner(e: Twofold, coefficients: Sequence[Fraction], x: Pair) -> Pair:
+def horner(e: DoubleDoubleBody, coefficients: Sequence[Fraction], x: Pair) -> Pair:
     """sum_j coefficients[j] x^j."""
     total = e.number(coefficients[-1])
     for one in reversed(coefficients[:-1]):
@@ -45,18 +45,18 @@ def parts(value: Fraction, count: int) -> list[float]:
     return found
 
 
-def nearest(e: Twofold, x: Operand) -> Operand:
+def nearest(e: DoubleDoubleBody, x: Operand) -> Operand:
     """The whole number nearest to a double, or nearly so."""
     return e.call("llvm.floor.f64", e.add(x, literal(0.5)))
 
 
-def whole(e: Twofold, x: Operand) -> str:
+def whole(e: DoubleDoubleBody, x: Operand) -> str:
     """A double that is whole as an integer."""
     return e.define(f"fptosi double {x} to i64")
 
 
 def _sin_cos(cosine: bool) -> str:
-    def formula(e: Twofold, x: Pair) -> Pair:
+    def formula(e: DoubleDoubleBody, x: Pair) -> Pair:
         size = e.call("llvm.fabs.f64", x.high)
         good = e.compare("olt", size, LARGEST_ANGLE)
         turns = nearest(e, operand(e.mul(x.high, literal(float(2 / PI)))))
@@ -81,7 +81,7 @@ def _sin_cos(cosine: bool) -> str:
     return define("cos" if cosine else "sin", "p", formula)
 
 
-def _exp(e: Twofold, x: Pair) -> Pair:
+def _exp(e: DoubleDoubleBody, x: Pair) -> Pair:
     bounded = e.call("llvm.minnum.f64", e.call("llvm.maxnum.f64", x.high, literal(-800.0)), literal(800.0))
     twos = nearest(e, operand(e.mul(bounded, literal(float(1 / LN2)))))
     rest = x - Pair(e, *two_product(e, twos, operand(literal(parts(LN2, 3)[0]))))
@@ -97,7 +97,7 @@ def _exp(e: Twofold, x: Pair) -> Pair:
     return e.choose(zero, e.number(0), e.choose(infinite, Pair(e, INFINITY, operand(None)), made))
 
 
-def _log(e: Twofold, x: Pair) -> Pair:
+def _log(e: DoubleDoubleBody, x: Pair) -> Pair:
     first = Pair(e, e.call("llvm.log.f64", x.high), operand(None))
     rest = x * e.function("exp", -first) - e.number(1)
     made = first + (rest - (rest * rest).scaled(operand(literal(0.5))))
@@ -105,31 +105,31 @@ def _log(e: Twofold, x: Pair) -> Pair:
     return e.choose(finite, made, first)
 
 
-def _pow(e: Twofold, x: Pair, y: Pair) -> Pair:
+def _pow(e: DoubleDoubleBody, x: Pair, y: Pair) -> Pair:
     return e.function("exp", y * e.function("log", x))
 
 
-def _atan2(e: Twofold, y: Pair, x: Pair) -> Pair:
+def _atan2(e: DoubleDoubleBody, y: Pair, x: Pair) -> Pair:
     first = Pair(e, e.call("atan2", y.high, x.high), operand(None))
     return refined_angle(e, first, y, x)
 
 
-def refined_angle(e: Twofold, first: Pair, y: Pair, x: Pair) -> Pair:
+def refined_angle(e: DoubleDoubleBody, first: Pair, y: Pair, x: Pair) -> Pair:
     """The angle of (x, y) from one near it, by the tangent of the difference: three times its digits."""
     sine, cosine = e.function("sin", first), e.function("cos", first)
     return first + (y * cosine - x * sine) / (x * cosine + y * sine)
 
 
-def _tan(e: Twofold, x: Pair) -> Pair:
+def _tan(e: DoubleDoubleBody, x: Pair) -> Pair:
     return e.function("sin", x) / e.function("cos", x)
 
 
-def leg(e: Twofold, x: Pair) -> Pair:
+def leg(e: DoubleDoubleBody, x: Pair) -> Pair:
     """sqrt(1 - x^2)."""
     return e.function("sqrt", (e.number(1) - x) * (e.number(1) + x))
 
 
-def sinh_within(e: Twofold, x: Pair) -> Pair:
+def sinh_within(e: DoubleDoubleBody, x: Pair) -> Pair:
     """sinh x where e^x does not overflow."""
     power = e.function("exp", x)
     large = (power - e.number(1) / power).scaled(operand(literal(0.5)))
@@ -138,35 +138,35 @@ def sinh_within(e: Twofold, x: Pair) -> Pair:
     return e.choose(e.compare("olt", e.call("llvm.fabs.f64", x.high), 0.5), small, large)
 
 
-def _sinh(e: Twofold, x: Pair) -> Pair:
+def _sinh(e: DoubleDoubleBody, x: Pair) -> Pair:
     made = sinh_within(e, x)
     return _overflowing(e, x, made, Pair(e, e.call("sinh", x.high), operand(None)))
 
 
-def cosh_within(e: Twofold, x: Pair) -> Pair:
+def cosh_within(e: DoubleDoubleBody, x: Pair) -> Pair:
     """cosh x, likewise."""
     power = e.function("exp", x)
     return (power + e.number(1) / power).scaled(operand(literal(0.5)))
 
 
-def _cosh(e: Twofold, x: Pair) -> Pair:
+def _cosh(e: DoubleDoubleBody, x: Pair) -> Pair:
     made = cosh_within(e, x)
     return _overflowing(e, x, made, Pair(e, e.call("cosh", x.high), operand(None)))
 
 
-def _overflowing(e: Twofold, x: Pair, made: Pair, double: Pair) -> Pair:
+def _overflowing(e: DoubleDoubleBody, x: Pair, made: Pair, double: Pair) -> Pair:
     inside = e.compare("olt", e.call("llvm.fabs.f64", x.high), 700.0)
     return e.choose(inside, made, double)
 
 
-def _tanh(e: Twofold, x: Pair) -> Pair:
+def _tanh(e: DoubleDoubleBody, x: Pair) -> Pair:
     made = e.function("sinh", x) / e.function("cosh", x)
     sign = Pair(e, e.call("tanh", x.high), operand(None))  # beyond 40 it is 1 to the last digit
     return e.choose(e.compare("olt", e.call("llvm.fabs.f64", x.high), 40.0), made, sign)
 
 
 def functions() -> Sequence[str]:
-    """``@twofold_sin`` and the others; they need ``twofold.operations``."""
+    """``@pair_sin`` and the others; they need ``numbers.double_double.operations``."""
     return (
         _sin_cos(cosine=False),
         _sin_cos(cosine=True),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from lagrange_cli.native.functions.double_double import PI
 from lagrange_cli.native.numbers.double import Operand, literal, operand
-from lagrange_cli.native.numbers.double_double import Pair, Twofold, define
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
 
 LEAST_WIDE = 2.0**20
 """Angles below it are none of these."""
@@ -45,7 +45,7 @@ def table() -> str:
     return f"@two_over_pi = private constant [{len(digits)} x i8] [{listed}], align 8\n"
 
 
-def reduced(e: Twofold, size: Operand) -> tuple[str, Pair]:
+def reduced(e: DoubleDoubleBody, size: Operand) -> tuple[str, Pair]:
     """``size`` in right angles: the nearest integer (its two last bits count), and what is left."""
     bits = e.define(f"bitcast double {size} to i64")
     exponent = e.integer("sub", e.integer("lshr", bits, MANTISSA), BIAS)
@@ -79,7 +79,7 @@ def reduced(e: Twofold, size: Operand) -> tuple[str, Pair]:
 
 
 def _wide(cosine: bool) -> str:
-    def formula(e: Twofold, x: Operand) -> Pair:
+    def formula(e: DoubleDoubleBody, x: Operand) -> Pair:
         size = e.call("llvm.fabs.f64", x)
         finite = e.compare("olt", size, float("inf"))
         wide = e.define(f"and i1 {finite}, {e.compare('oge', size, LEAST_WIDE)}")
@@ -99,5 +99,5 @@ def _wide(cosine: bool) -> str:
 
 
 def wide_functions() -> tuple[str, ...]:
-    """``@twofold_wide_sin`` and ``@twofold_wide_cos`` of a double of either sign, from ``LEAST_WIDE`` on."""
+    """``@pair_wide_sin`` and ``@pair_wide_cos`` of a double of either sign, from ``LEAST_WIDE`` on."""
     return _wide(cosine=False), _wide(cosine=True)

@@ -25,7 +25,7 @@ from lagrange_cli.native.functions.double_double import (
 from lagrange_cli.native.functions.formulas import LEAST_NORMAL
 from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE, table, wide_functions
 from lagrange_cli.native.numbers.double import Operand, fused, literal, operand
-from lagrange_cli.native.numbers.double_double import TYPE, Pair, Twofold, operations
+from lagrange_cli.native.numbers.double_double import TYPE, DoubleDoubleBody, Pair, operations
 from lagrange_cli.native.numbers.vector import Body
 from lagrange_cli.native.recurrences.evaluation import LIBRARY
 
@@ -57,7 +57,7 @@ Formula = Callable[..., "Pair | Operand"]
 def portable(text: str) -> str:
     """``text``, a program's, with functions of its own, so that every machine computes the same bits."""
     text = fused(text)
-    known = library(twofold=f"{TYPE} = type" not in text)
+    known = library(double_double=f"{TYPE} = type" not in text)
     lines = [line for line in text.split("\n") if not (line.startswith("declare") and LIBM.search(line))]
     text = LIBM.sub(_own, "\n".join(together(lines)))
     parts, found, pending = [text], set(DEFINED.findall(text)), [text]
@@ -97,20 +97,20 @@ def _beyond(call: re.Match[str]) -> str:
     return f"@beyond.{call[1] or call[2]}("
 
 
-def library(*, twofold: bool) -> Mapping[str, str]:
+def library(*, double_double: bool) -> Mapping[str, str]:
     """The text of every function that may be needed, by name."""
     texts = [_double(name, count, formula) for name, (count, formula) in FORMULAS.items()]
     for name in ("sin_cos", "exp", "log", "pow"):  # beyond their range these would ask the C library
         texts.append(LIBM.sub(_beyond, elementary.definition(Body(1), name)))
     texts += wide_functions()
-    if twofold:
+    if double_double:
         texts += [*operations()[1:], *functions()]
     return {DEFINED.findall(text)[0]: LIBM.sub(_own, text) for text in texts}
 
 
 def _double(name: str, count: int, formula: Formula) -> str:
     """The text of a function of ``count`` doubles."""
-    body = Twofold()
+    body = DoubleDoubleBody()
     arguments = [f"%a{i}" for i in range(count)]
     made = formula(body, *arguments)
     result = made if isinstance(made, str) else rounded(body, made)
@@ -118,51 +118,51 @@ def _double(name: str, count: int, formula: Formula) -> str:
     return f"define internal double @{name}({heads}) #0 {{\n{lines}\n  ret double {result}\n}}\n"
 
 
-def pair(e: Twofold, x: Operand) -> Pair:
+def pair(e: DoubleDoubleBody, x: Operand) -> Pair:
     """A double as a number of two."""
     return Pair(e, x, ZERO)
 
 
-def rounded(e: Twofold, value: Pair) -> Operand:
+def rounded(e: DoubleDoubleBody, value: Pair) -> Operand:
     """The double nearest to it."""
     return operand(e.add(value.high, value.low))
 
 
-def select(e: Twofold, condition: str, yes: Operand, no: Operand) -> Operand:
+def select(e: DoubleDoubleBody, condition: str, yes: Operand, no: Operand) -> Operand:
     """One of two doubles."""
     return e.define(f"select i1 {condition}, double {yes}, double {no}")
 
 
-def both(e: Twofold, a: str, b: str) -> str:
+def both(e: DoubleDoubleBody, a: str, b: str) -> str:
     """Whether both conditions hold."""
     return e.define(f"and i1 {a}, {b}")
 
 
-def size_of(e: Twofold, x: Operand) -> Operand:
+def size_of(e: DoubleDoubleBody, x: Operand) -> Operand:
     """|x|."""
     return e.call("llvm.fabs.f64", x)
 
 
-def signed(e: Twofold, size: Operand, x: Operand) -> Operand:
+def signed(e: DoubleDoubleBody, size: Operand, x: Operand) -> Operand:
     """``size`` with the sign of x, zeros' too."""
     bits = e.define(f"bitcast double {x} to i64")
     return select(e, e.define(f"icmp slt i64 {bits}, 0"), operand(e.neg(size)), size)
 
 
-def tangent(e: Twofold, x: Operand) -> Operand:
+def tangent(e: DoubleDoubleBody, x: Operand) -> Operand:
     """tan x."""
     near = e.compare("olt", size_of(e, x), LEAST_WIDE)
     wide = e.function("wide_sin", x) / e.function("wide_cos", x)
     return rounded(e, e.choose(near, e.function("tan", pair(e, x)), wide))
 
 
-def normal(e: Twofold, x: Operand) -> tuple[str, Operand]:
+def normal(e: DoubleDoubleBody, x: Operand) -> tuple[str, Operand]:
     """Whether x > 0 is denormal, and x, raised if it is."""
     tiny = both(e, e.compare("ogt", x, 0.0), e.compare("olt", x, LEAST_NORMAL))
     return tiny, select(e, tiny, operand(e.mul(x, literal(2.0**RAISED))), x)
 
 
-def beyond_log(e: Twofold, x: Operand) -> Operand:
+def beyond_log(e: DoubleDoubleBody, x: Operand) -> Operand:
     """ln x of what is not a normal positive number."""
     tiny, raised = normal(e, x)
     made = elementary.logarithm(e, select(e, tiny, raised, ONE))
@@ -172,7 +172,7 @@ def beyond_log(e: Twofold, x: Operand) -> Operand:
     return select(e, tiny, made, other)
 
 
-def beyond_pow(e: Twofold, x: Operand, y: Operand) -> Operand:
+def beyond_pow(e: DoubleDoubleBody, x: Operand, y: Operand) -> Operand:
     """x^y where it is not a product of normal numbers, or x is not positive; C's special values."""
     size = size_of(e, x)
     tiny, raised = normal(e, size)
@@ -192,7 +192,7 @@ def beyond_pow(e: Twofold, x: Operand, y: Operand) -> Operand:
     return select(e, e.compare("oeq", y, 0.0), ONE, made)
 
 
-def angle(e: Twofold, y: Pair, x: Pair) -> Pair:
+def angle(e: DoubleDoubleBody, y: Pair, x: Pair) -> Pair:
     """The angle of the point (x, y), which is neither very far nor very near."""
     across, along = size_of(e, y.high), size_of(e, x.high)
     steep = e.compare("ogt", across, along)
@@ -210,7 +210,7 @@ def angle(e: Twofold, y: Pair, x: Pair) -> Pair:
     return e.choose(nowhere, start, refined_angle(e, start, y, x))
 
 
-def atan2(e: Twofold, y: Operand, x: Operand) -> Operand:
+def atan2(e: DoubleDoubleBody, y: Operand, x: Operand) -> Operand:
     """The angle of any point."""
     across, along = size_of(e, y), size_of(e, x)
     far = e.call("llvm.maxnum.f64", across, along)
@@ -225,10 +225,10 @@ def atan2(e: Twofold, y: Operand, x: Operand) -> Operand:
     return rounded(e, angle(e, *sides))
 
 
-def growing(within: Callable[[Twofold, Pair], Pair]) -> Formula:
+def growing(within: Callable[[DoubleDoubleBody, Pair], Pair]) -> Formula:
     """sinh or cosh: e^|x| / 2 where the other half does not count."""
 
-    def formula(e: Twofold, x: Operand) -> Operand:
+    def formula(e: DoubleDoubleBody, x: Operand) -> Operand:
         size = size_of(e, x)
         half = rounded(e, e.function("exp", pair(e, size) - e.number(LN2)))
         half = select(e, e.compare("oeq", size, float("inf")), size, half)
@@ -238,7 +238,7 @@ def growing(within: Callable[[Twofold, Pair], Pair]) -> Formula:
     return formula
 
 
-def tanh(e: Twofold, x: Operand) -> Operand:
+def tanh(e: DoubleDoubleBody, x: Operand) -> Operand:
     """1 to the last digit beyond 40."""
     number = pair(e, x)
     made = rounded(e, sinh_within(e, number) / cosh_within(e, number))

@@ -17,7 +17,7 @@ from lagrange_cli.native.numbers.double import ONE, Emitter, Value, literal, ope
 from lagrange_cli.native.recurrences.convolution import store_rows
 from lagrange_cli.records import dataclass
 
-WRITTEN_OUT = {"definite": 12, "general": 5}
+UNROLLED = {"definite": 12, "general": 5}
 """Rows of a block up to which its elimination is written out."""
 
 DEFINITE_FLOOR = 64 * 2.0**-52
@@ -144,7 +144,7 @@ def factor_block(
     """A factored block, an i1 that tells whether it is regular, and the doubles it takes at
     ``%work[place]``."""
     kind = "definite" if definite else "general"
-    if len(matrix) > WRITTEN_OUT[kind]:
+    if len(matrix) > UNROLLED[kind]:
         block = InMemory(kind, place, len(matrix))
         return block, block.factor(emitter, matrix), block.doubles
     factored, regular = (factor_definite if definite else factor_general)(emitter, matrix)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.numbers.double_double import Pair, Twofold
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair
 
 
 def linear_solver() -> str:
@@ -15,7 +15,7 @@ def linear_solver() -> str:
 
 
 def _factor() -> str:
-    e = Twofold()
+    e = DoubleDoubleBody()
     largest, where = e.define("alloca double"), e.define("alloca i64")
     good = e.define("alloca i1")
     e.line(f"  store i1 true, ptr {good}")
@@ -71,7 +71,7 @@ def _factor() -> str:
 
 
 def _solve() -> str:
-    e = Twofold()
+    e = DoubleDoubleBody()
     pivots = e.integer("mul", e.integer("mul", "%n", "%n"), 2)
 
     def at(i: str, j: str) -> str:

@@ -239,7 +239,7 @@ expand:
   %tl = load @@real@@, ptr %tla, align 64
   %hp = load @@real@@, ptr %hpa, align 64
   %tn = fadd @@real@@ %t, %tl
-  %regular = call <@@lanes@@ x i1> @lane_jet(ptr %constants, @@real@@ %tn, ptr %pack, ptr %work)
+  %regular = call <@@lanes@@ x i1> @paired_jet(ptr %constants, @@real@@ %tn, ptr %pack, ptr %work)
   %left_n = fsub @@real@@ %stops, %tn
   %begun = load <@@lanes@@ x i64>, ptr %stepsa, align 64
   %moved = icmp ne <@@lanes@@ x i64> %begun, zeroinitializer

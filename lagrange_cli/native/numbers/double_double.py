@@ -15,14 +15,14 @@ from lagrange_cli.native.numbers.double import Emitter, Operand, literal, operan
 from lagrange_cli.records import dataclass
 
 VECTOR = f"<{LANES} x double>"
-TYPE = "%twofold"
+TYPE = "%pair"
 
 
 @dataclass(frozen=True)
 class Pair:
     """A number: ``high`` is the double nearest to it, ``low`` what is left."""
 
-    body: Twofold
+    body: DoubleDoubleBody
     high: Operand
     low: Operand
 
@@ -50,7 +50,7 @@ class Pair:
         return self.body.function("divide", self, by)
 
 
-class Twofold(Emitter):
+class DoubleDoubleBody(Emitter):
     """The body of one function over such numbers, with loops over indices."""
 
     COST = 4
@@ -66,11 +66,11 @@ class Twofold(Emitter):
         return Pair(self, operand(literal(high)), operand(literal(low)))
 
     def function(self, name: str, *arguments: Pair | Operand) -> Pair:
-        """``@twofold_name`` of numbers and doubles."""
+        """``@pair_name`` of numbers and doubles."""
         flat = [x for one in arguments for x in ((one.high, one.low) if isinstance(one, Pair) else (one,))]
         self.operations += 1
         listed = ", ".join(f"double {x}" for x in flat)
-        return self.unpacked(self.define(f"call {TYPE} @twofold_{name}({listed})"))
+        return self.unpacked(self.define(f"call {TYPE} @pair_{name}({listed})"))
 
     def unpacked(self, made: Operand) -> Pair:
         """The number that a function has returned."""
@@ -159,15 +159,15 @@ def two_product(e: Emitter, a: Operand, b: Operand) -> tuple[Operand, Operand]:
     return product, fused(e, a, b, operand(e.neg(product)))
 
 
-def function(head: str, body: Twofold) -> str:
+def function(head: str, body: DoubleDoubleBody) -> str:
     """A function's text."""
     lines = "\n".join(body.lines)
     return f"define internal {head} #0 {{\n{lines}\n}}\n"
 
 
 def define(name: str, kinds: str, formula: Callable[..., Pair | tuple[Operand, Operand]]) -> str:
-    """The text of ``@twofold_name``; ``kinds``: p for an argument that is a number, d for one double."""
-    body = Twofold()
+    """The text of ``@pair_name``; ``kinds``: p for an argument that is a number, d for one double."""
+    body = DoubleDoubleBody()
     given: list[Pair | Operand] = [
         f"%a{i}" if kind == "d" else Pair(body, f"%a{i}", f"%b{i}") for i, kind in enumerate(kinds)
     ]
@@ -175,28 +175,28 @@ def define(name: str, kinds: str, formula: Callable[..., Pair | tuple[Operand, O
     body.returned(made if isinstance(made, Pair) else Pair(body, *made))
     heads = ", ".join(f"double %a{i}" + (f", double %b{i}" if k == "p" else "") for i, k in enumerate(kinds))
     lines = "\n".join(body.lines)
-    return f"define internal {TYPE} @twofold_{name}({heads}) #0 {{\n{lines}\n}}\n"
+    return f"define internal {TYPE} @pair_{name}({heads}) #0 {{\n{lines}\n}}\n"
 
 
-def _add(e: Twofold, a: Pair, b: Pair) -> tuple[Operand, Operand]:
+def _add(e: DoubleDoubleBody, a: Pair, b: Pair) -> tuple[Operand, Operand]:
     high, error = two_sum(e, a.high, b.high)
     low, rest = two_sum(e, a.low, b.low)
     high, error = fast_sum(e, high, operand(e.add(error, low)))
     return fast_sum(e, high, operand(e.add(error, rest)))
 
 
-def _mul(e: Twofold, a: Pair, b: Pair) -> tuple[Operand, Operand]:
+def _mul(e: DoubleDoubleBody, a: Pair, b: Pair) -> tuple[Operand, Operand]:
     product, error = two_product(e, a.high, b.high)
     cross = fused(e, a.low, b.high, fused(e, a.high, b.low, operand(e.mul(a.low, b.low))))
     return fast_sum(e, product, operand(e.add(error, cross)))
 
 
-def _scale(e: Twofold, a: Pair, b: Operand) -> tuple[Operand, Operand]:
+def _scale(e: DoubleDoubleBody, a: Pair, b: Operand) -> tuple[Operand, Operand]:
     product, error = two_product(e, a.high, b)
     return fast_sum(e, product, fused(e, a.low, b, error))
 
 
-def _div(e: Twofold, a: Pair, b: Pair) -> Pair:
+def _div(e: DoubleDoubleBody, a: Pair, b: Pair) -> Pair:
     first = operand(e.div(a.high, b.high))
     rest = a - b.scaled(first)
     second = operand(e.div(rest.high, b.high))
@@ -205,14 +205,14 @@ def _div(e: Twofold, a: Pair, b: Pair) -> Pair:
     return Pair(e, *fast_sum(e, first, second)) + Pair(e, third, operand(None))
 
 
-def _divide(e: Twofold, a: Pair, b: Operand) -> tuple[Operand, Operand]:
+def _divide(e: DoubleDoubleBody, a: Pair, b: Operand) -> tuple[Operand, Operand]:
     first = operand(e.div(a.high, b))
     product, error = two_product(e, first, b)
     rest = e.add(e.sub(e.sub(a.high, product), error), a.low)
     return fast_sum(e, first, operand(e.div(rest, b)))
 
 
-def _sqrt(e: Twofold, a: Pair) -> Pair:
+def _sqrt(e: DoubleDoubleBody, a: Pair) -> Pair:
     first = e.call("llvm.sqrt.f64", a.high)
     square, error = two_product(e, first, first)
     rest = e.add(e.sub(e.sub(a.high, square), error), a.low)
@@ -227,7 +227,7 @@ def convolve(beyond: int) -> str:
     there are zeros before coefficients 0. A lane has the sum of every eighth term, and apart from it all that
     was rounded off.
     """
-    e = Twofold()
+    e = DoubleDoubleBody()
     sums = [e.define(f"alloca {VECTOR}, align 64") for _ in range(2)]
     for one in sums:
         e.line(f"  store {VECTOR} zeroinitializer, ptr {one}, align 64")

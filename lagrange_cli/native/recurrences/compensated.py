@@ -14,24 +14,24 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.double import ONE, Emitter, Value, literal
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_node, emit_power, emit_values
 
-Doubled: TypeAlias = "tuple[Value, Value]"
+Compensated: TypeAlias = "tuple[Value, Value]"
 """A value is the sum of these two."""
 
 
-class Doubling:
+class Compensation:
     """Computes nodes from ``known`` ones, the symbols that are no constants of the motion among them."""
 
     def __init__(
-        self, graph: Graph, emitter: Emitter, constants: Constants, known: Mapping[Node, Doubled]
+        self, graph: Graph, emitter: Emitter, constants: Constants, known: Mapping[Node, Compensated]
     ) -> None:
         self._graph, self._emitter, self._constants = graph, emitter, constants
         self._known = dict(known)
 
-    def set(self, symbol: Node, value: Doubled) -> None:
+    def set(self, symbol: Node, value: Compensated) -> None:
         """Make a symbol known."""
         self._known[symbol] = value
 
-    def value(self, node: Node) -> Doubled:
+    def value(self, node: Node) -> Compensated:
         """A node's value, its first part the double nearest to it."""
         moving = 0
         for symbol in self._known:
@@ -48,7 +48,7 @@ class Doubling:
         high, low = self._known[node]
         return self._exact_sum(high, low)
 
-    def _sum(self, node: Node) -> Doubled:
+    def _sum(self, node: Node) -> Compensated:
         constant, coefficients = node.data
         total: Value = literal(constant)
         rest: Value = None
@@ -58,9 +58,9 @@ class Doubling:
             rest = self._emitter.add(rest, self._emitter.add(error, low))
         return total, rest
 
-    def _product(self, node: Node) -> Doubled:
-        above: Doubled = (ONE, None)
-        below: Doubled = (ONE, None)
+    def _product(self, node: Node) -> Compensated:
+        above: Compensated = (ONE, None)
+        below: Compensated = (ONE, None)
         for argument, exponent in zip(node.arguments, node.data):
             base = self._known[argument]
             if not isinstance(exponent, int):
@@ -73,13 +73,13 @@ class Doubling:
                     below = self._multiply(below, base)
         return above if below[0] == ONE else self._divide(above, below)
 
-    def _power(self, base: Doubled, exponent: float) -> Doubled:
+    def _power(self, base: Compensated, exponent: float) -> Compensated:
         emitter = self._emitter
         value = emit_power(emitter, base[0], exponent)
         slope = emitter.div(emitter.mul(literal(exponent), value), base[0])
         return value, emitter.mul(slope, base[1])
 
-    def _function(self, node: Node) -> Doubled:
+    def _function(self, node: Node) -> Compensated:
         emitter = self._emitter
         high = {inner: value for inner, (value, _) in self._known.items()}
         value = emit_node(emitter, node, high.__getitem__)
@@ -88,7 +88,7 @@ class Doubling:
         lows = (self._known[argument][1] for argument in node.arguments)
         return value, emitter.total(zip((high[partial] for partial in partials), lows))
 
-    def _multiply(self, a: Doubled, b: Doubled) -> Doubled:
+    def _multiply(self, a: Compensated, b: Compensated) -> Compensated:
         if a == (ONE, None) or b == (ONE, None):
             return b if a == (ONE, None) else a
         emitter = self._emitter
@@ -98,14 +98,14 @@ class Doubling:
             error = emitter.call("llvm.fma.f64", a[0], b[0], emitter.neg(value))
         return value, emitter.total([(a[0], b[1]), (a[1], b[0])], error)
 
-    def _divide(self, a: Doubled, b: Doubled) -> Doubled:
+    def _divide(self, a: Compensated, b: Compensated) -> Compensated:
         emitter = self._emitter
         value = emitter.div(a[0], b[0])
         rest: Value = emitter.call("llvm.fma.f64", emitter.neg(value), b[0], a[0])
         rest = emitter.fms(value, b[1], emitter.add(rest, a[1]))
         return value, emitter.div(rest, b[0])
 
-    def _exact_sum(self, a: Value, b: Value) -> Doubled:
+    def _exact_sum(self, a: Value, b: Value) -> Compensated:
         if a is None or b is None:
             return (b if a is None else a), None
         emitter = self._emitter

@@ -80,7 +80,7 @@ def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: 
     )
 
 
-def sum_written_out(
+def sum_unrolled(
     emitter: Emitter, group: Group, last: int, base: str, n: int, recent: Mapping[int, Pair]
 ) -> Operand | None:
     """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.

@@ -7,7 +7,7 @@ from fractions import Fraction
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.native.numbers.double import operand
-from lagrange_cli.native.numbers.double_double import Pair, Twofold
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair
 from lagrange_cli.native.recurrences.evaluation import Constants
 
 
@@ -18,7 +18,9 @@ class Values:
     there are ``constants``.
     """
 
-    def __init__(self, body: Twofold, known: Mapping[Node, Pair], constants: Constants | None) -> None:
+    def __init__(
+        self, body: DoubleDoubleBody, known: Mapping[Node, Pair], constants: Constants | None
+    ) -> None:
         self._body, self._constants = body, constants
         self._known = dict(known)
         self._moving = 0

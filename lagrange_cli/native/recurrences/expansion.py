@@ -8,7 +8,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factored, InMemory, factor_block
 from lagrange_cli.native.numbers.double import ONE, Emitter, Value, operand
 from lagrange_cli.native.recurrences.convolution import Pair
-from lagrange_cli.native.recurrences.cyclic_momenta import hold
+from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_function, emit_power, emit_values
 from lagrange_cli.native.recurrences.layout import Group, Layout
 from lagrange_cli.records import dataclass, field
@@ -34,7 +34,7 @@ class Expansion:
     gains: dict[int, tuple[Value, Value]] = field(default_factory=dict)
     low: dict[int, Value] = field(default_factory=dict)
     """What q and q_dot hold beyond their double, as the compensated update leaves it."""
-    held: dict[Node, Value] = field(default_factory=dict)
+    cyclic_momenta: dict[Node, Value] = field(default_factory=dict)
     """Expressions that are computed when the step begins."""
     unrounded: dict[Node, Value] = field(default_factory=dict)
     """Functions of a coordinate before its low part is added."""
@@ -50,13 +50,17 @@ class Expansion:
             for i, index in enumerate(indices):
                 row = kind * len(indices) + i
                 self.low[index] = self.emitter.load("%state", self.layout.width + row)
-        self.held = hold(
+        self.cyclic_momenta = cyclic_values(
             self.residual, self.program, self.layout.width, self.low, self.emitter, self.constants
         )
 
     def constant(self, node: Node) -> Value:
-        """What does not change during a step: an expression in parameters and in what is held."""
-        return self.held[node] if node in self.held else self.constants.value(self.emitter, node)
+        """What does not change during a step: an expression in parameters and in cyclic momenta."""
+        return (
+            self.cyclic_momenta[node]
+            if node in self.cyclic_momenta
+            else self.constants.value(self.emitter, node)
+        )
 
     def start(self, index: int) -> Value:
         """Coefficient 0 of a series whose operation has a closed form at order 0."""

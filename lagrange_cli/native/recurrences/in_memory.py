@@ -9,7 +9,7 @@ from __future__ import annotations
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.numbers.double import Operand, literal, operand
-from lagrange_cli.native.numbers.double_double import TYPE, Pair, Twofold
+from lagrange_cli.native.numbers.double_double import TYPE, DoubleDoubleBody, Pair
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.evaluation_double_double import Values, add_scaled, power
 from lagrange_cli.native.recurrences.layout_rows import Rows
@@ -24,7 +24,7 @@ class Jet:
     residual: Residual
     rows: Rows
     constants: Constants
-    body: Twofold = field(default_factory=Twofold)
+    body: DoubleDoubleBody = field(default_factory=DoubleDoubleBody)
 
     def write(self) -> str:
         """Its text: ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is
@@ -38,8 +38,8 @@ class Jet:
         for i, symbol in enumerate((*model.q, *model.v)):
             known[symbol] = body.get("%state", i, self.rows.width)
         self.values = Values(body, known, self.constants)
-        for held in self.residual.held:
-            self.values.set(held.symbol, self.values.value(held.momentum))
+        for cyclic in self.residual.cyclic_momenta:
+            self.values.set(cyclic.symbol, self.values.value(cyclic.momentum))
         for one in program.series:
             if one.op is Op.LINEAR:
                 assert isinstance(one.data, tuple)
@@ -72,7 +72,7 @@ class Stage:
     k: int | str
 
     @property
-    def body(self) -> Twofold:
+    def body(self) -> DoubleDoubleBody:
         return self.jet.body
 
     def index(self, ahead: int) -> int | str:

@@ -11,11 +11,11 @@ from lagrange_cli.native.numbers.double import operand
 from lagrange_cli.native.recurrences.convolution import store_rows
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import CARRIED
-from lagrange_cli.native.recurrences.rolled import Looped
-from lagrange_cli.native.recurrences.unrolled import WrittenOut
+from lagrange_cli.native.recurrences.rolled import Rolled
+from lagrange_cli.native.recurrences.unrolled import Unrolled
 from lagrange_cli.series.program import Op
 
-WRITTEN_OUT = 3
+UNROLLED = 3
 """Stages, besides the two that start the series, that are written out.
 
 More are, where a convolution starts late.
@@ -36,7 +36,7 @@ def write_jet(expansion: Expansion) -> str:
     last = expansion.layout.order - 2
     looped = min(last + 1, first_looped(expansion))
     for k in range(-2, looped):
-        WrittenOut(expansion, k).write()
+        Unrolled(expansion, k).write()
     expansion.newest = {
         (index, age): expansion.table[index].get(looped - 1 + one.level - age)
         for index, one in enumerate(expansion.program.series)
@@ -59,7 +59,7 @@ def first_looped(expansion: Expansion) -> int:
     if len(groups) <= ALONE:
         return expansion.layout.order - 1
     levels = [one.level for one in expansion.program.series if one.op in (Op.MULTIPLY, Op.POWER)]
-    return max([WRITTEN_OUT, *(LOWEST - level for level in (*levels, *(group.level for group in groups)))])
+    return max([UNROLLED, *(LOWEST - level for level in (*levels, *(group.level for group in groups)))])
 
 
 def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> None:
@@ -69,7 +69,7 @@ def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> Non
     place = len(emitter.lines)
     emitter.forget_depths()
     emitter.repeated = stop - start + 1
-    stage = Looped(expansion, k, start, stop, padded)
+    stage = Rolled(expansion, k, start, stop, padded)
     latch = stage.write(f"stages{start}")
     emitter.repeated = 1
     phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]

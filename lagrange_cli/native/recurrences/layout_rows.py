@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.numbers.double_double import Twofold
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, SeriesProgram, reciprocal
 
@@ -62,7 +62,7 @@ def arrange(program: SeriesProgram, residual: Residual, order: int, width: int) 
     return Rows(program, order, width, places, tuple(map(len, residual.blocks)))
 
 
-def velocities(rows: Rows, body: Twofold) -> list[tuple[int, str]]:
+def velocities(rows: Rows, body: DoubleDoubleBody) -> list[tuple[int, str]]:
     """Their rows in the state, and the addresses of their series."""
     places = [body.place("%work", rows.row(i)) for i in rows.program.velocities]
     return list(enumerate(places, len(places)))

@@ -1,4 +1,4 @@
-"""``@lane_jet``: the Taylor coefficients of one step of eight motions, a lane for each.
+"""``@paired_jet``: the Taylor coefficients of one step of eight motions, a lane for each.
 
 What one motion computes with numbers is computed with vectors here, lane by lane: no lane ever sees another.
 The first stages are written out; the others are a loop over pairs of stages, k and k + 1, whose sums of
@@ -18,7 +18,7 @@ from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot
 from lagrange_cli.native.recurrences.layout_lanes import LaneLayout
 from lagrange_cli.native.recurrences.stage import Stage
-from lagrange_cli.native.recurrences.unrolled import CAREFUL, WrittenOut
+from lagrange_cli.native.recurrences.unrolled import CAREFUL, Unrolled
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import SHORT, Op
 
@@ -28,7 +28,7 @@ AT_ONCE = 8
 """Sums of one inner loop: three registers each, of 32."""
 
 
-def write_lane_jet(expansion: Expansion, layout: LaneLayout) -> str:
+def write_paired_jet(expansion: Expansion, layout: LaneLayout) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; a bit for each lane, not set
     where M is singular."""
     emitter, program = expansion.emitter, expansion.program
@@ -43,12 +43,12 @@ def write_lane_jet(expansion: Expansion, layout: LaneLayout) -> str:
     head = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
     bits, body = f"<{LANES} x i1>", "\n".join(emitter.lines)
     return (
-        f"define internal {bits} @lane_jet({head}) #1 {{\nentry:\n{body}\n"
+        f"define internal {bits} @paired_jet({head}) #1 {{\nentry:\n{body}\n"
         f"  ret {bits} {expansion.regular}\n}}\n"
     )
 
 
-class Opening(WrittenOut):
+class Opening(Unrolled):
     """One of the first stages."""
 
     def __init__(self, expansion: Expansion, k: int, layout: LaneLayout) -> None:

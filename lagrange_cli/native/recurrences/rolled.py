@@ -9,7 +9,7 @@ from lagrange_cli.native.recurrences.convolution import (
     store,
     store_rows,
     sum_in_loop,
-    sum_written_out,
+    sum_unrolled,
 )
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import CARRIED, FIRST
@@ -17,7 +17,7 @@ from lagrange_cli.native.recurrences.stage import Stage
 from lagrange_cli.series.program import SHORT
 
 
-class Looped(Stage):
+class Rolled(Stage):
     """One stage of a loop over ``k`` from ``first`` to ``last``.
 
     Where they are ``padded``, dot products are written out with as many terms as the last stage needs: before
@@ -104,7 +104,7 @@ class Looped(Stage):
             for group in groups:
                 last = self.last + group.level - FIRST
                 base = self._base(group.width)
-                self.take(group, sum_written_out(emitter, group, last, base, group.level, {}))
+                self.take(group, sum_unrolled(emitter, group, last, base, group.level, {}))
         else:
             for start in range(0, len(groups), TOGETHER):
                 some = groups[start : start + TOGETHER]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from lagrange_cli.native.numbers.double import Value, literal
-from lagrange_cli.native.recurrences.convolution import store, store_rows, sum_written_out
+from lagrange_cli.native.recurrences.convolution import store, store_rows, sum_unrolled
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import FIRST
 from lagrange_cli.native.recurrences.stage import Stage, linear_data, reciprocal_rest
@@ -19,7 +19,7 @@ ROUNDED = 7
 """The first stage that multiplies with the rounded reciprocal of its index."""
 
 
-class WrittenOut(Stage):
+class Unrolled(Stage):
     """Stage ``k`` with every coefficient a value of its own."""
 
     def __init__(self, expansion: Expansion, k: int) -> None:
@@ -60,7 +60,7 @@ class WrittenOut(Stage):
             n = self.k + group.level
             if n >= SIDE_BY_SIDE:
                 recent = expansion.recent[group]
-                self.take(group, sum_written_out(expansion.emitter, group, n - FIRST, "%work", n, recent))
+                self.take(group, sum_unrolled(expansion.emitter, group, n - FIRST, "%work", n, recent))
         for index, one in enumerate(expansion.program.series):
             if one.level + self.k == 0:
                 expansion.table[index][0] = self.begin(index, one)

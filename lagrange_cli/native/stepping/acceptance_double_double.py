@@ -3,14 +3,14 @@ that are there.
 
 As in ``stepper``, but simpler: a step that is not confirmed is discarded and halved, until the error of the
 prediction changes the velocities no more than rounding does. No other rule is needed near a kink, where the
-higher coefficients consist of rounding errors: they are scaled by the step (``twofold_jet``) and shorten it.
+higher coefficients consist of rounding errors: they are scaled by the step (``in_memory``) and shorten it.
 """
 
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.numbers.double import Operand, literal, operand
-from lagrange_cli.native.numbers.double_double import TYPE, Pair, Twofold, function
+from lagrange_cli.native.numbers.double_double import TYPE, DoubleDoubleBody, Pair, function
 from lagrange_cli.native.recurrences.layout_rows import Rows, velocities
 from lagrange_cli.native.stepping.advance import EVIDENCE, LAG, NOISY, PASSES
 
@@ -70,7 +70,7 @@ def expect(rows: Rows) -> str:
     Into ``expected``: these, their low parts, how far off they may be. %state and %before are those at
     both ends; %almost, %speed and %place are the parts of accelerations, velocities and coordinates.
     """
-    body, width = Twofold(), rows.width
+    body, width = DoubleDoubleBody(), rows.width
     degrees = len(rows.program.velocities)
 
     def lesser(row: int) -> Operand:
@@ -100,7 +100,7 @@ def foretold(rows: Rows) -> str:
 
     Or, where ``lax``, no larger than ``room``: nothing but rounding of what rests.
     """
-    body, width, good = Twofold(), rows.width, "true"
+    body, width, good = DoubleDoubleBody(), rows.width, "true"
     for i, (_, row) in enumerate(velocities(rows, body)):
         found = body.get(row, 1, rows.beyond).scaled("%inverse")
         expected = body.get("%expected", i, width)
@@ -119,7 +119,7 @@ def foretold(rows: Rows) -> str:
 
 def straighten(rows: Rows) -> str:
     """``@straighten(work)``: coefficients of the state beyond the ``FEW``th become 0."""
-    body = Twofold()
+    body = DoubleDoubleBody()
     places = [body.place("%work", rows.row(i)) for i in rows.state]
 
     def term(m: str) -> None:
@@ -133,7 +133,7 @@ def straighten(rows: Rows) -> str:
 
 def holds(rows: Rows) -> str:
     """``@holds``: whether the equations hold, roughly, at the end of the step %h."""
-    body, width = Twofold(), rows.width
+    body, width = DoubleDoubleBody(), rows.width
     trial_work = body.place("%trial", LANES * -(-2 * width // LANES))
     inverse = operand(body.div(literal(1.0), "%scale"))
     heads = f"double {body.mul('%h', inverse)}, double {operand(None)}, ptr %trial, i64 1, i64 {width}"

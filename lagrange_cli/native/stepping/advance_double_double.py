@@ -1,7 +1,7 @@
 """The stepping loop in double-double (see ``stepper``): lengths are doubles, time and state are not.
 
 The state keeps a third part of every number behind the clock, so that adding up steps loses nothing. As
-there, every step is confirmed by the series that begins at its end (``twofold_confirmation``).
+there, every step is confirmed by the series that begins at its end (``acceptance_double_double``).
 """
 
 from __future__ import annotations
@@ -10,7 +10,14 @@ from lagrange_cli.native.functions.correctly_rounded import power
 from lagrange_cli.native.interface import CLOCK, Stop
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Operand, literal, operand
-from lagrange_cli.native.numbers.double_double import TYPE, Pair, Twofold, fast_sum, function, two_sum
+from lagrange_cli.native.numbers.double_double import (
+    TYPE,
+    DoubleDoubleBody,
+    Pair,
+    fast_sum,
+    function,
+    two_sum,
+)
 from lagrange_cli.native.recurrences.layout_rows import Rows, velocities
 from lagrange_cli.native.stepping.acceptance_double_double import confirmation, numbers
 from lagrange_cli.native.stepping.advance import LAST_TERM, LOWEST_TERM, SLACK
@@ -21,7 +28,7 @@ LONGEST = 1e30
 
 
 @dataclass(frozen=True)
-class TwofoldStepper:
+class DoubleDoubleStepper:
     """Writes ``@advance`` and what it calls."""
 
     rows: Rows
@@ -38,9 +45,9 @@ class TwofoldStepper:
             **{stop.name.lower(): int(stop) for stop in Stop},
         }
         made = [self.polynomial(), self.slope(), self.since(), self.sample(), self.update(), self.length()]
-        return [*made, self.rates(), *confirmation(self.rows), fill_in("twofold_advance", values)]
+        return [*made, self.rates(), *confirmation(self.rows), fill_in("advance_double_double", values)]
 
-    def size(self, body: Twofold, velocity: int, row: str, h: Operand) -> Operand:
+    def size(self, body: DoubleDoubleBody, velocity: int, row: str, h: Operand) -> Operand:
         """The largest of the velocity and the next three terms of its series over a step."""
         size: Operand = operand(None)
         for value in [body.load(row, m) for m in (3, 2, 1)] + [body.load("%state", velocity)]:
@@ -50,7 +57,7 @@ class TwofoldStepper:
 
     def length(self) -> str:
         """``@length(state, work, h)``: the step, sizes measured over ``h``; nan where coefficients are."""
-        body, one = Twofold(), operand(literal(1.0))
+        body, one = DoubleDoubleBody(), operand(literal(1.0))
         safety = power(LAST_TERM * self.tolerance, 1.0 / self.rows.top)
         worst, total = body.define("alloca double"), body.define("alloca double")
         body.store(operand(literal(-1e300)), worst, 0)
@@ -86,7 +93,7 @@ class TwofoldStepper:
 
     def polynomial(self) -> str:
         """``@polynomial(row, h)``: sum_{m=1}^{order} row[m] h^m; of the upper half a double is enough."""
-        body, half = Twofold(), self.rows.order // 2 + 4
+        body, half = DoubleDoubleBody(), self.rows.order // 2 + 4
         total = body.define("alloca [2 x double]")
         h = Pair(body, "%h", "%hl")
         upper: Operand = body.load("%row", self.rows.order)
@@ -105,7 +112,7 @@ class TwofoldStepper:
 
     def slope(self) -> str:
         """``@slope(row, h)``: sum_{m=1}^{top} m row[m] h^(m-1); of the upper half a double is enough."""
-        body, half = Twofold(), max(1, self.rows.order // 2 - 4)
+        body, half = DoubleDoubleBody(), max(1, self.rows.order // 2 - 4)
         total = body.define("alloca [2 x double]")
         h = Pair(body, "%h", "%hl")
         upper: Operand = operand(None)
@@ -126,12 +133,12 @@ class TwofoldStepper:
 
     def since(self) -> str:
         """``@since(s, t, tl)``: the time from t to s."""
-        body = Twofold()
+        body = DoubleDoubleBody()
         high, low = two_sum(body, "%s", operand(body.neg("%t")))
         body.returned(Pair(body, *fast_sum(body, high, operand(body.sub(low, "%tl")))))
         return function(f"{TYPE} @since(double %s, double %t, double %tl)", body)
 
-    def change(self, body: Twofold, index: int) -> Pair:
+    def change(self, body: DoubleDoubleBody, index: int) -> Pair:
         """What a series adds over (%h, %hl)."""
         row = body.place("%work", self.rows.row(index))
         made = body.define(f"call {TYPE} @polynomial(ptr {row}, double %h, double %hl)")
@@ -139,7 +146,7 @@ class TwofoldStepper:
 
     def sample(self) -> str:
         """``@sample``: the state at (%h, %hl), rows ``stride`` apart, low parts ``beyond`` behind."""
-        body = Twofold()
+        body = DoubleDoubleBody()
         for row, index in enumerate(self.rows.state):
             value = body.get("%state", row, self.rows.width) + self.change(body, index)
             place = body.place("%out", body.integer("mul", "%stride", row))
@@ -151,7 +158,7 @@ class TwofoldStepper:
 
     def update(self) -> str:
         """``@update``: the state at the end of the step (%h, %hl), in three parts."""
-        body, third = Twofold(), 2 * self.rows.width + CLOCK
+        body, third = DoubleDoubleBody(), 2 * self.rows.width + CLOCK
         for row, index in enumerate(self.rows.state):
             old, change = body.get("%state", row, self.rows.width), self.change(body, index)
             high, error = two_sum(body, old.high, change.high)
@@ -168,7 +175,7 @@ class TwofoldStepper:
 
     def rates(self) -> str:
         """``@rates(work, rates)``: the accelerations, as doubles, of series of scale 1."""
-        body = Twofold()
+        body = DoubleDoubleBody()
         for i, (_, row) in enumerate(velocities(self.rows, body)):
             body.store(body.load(row, 1), "%rates", i)
         body.line("  ret void")

@@ -1,4 +1,4 @@
-; The stepping loop in double-double, with @@names@@ filled in by twofold_stepper.py; compare stepper.ll.
+; The stepping loop in double-double, with @@names@@ filled in by advance_double_double.py; compare stepper.ll.
 define internal void @clear(ptr %place, i64 %count) #0 {
 entry:
   br label %loop
@@ -299,9 +299,9 @@ sampling:
   %at = phi i64 [ %index, %bounded ], [ %atn, %dense ]
   %sa = getelementptr inbounds double, ptr %times, i64 %at
   %s = load double, ptr %sa, align 8
-  %away = call %twofold @since(double %s, double %t, double %tl)
-  %dt = extractvalue %twofold %away, 0
-  %dtl = extractvalue %twofold %away, 1
+  %away = call %pair @since(double %s, double %t, double %tl)
+  %dt = extractvalue %pair %away, 0
+  %dtl = extractvalue %pair %away, 1
   %within = fcmp ole double %dt, %hl
   br i1 %within, label %dense, label %sampledall
 dense:
@@ -319,18 +319,18 @@ sampledall:
   %ending = and i1 %ending0, %final
   %nomore = xor i1 %islast, true
   %leave = and i1 %usedup, %nomore
-  %rest = call %twofold @since(double %stop, double %t, double %tl)
-  %resth = extractvalue %twofold %rest, 0
-  %restl = extractvalue %twofold %rest, 1
+  %rest = call %pair @since(double %stop, double %t, double %tl)
+  %resth = extractvalue %pair %rest, 0
+  %restl = extractvalue %pair %rest, 1
   %hs = select i1 %ending, double %resth, double %hl
   %hsl = select i1 %ending, double %restl, double 0.0
   call void @copy(ptr %state, ptr %trial)
   %hss = fmul double %hs, %inverse
   %hsls = fmul double %hsl, %inverse
   call void @update(ptr %state, ptr %work, double %hss, double %hsls)
-  %clock = call %twofold @twofold_add(double %t, double %tl, double %hs, double %hsl)
-  %tnew = extractvalue %twofold %clock, 0
-  %tlnew = extractvalue %twofold %clock, 1
+  %clock = call %pair @pair_add(double %t, double %tl, double %hs, double %hsl)
+  %tnew = extractvalue %pair %clock, 0
+  %tlnew = extractvalue %pair %clock, 1
   store double %tnew, ptr %tpa, align 8
   store double %tlnew, ptr %tla, align 8
   store double %h, ptr %hpa, align 8
