@@ -7,9 +7,13 @@ from collections.abc import Iterable
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import Text, Unicode
 from lagrange_cli.symbolic.report import Section, Statement, sections
+from lagrange_cli.symbolic.work import charge
 
 WIDTH = 100
 """The column at which a sum is continued on the next line."""
+FAR = 1000
+"""Characters in which a sign of the outermost sum is looked for."""
+CHARACTERS_A_STEP = 5
 
 
 def as_text(equations: Equations, form: str) -> str:
@@ -53,27 +57,40 @@ def wrap(text: str) -> list[str]:
         margin = " " * (first.index("[") + 2)
         return ["  " + first, *(margin + line for line in others)]
     lines = []
-    indent = "  "
-    while len(indent + text) > WIDTH and (place := break_place(text, WIDTH - len(indent))):
-        lines.append(indent + text[:place].rstrip())
-        indent, text = " " * 6, text[place:]
-    return [*lines, indent + text]
+    indent, start = "  ", 0
+    while len(indent) + len(text) - start > WIDTH and (
+        place := break_place(text, start, WIDTH - len(indent))
+    ):
+        lines.append(indent + text[start:place].rstrip())
+        indent, start = " " * 6, place
+    return [*lines, indent + text[start:]]
 
 
-def break_place(text: str, width: int) -> int:
-    """Where to break: before the last sign of the outermost sum within ``width``, or else the first one
-    beyond it; 0 where there is none. Arguments of functions are never broken."""
+def break_place(text: str, start: int, width: int) -> int:
+    """Where to break what follows ``start``: before the last sign of the outermost sum within ``width``, or
+    else the first one beyond it; 0 where there is none. Arguments of functions are never broken.
+
+    Signs within ``width`` are the outermost if there are none further out in the next ``FAR`` characters.
+    """
     opened: list[bool] = []
     places: list[tuple[int, int]] = []
-    for index, character in enumerate(text):
+    index, outermost = start, len(text)
+    for index in range(start, len(text)):
+        if places and (index > start + FAR or (index > start + width and outermost == 0)):
+            break
+        character = text[index]
         if character in "([":
-            opened.append(index > 0 and (text[index - 1].isalnum() or text[index - 1] == "√"))
+            opened.append(index > start and (text[index - 1].isalnum() or text[index - 1] == "√"))
         elif character in ")]" and opened:
             opened.pop()
         elif (
-            character in "+-−" and index > 3 and text[index - 1] == text[index + 1] == " " and not sum(opened)
+            character in "+-−"
+            and index > start + 3
+            and text[index - 1] == text[index + 1] == " "
+            and not any(opened)
         ):
             places.append((len(opened), index))
-    outermost = min(places, default=(0, 0))[0]
-    candidates = [index for depth, index in places if depth == outermost]
-    return max((index for index in candidates if index <= width), default=min(candidates, default=0))
+            outermost = min(outermost, len(opened))
+    charge(1 + (index - start) // CHARACTERS_A_STEP)
+    candidates = [place for depth, place in places if depth == outermost]
+    return max((place for place in candidates if place <= start + width), default=min(candidates, default=0))

@@ -7,9 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from matplotlib.mathtext import MathTextParser
 
+from lagrange_cli.limits import Work
 from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.latex_lines import WIDTH, breaks, broken, width
+from lagrange_cli.symbolic.layouts import wrap
 from lagrange_cli.symbolic.report import FORMS
+from lagrange_cli.symbolic.work import counting
 from tests.support.systems import NAMES, derived, equations_of
 
 PARSER = MathTextParser("agg")
@@ -81,6 +84,42 @@ def test_breaking_loses_nothing(terms, most):
     for line in lines:
         inner = [place for place in breaks(line) if place.index] if line.count("(") == line.count(")") else []
         assert width(line) <= most or not [place for place in inner if place.depth == 0]
+
+
+def steps_of(function, *arguments):
+    """The steps of work that a call counts."""
+    work = Work()
+    with counting(work):
+        function(*arguments)
+    return work.spent
+
+
+SHAPES = {
+    "a sum": " + ".join(["x y"] * 1000),
+    "sums in brackets": r"\left(\frac{a}{b} + c\right) " * 300,
+    "brackets in brackets": r"\left(a + " * 60 + "b" + r" + c\right)" * 60,
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
+def test_long_formulas_are_read_once(shape):
+    """A line for every few terms: reading the rest of the formula for each took minutes."""
+    once, ten = steps_of(broken, shape, 60), steps_of(broken, " + ".join([shape] * 10), 60)
+    assert len(shape) / 20 < once and ten < 15 * once
+
+
+PLAIN = {
+    "a sum": " + ".join(["x*y"] * 1000),
+    "a product of sums": "*".join(["(a + b*c)"] * 300),
+    "brackets in brackets": "(a + " * 60 + "b" + " + c)" * 60,
+}
+
+
+@pytest.mark.parametrize("shape", PLAIN.values(), ids=PLAIN)
+def test_long_lines_of_text_are_broken_in_one_pass(shape):
+    once, ten = steps_of(wrap, shape), steps_of(wrap, " + ".join([shape] * 10))
+    assert len(shape) / 20 < once and ten < 15 * once
+    assert "".join("".join(wrap(shape)).split()) == shape.replace(" ", "")
 
 
 def test_names_that_latex_reads_otherwise():
