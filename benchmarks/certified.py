@@ -26,11 +26,14 @@ from benchmarks.uncertain import SYSTEMS
 from lagrange_cli.cli.options.certify import DIGITS, companion_settings
 from lagrange_cli.cli.source import derive_system, read_system
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods.names import DOUBLE_DOUBLE
+from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.samples import LOW
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.read import read_spec
@@ -110,12 +113,13 @@ class Compiled:
         step = (scene.stop - self._settings.start) / (SAMPLES - 1)
         self._times = Times(self._settings.start, scene.stop, SAMPLES, step)
         self._run = prepare(
-            self._residual, method=scene.method, tolerance=self._settings.tolerance, outputs=NONE
+            self._residual, Compilation(method=scene.method, tolerance=self._settings.tolerance, outputs=NONE)
         )
         chosen, orders = companion_settings(self._settings)
         self._companions = [
             prepare(
-                self._residual, method=chosen.method, tolerance=chosen.tolerance, outputs=NONE, order=order
+                self._residual,
+                Compilation(method=chosen.method, tolerance=chosen.tolerance, outputs=NONE, order=order),
             )
             for order in orders
         ]
@@ -139,10 +143,7 @@ class Compiled:
             self._spec,
             lambda spec: self._residual,
             None,
-            method="taylor",
-            tolerance=2.0**-104,
-            outputs=NONE,
-            precision=DOUBLE_DOUBLE,
+            Compilation(method="taylor", tolerance=2.0**-104, outputs=NONE, precision=DOUBLE_DOUBLE),
         )
         return self._follow(ready, replace(self._values, low=nothing))[0]
 

@@ -20,6 +20,7 @@ from benchmarks.benchmark import Benchmark
 from benchmarks.motions import GRAVITY, double_pendulum_by_hand
 from benchmarks.report import ROOT, Report, Requirement, markdown_table
 from lagrange_cli.cli.source import derive_system, read_system
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.program import write_run
@@ -45,7 +46,10 @@ def ours(name: str, stop: float, precision: str) -> Run:
     spec = read_system(str(ROOT / "systems" / f"{name}.yaml"))
     residual = derive_system(spec, exact=precision != DOUBLE)
     program, _ = write_run(
-        residual, method="taylor", tolerance=TOLERANCES[precision], outputs=frozenset(), precision=precision
+        residual,
+        Compilation(
+            method="taylor", tolerance=TOLERANCES[precision], outputs=frozenset(), precision=precision
+        ),
     )
     method = TaylorMethod(compile_program(program))
     values = (resolve_values if precision == DOUBLE else resolve_long_values)(spec)

@@ -46,8 +46,11 @@ def lagrange(problem: Problem, *, tolerance: float | None = None) -> Engine:
     import lagrange_cli.integrate.program
     import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.prepare import prepare
-    from lagrange_cli.integrate.run import Prepared, Times, integrate
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.run import integrate
+    from lagrange_cli.integrate.times import Times
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
     from lagrange_cli.run.settings import DEFAULT_OUTPUTS, FULL_PRECISION
@@ -59,7 +62,9 @@ def lagrange(problem: Problem, *, tolerance: float | None = None) -> Engine:
     def make() -> Prepared:
         residual = derive(build_model(read_spec(text, problem.system, problem.sizes), GraphAlgebra()))
         wanted = FULL_PRECISION if tolerance is None else tolerance
-        return prepare(residual, method="taylor", tolerance=wanted, outputs=frozenset(DEFAULT_OUTPUTS))
+        return prepare(
+            residual, Compilation(method="taylor", tolerance=wanted, outputs=frozenset(DEFAULT_OUTPUTS))
+        )
 
     seconds, prepared = timed(make)
     times = Times(0.0, problem.stop, len(problem.grid), problem.stop / (len(problem.grid) - 1))

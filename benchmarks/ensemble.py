@@ -72,7 +72,9 @@ def lagrange(threads: int, members: int) -> Measurement:
     """This project, as ``lagrange sweep`` uses it, without reading and writing files."""
     import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
-    from lagrange_cli.integrate.ensemble.method import Batch, Starts, ensemble_method
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.ensemble.method import Batch, Starts
+    from lagrange_cli.integrate.methods.selection import ensemble_method
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.mechanics.derive import derive
@@ -82,7 +84,8 @@ def lagrange(threads: int, members: int) -> Measurement:
     residual = derive(build_model(read_spec(PENDULUMS.text, PENDULUMS.system), GraphAlgebra()))
     seconds, prepared = timed(
         lambda: prepare(
-            residual, method="taylor", tolerance=2.0**-52, outputs=frozenset({"p", "h"}), ensemble=True
+            residual,
+            Compilation(method="taylor", tolerance=2.0**-52, outputs=frozenset({"p", "h"}), ensemble=True),
         )
     )
     values = [*PENDULUMS.values.parameters.values()]

@@ -12,7 +12,9 @@ from numpy.typing import NDArray
 from benchmarks.motions import Functions, System
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.cli.shipped import text
-from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.settings import DEFAULT_OUTPUTS
 from lagrange_cli.work_precision.reference import TOLERANCES, Reference, find_reference
 from lagrange_cli.work_precision.trajectory import Followed, follow
@@ -52,7 +54,8 @@ class Ours:
     def _prepared(self, tolerance: float) -> Any:
         """The system compiled for a tolerance, with the default outputs."""
         return prepare(
-            self._residual, method="taylor", tolerance=tolerance, outputs=frozenset(DEFAULT_OUTPUTS)
+            self._residual,
+            Compilation(method="taylor", tolerance=tolerance, outputs=frozenset(DEFAULT_OUTPUTS)),
         )
 
     def at(self, tolerance: float) -> Run:

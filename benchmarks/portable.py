@@ -18,6 +18,7 @@ import numpy as np
 from benchmarks.benchmark import Benchmark
 from benchmarks.report import ROOT, Report, Requirement, markdown_table
 from lagrange_cli.cli.source import derive_system, read_system
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.times import Times
@@ -52,7 +53,7 @@ def prepared(name: str, stop: float, *, own: bool) -> Run:
     """The integration of a shipped system, compiled before; ``own``: portably."""
     spec = read_system(str(ROOT / "systems" / f"{name}.yaml"))
     residual = derive_system(spec, portable=own)
-    program, _ = write_run(residual, method="taylor", tolerance=2.0**-52, outputs=frozenset())
+    program, _ = write_run(residual, Compilation(method="taylor", tolerance=2.0**-52, outputs=frozenset()))
     method = TaylorMethod(compile_program(replace(program, text=portable(program.text)) if own else program))
     values = (resolve_portable_values if own else resolve_values)(spec)
     parameters = np.array([values.parameters[name] for name in program.parameters])

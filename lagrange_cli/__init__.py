@@ -5,7 +5,7 @@ The stages of the pipeline, each a function from one frozen object to the next:
     spec = read_spec(text, "pendulum.yaml")                       # checked, nothing derived yet
     values = resolve_values(spec, {"l": "2"})                     # parameters and initial state, as run
     residual = derive(build_model(spec, GraphAlgebra()))          # the equations of motion
-    prepared = prepare(residual, method="taylor", tolerance=2.2e-16, outputs=frozenset({"q", "h"}))
+    prepared = prepare(residual, Compilation("taylor", tolerance=2.2e-16, outputs=frozenset({"q", "h"})))
     outcome = integrate(prepared, values, Times(0.0, 10.0, 1001, 0.01), emit, lambda: False)
 
 (``integrate`` is ``lagrange_cli.integrate.run.integrate``), or
@@ -22,8 +22,9 @@ if TYPE_CHECKING:
     from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError, UsageError
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.prepare import prepare
-    from lagrange_cli.integrate.run import Times
+    from lagrange_cli.integrate.times import Times
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
     from lagrange_cli.spec.read import read_spec
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
 __version__ = "0.1.0"
 
 __all__ = [
+    "Compilation",
     "FileError",
     "GraphAlgebra",
     "LagrangeError",
@@ -50,9 +52,10 @@ __all__ = [
 ]
 
 _HOMES = {
+    "Compilation": "integrate.compilation",
     "GraphAlgebra": "expression.graph_algebra",
     "SympyAlgebra": "expression.symbolic",
-    "Times": "integrate.run",
+    "Times": "integrate.times",
     "build_model": "model.build",
     "derive": "mechanics.derive",
     "derive_equations": "symbolic.derive",

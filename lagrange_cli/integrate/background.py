@@ -33,14 +33,14 @@ class Work(threading.Thread, Generic[T]):
         return self._value
 
 
-def alongside(work: Callable[[], T], other: Callable[[], object]) -> T:
+def concurrently(work: Callable[[], T], other: Callable[[], object]) -> T:
     """The result of ``work``, done while this thread does ``other``."""
     working = Work(work)
     other()
     return working.result()
 
 
-class Behind:
+class Pipelined:
     """A context for calls that are made beside this thread, one at a time: before the next, and at the end of
     the context, the one before is waited for, and what that raised is raised."""
 
@@ -58,7 +58,7 @@ class Behind:
         self.wait()
         self._work = Work(function)
 
-    def __enter__(self) -> Behind:
+    def __enter__(self) -> Pipelined:
         return self
 
     def __exit__(

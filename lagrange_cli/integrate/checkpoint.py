@@ -8,8 +8,9 @@ from typing import Any, Generic, TypeVar
 
 import numpy as np
 
-from lagrange_cli.integrate.ending import State
-from lagrange_cli.integrate.method import Array, Snapshot
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.method import Snapshot
+from lagrange_cli.integrate.outcome import State
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass
@@ -70,7 +71,7 @@ class Progress:
         return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final)
 
 
-class Clock:
+class Schedule:
     """Says when a checkpoint is due: every so many ``seconds`` of wall time, and after so much ``work``
     (steps, or members that have ended)."""
 
@@ -89,11 +90,11 @@ class Clock:
         self._most = done + self._work
 
 
-class Keeping(Generic[T]):
+class Checkpointing(Generic[T]):
     """Where a run begins (None: at the start), and what is done with its progress when a checkpoint is
     due."""
 
-    def __init__(self, begin: T | None, clock: Clock, write: Callable[[T], None]) -> None:
+    def __init__(self, begin: T | None, clock: Schedule, write: Callable[[T], None]) -> None:
         self.begin, self._clock, self._write = begin, clock, write
         self.due = clock.due
 

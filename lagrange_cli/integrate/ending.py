@@ -1,15 +1,8 @@
-"""How a motion ended: an enum whose values are sentences for the user, and the figures of the run."""
+"""How a motion ended: an enum whose values are sentences for the user."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Any
-
-from lagrange_cli.records import dataclass
-
-if TYPE_CHECKING:
-    from lagrange_cli.integrate.checkpoint import Progress
 
 
 class Ending(Enum):
@@ -46,43 +39,3 @@ WAYS_OUT = {
     "root or logarithm of a negative number",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
-
-
-@dataclass(frozen=True)
-class State:
-    """The state of a motion at time ``t``: coordinates and velocities, both by coordinate."""
-
-    t: float
-    q: Mapping[str, float]
-    v: Mapping[str, float]
-
-    def as_data(self) -> dict[str, Any]:
-        """The fields in terms of JSON."""
-        return {"t": self.t, "q": dict(self.q), "v": dict(self.v)}
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """The result of a run.
-
-    ``t`` is the time that the motion reached. ``steps`` and ``evaluations`` (of the equations of motion, or
-    of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
-    conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
-    each conserved momentum, by coordinate. ``undetected`` is that of the ``Recording``. ``progress`` is the
-    state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or the
-    state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if it
-    had one."""
-
-    ending: Ending
-    message: str
-    t: float
-    steps: int
-    evaluations: int
-    h_drift: float | None
-    p_drift: Mapping[str, float]
-    h_size: float = 0.0
-    undetected: bool = False
-    progress: Progress | None = None
-    trusted_until: float | None = None
-    error: float | None = None
-    final: State | None = None

@@ -3,19 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Protocol, TypeAlias
+from typing import Protocol
 
-import numpy as np
-
+from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-Array: TypeAlias = "NDArray[np.float64]"
-Watch = Callable[[float], bool]
+Interrupt = Callable[[float], bool]
 """Told the time reached, several times a second; True to stop there."""
 Accept = Callable[[Array, Array], None]
 """Takes sample times (c,) and states (rows, c) with rows q, v and integrals, which stay as they are until it
@@ -53,7 +48,7 @@ class End:
 
 
 @dataclass(frozen=True)
-class Keeper:
+class CheckpointSink:
     """Where a method begins (None: at the start), and whom it gives snapshots.
 
     ``due`` is asked several times a second, with the steps taken; where it says so, all samples before it
@@ -67,7 +62,7 @@ class Keeper:
     ends: Callable[[Snapshot], None] | None = None
 
 
-NO_KEEPER = Keeper(None, lambda steps: False, lambda snapshot: None)
+NO_CHECKPOINTS = CheckpointSink(None, lambda steps: False, lambda snapshot: None)
 
 
 class Method(Protocol):
@@ -79,24 +74,12 @@ class Method(Protocol):
         state: Array,
         times: Times,
         accept: Accept,
-        watch: Watch,
-        keeper: Keeper = NO_KEEPER,
+        interrupt: Interrupt,
+        checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
         ``accept`` is given full chunks of samples, and what there is when the motion ends, however it
-        does. One that makes no snapshots ignores its ``keeper``.
+        does. One that makes no snapshots ignores its ``checkpoints``.
         """
         ...
-
-
-def chunk_size(width: int) -> int:
-    """Samples a chunk, for ``width`` numbers a sample: some megabytes, whatever the system."""
-    return max(256, min(65536, 4 * 2**20 // (8 * max(1, width))))
-
-
-def aligned(doubles: int) -> Array:
-    """Zeros on a boundary of 64 bytes, as the vector loads of compiled code need them."""
-    buffer = np.zeros(doubles + 8)
-    offset = (-buffer.ctypes.data % 64) // 8
-    return buffer[offset : offset + doubles]

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lagrange_cli.integrate.background import alongside
-from lagrange_cli.integrate.methods.names import DOUBLE, IMPLICIT, TAYLOR
+from lagrange_cli.integrate.background import concurrently
+from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
+from lagrange_cli.integrate.methods.selection import follower
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.native.compilation.machine import (
     FULL,
@@ -18,16 +18,14 @@ from lagrange_cli.native.compilation.machine import (
     load_machine,
     worth_improving,
 )
-from lagrange_cli.native.interface import Interface
-from lagrange_cli.outputs.recording import Recording
-from lagrange_cli.records import replace
-from lagrange_cli.spec.structure import structure
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.method import Method
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.native.compilation.cache import Cache
+    from lagrange_cli.native.interface import Interface
     from lagrange_cli.native.program import Program
+    from lagrange_cli.outputs.recording import Recording
     from lagrange_cli.spec.spec import Spec
 
 Stage = Callable[[str], AbstractContextManager[None]]
@@ -44,51 +42,29 @@ def nothing() -> None:
     """Do nothing in the meantime."""
 
 
-def prepare(
-    residual: Residual,
-    *,
-    method: str,
-    tolerance: float,
-    outputs: frozenset[str],
-    ensemble: bool = False,
-    order: int | None = None,
-    backward: bool = False,
-) -> Prepared:
-    """Compile ``residual`` for ``method`` (``taylor`` or one of scipy's) with what ``outputs`` need.
+def prepare(residual: Residual, compilation: Compilation) -> Prepared:
+    """Compile the equations of motion. What is prepared for an ensemble is for ``integrate.ensemble`` alone.
 
-    What is prepared for an ``ensemble`` is for ``integrate.ensemble`` alone; for ``order`` see ``write_run``.
-    Motions that end before they start need it prepared ``backward``.
+    Raises ``TooLarge`` where the code would be too large to be compiled.
     """
     from lagrange_cli.integrate.program import write_run
 
-    program, recording = write_run(
-        residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble, order=order,
-        backward=backward,
-    )  # fmt: skip
+    program, recording = write_run(residual, compilation)
     machine = load_machine(compile_object(program), program)
-    following = follower(machine, method, tolerance, backward=backward)
-    return Prepared(recording, machine, method, tolerance, following, backward)
+    return Prepared(recording, machine, compilation, follower(machine, compilation))
 
 
 def prepare_system(
     spec: Spec,
     derive: Callable[[Spec], Residual],
     cache: Cache | None,
+    compilation: Compilation,
     *,
-    method: str,
-    tolerance: float,
-    outputs: frozenset[str],
-    ensemble: bool = False,
-    precision: str = DOUBLE,
-    portable: bool = False,
-    order: int | None = None,
-    backward: bool = False,
     stage: Stage = untimed,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
     """``prepare`` for the residual that ``derive`` makes of ``spec``, unless ``cache`` has it compiled.
 
-    A ``portable`` program computes the same bits on every machine, if ``derive`` brings such numbers.
     ``meanwhile`` is called once, while LLVM compiles if it has to: it is for what the run needs next.
     """
 
@@ -102,126 +78,41 @@ def prepare_system(
         with stage("derive"):
             residual = derive(spec)
         with stage("program"):
-            program, recording = write_run(
-                residual, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-                precision=precision, order=order, backward=backward,
-            )  # fmt: skip
-            if portable:
-                from lagrange_cli.native.functions.portable import portable as made_portable
+            return write_run(residual, compilation)
 
-                program = replace(program, text=made_portable(program.text))
-        return program, recording
-
-    def keep(program: Interface, recording: Recording, code: bytes, level: int) -> None:
+    def store(program: Interface, recording: Recording, code: bytes, level: int) -> None:
         if cache is not None and key is not None:
             cache.store(key, pack(program, recording, code, level))
 
-    kept, key = None, None
+    stored, key = None, None
     with stage("cache"):
         if cache is not None:
-            key = key_of(
-                spec, method=method, tolerance=tolerance, outputs=outputs, ensemble=ensemble,
-                precision=precision, portable=portable, order=order, backward=backward,
-            )  # fmt: skip
+            key = key_of(spec, compilation)
         if cache is not None and key is not None:
-            kept = unpack(cache.load(key))
-        if kept is not None:
-            code = kept[2]
-            machine, recording, level = load_machine(code, kept[0]), kept[1], kept[3]
-    if kept is None:
+            stored = unpack(cache.load(key))
+        if stored is not None:
+            interface, recording, code, level = stored
+            machine = load_machine(code, interface)
+    if stored is None:
         with stage("import"):
             import lagrange_cli.integrate.program  # noqa: F401
         program, recording = write(stage)
         level = first_level(program)
         with stage("compile"):
-            code = alongside(lambda: compile_object(program, level), prepare_rest)
+            code = concurrently(lambda: compile_object(program, level), prepare_rest)
             machine = load_machine(code, program)
         with stage("cache"):
-            keep(program, recording, code, level)
+            store(program, recording, code, level)
     else:
         prepare_rest()
 
     def improve() -> Machine:
-        better, recording = write() if kept is not None else (program, machine_recording)
-        code = compile_object(better, FULL)
-        keep(better, recording, code, FULL)
-        return load_machine(code, better)
+        improved, made = (program, recording) if stored is None else write()
+        code = compile_object(improved, FULL)
+        store(improved, made, code, FULL)
+        return load_machine(code, improved)
 
-    machine_recording = recording
     with stage("import"):
         better = improve if level != FULL and worth_improving(code) else None
-        following = follower(machine, method, tolerance, better, backward=backward)
-    return Prepared(recording, machine, method, tolerance, following, backward, cached=kept is not None)
-
-
-def follower(
-    machine: Machine,
-    method: str,
-    tolerance: float,
-    improve: Callable[[], Machine] | None = None,
-    *,
-    backward: bool = False,
-) -> Method:
-    """The method of that name on equations compiled for it; ``improve`` makes better code for a long run, if
-    any."""
-    if backward:
-        from lagrange_cli.integrate.methods.backward import Backward
-
-        return Backward(follower(machine, method, tolerance, improve), machine.program)
-    if method == TAYLOR:
-        from lagrange_cli.integrate.methods.recompilation import Better
-        from lagrange_cli.integrate.methods.taylor import TaylorMethod
-
-        return TaylorMethod(machine, None if improve is None else Better(improve))
-    from lagrange_cli.integrate.methods.scipy import ScipyMethod
-
-    return ScipyMethod(machine, method, tolerance)
-
-
-def key_of(
-    spec: Spec,
-    *,
-    method: str,
-    tolerance: float,
-    outputs: frozenset[str],
-    ensemble: bool = False,
-    precision: str = DOUBLE,
-    portable: bool = False,
-    order: int | None = None,
-    backward: bool = False,
-) -> str | None:
-    """All that a compiled program depends on; None where that cannot be found out.
-
-    It holds no number of a run: neither parameters nor the initial state are part of a program.
-    """
-    from lagrange_cli.native.compilation.fingerprint import identity
-
-    try:
-        made_by = identity()
-    except OSError:
-        return None
-    kind = (
-        ["taylor", tolerance.hex(), ensemble, precision, portable, order]
-        if method == TAYLOR
-        else ["rates", method in IMPLICIT]
-    )
-    return json.dumps([structure(spec), kind, backward, sorted(outputs), made_by])
-
-
-def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:
-    """What a later run needs: a line of JSON, then the object code, compiled at ``level``."""
-    head = json.dumps({"interface": interface.as_data(), "recording": recording.as_data(), "level": level})
-    return head.encode() + b"\n" + code
-
-
-def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes, int] | None:
-    """What ``pack`` was given; None where there is nothing, or nothing that can be read."""
-    if payload is None:
-        return None
-    head, _, code = payload.partition(b"\n")
-    try:
-        data: dict[str, Any] = json.loads(head)
-        interface, recording = Interface.from_data(data["interface"]), Recording.from_data(data["recording"])
-        return interface, recording, code, int(data["level"])
-    except (ValueError, KeyError, TypeError):
-        return None
+        following = follower(machine, compilation, better)
+    return Prepared(recording, machine, compilation, following, cached=stored is not None)

@@ -8,24 +8,22 @@ from lagrange_cli.outputs.recording import Dataset, Recording
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.native.compilation.machine import Machine
 
 
 @dataclass(frozen=True)
 class Prepared:
-    """A system compiled for one method, tolerance and set of outputs; parameters' values come later.
+    """A system that is compiled as ``compilation`` says; the values of its parameters come later.
 
-    ``backward`` tells that its motions end before they start, ``cached`` that the code was compiled on an
-    earlier run.
+    ``cached`` tells that the code was compiled on an earlier run.
     """
 
     recording: Recording
     machine: Machine
-    method: str
-    tolerance: float
+    compilation: Compilation
     follower: Method
-    backward: bool = False
     cached: bool = False
 
     @property

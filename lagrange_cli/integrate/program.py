@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from lagrange_cli.errors import TooLarge
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE, IMPLICIT, TAYLOR
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.explicit import Linearization, linearize
@@ -22,61 +23,59 @@ RATES = 2
 """The order of q's series that gives the accelerations alone."""
 
 
-def write_run(
-    residual: Residual,
-    *,
-    method: str,
-    tolerance: float,
-    outputs: frozenset[str],
-    ensemble: bool = False,
-    precision: str = DOUBLE,
-    order: int | None = None,
-    backward: bool = False,
-) -> tuple[Program, Recording]:
-    """The program of ``residual`` for ``method`` with what ``outputs`` need, and what becomes of it.
+def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Recording]:
+    """The program of ``residual`` that ``compilation`` asks for, and what becomes of its results.
 
-    One for an ``ensemble`` follows eight motions at once, where that suits the system, and none alone.
-    ``order`` is that of the Taylor series, if it is not to follow from the tolerance. A program for motions
-    that are followed ``backward`` is for ``integrate.methods.backward``: it observes as any other does.
+    A program for motions that are followed backward is for ``integrate.methods.backward``: it observes as any
+    other does.
 
     Raises:
         TooLarge: where the code would be too large to be compiled.
     """
+    method, precision = compilation.method, compilation.precision
     if method == TAYLOR:
         check_convolutions(residual, precision)
-    plan = make_plan(residual, outputs)
-    if backward:
+    plan = make_plan(residual, compilation.outputs)
+    if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
     undetected = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(hidden_forces(residual))
-    if precision == DOUBLE_DOUBLE:
+    program = program_of(residual, plan, compilation)
+    if compilation.portable:
+        from lagrange_cli.native.functions.portable import portable
+
+        program = replace(program, text=portable(program.text))
+    return program, replace(plan.recording, undetected=undetected)
+
+
+def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Program:
+    """The program for the method, as text."""
+    method, tolerance = compilation.method, compilation.tolerance
+    if compilation.precision == DOUBLE_DOUBLE:
         from lagrange_cli.native import program_double_double as double_double
 
         order = double_double.order_for(tolerance)
-        program = double_double.write_double_double_program(
+        return double_double.write_double_double_program(
             residual, order, plan.integrands, plan.observed, tolerance
         )
-        return program, replace(plan.recording, undetected=undetected)
-    if ensemble and method == TAYLOR:
+    if compilation.ensemble and method == TAYLOR:
         from lagrange_cli.native.program_lanes import suits_lanes, with_lanes
 
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual):
-            return with_lanes(program, residual, tolerance), plan.recording
+            return with_lanes(program, residual, tolerance)
     if method == TAYLOR:
-        order = order_for(tolerance) if order is None else order
-        program = write_program(
+        order = order_for(tolerance) if compilation.order is None else compilation.order
+        return write_program(
             residual, order, plan.integrands, plan.observed, tolerance=tolerance, store_momenta=True
         )
-    elif method in IMPLICIT:
+    if method in IMPLICIT:
         linear = linearize(residual)
         nodes = jacobian_nodes(residual, linear, plan)
-        program = write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
-    else:
-        program = write_program(residual, RATES, plan.integrands, plan.observed)
-    return program, replace(plan.recording, undetected=undetected)
+        return write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
+    return write_program(residual, RATES, plan.integrands, plan.observed)
 
 
 def check_convolutions(residual: Residual, precision: str) -> None:

@@ -1,20 +1,123 @@
-"""Samples of double-double numbers: every dataset twice: the nearest doubles, and the remainders under
-``low/``."""
+"""Samples of the state, made into the datasets of the output.
+
+Samples of double-double numbers give every dataset twice: the nearest doubles, and the remainders under
+``low/``.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.integrate.run import Samples
+from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.native.interface import low
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.method import Array
+    from lagrange_cli.integrate.method import Snapshot
+    from lagrange_cli.integrate.outcome import State
+    from lagrange_cli.integrate.prepared import Prepared
 
 LOW = "low/"
+EARLY, RARELY = 4096, 256
+"""The size of h's terms is taken from each of the first ``EARLY`` samples, then from every ``RARELY``-th."""
+
+
+def samples_of(prepared: Prepared) -> type[Samples]:
+    """What makes datasets of numbers of that many parts."""
+    return Samples if prepared.machine.program.parts == 1 else DoubleDoubleSamples
+
+
+class Samples:
+    """Turns states into the datasets of the plan, and keeps how far the conserved quantities have drifted.
+
+    What is emitted stays as it is until ``emit`` has been called again.
+    """
+
+    def __init__(
+        self, prepared: Prepared, parameters: Array, emit: Callable[[dict[str, Array]], None]
+    ) -> None:
+        self._prepared, self._emit = prepared, emit
+        self._constants = aligned(max(1, prepared.machine.program.constants))
+        prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        self._wide = self._other = np.empty((0, 0))
+        self._first: dict[str, float] = {}
+        self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
+        self._size, self._count = 0.0, 0
+        self.final: State | None = None
+        """The last sample, once there is one."""
+
+    def accept(self, times: Array, states: Array) -> None:
+        """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
+        if not len(times):
+            return
+        program, recording = self._prepared.machine.program, self._prepared.recording
+        observed = self._observe(times, states)
+        if not self._first:
+            self._first = {name: float(row[0]) for name, row in observed.items()}
+        with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
+            for name, drift in self._drift.items():
+                row, first = observed[name], self._first[name]
+                self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
+        self._measure(observed, states)
+        self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
+
+    def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
+        """Update the size of h's terms from the first samples and some of the others, which do not depend on
+        the chunks. Does nothing if the momenta are not observed."""
+        coordinates = self._prepared.recording.coordinates
+        names = [f"p_{name}" for name in coordinates]
+        if "h" not in self._drift or not observed.keys() >= set(names):
+            return
+        before, count = self._count, states.shape[1]
+        self._count += count
+        early = min(max(0, EARLY - before), count)
+        for part in (slice(early), slice(early + -(before + early) % RARELY, None, RARELY)):
+            velocities = states[len(coordinates) : 2 * len(coordinates), part]
+            terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
+            sizes = np.maximum(np.abs(observed["h"][part]), terms)
+            self._size = float(np.max(sizes, initial=self._size))
+
+    def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
+        machine = self._prepared.machine
+        names, count = machine.program.quantities, len(times)
+        states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
+        stride = states.strides[0] // 8
+        self._wide, self._other = self._other, self._wide
+        if self._wide.shape[1] != stride:  # kept: fresh memory costs as much as what is computed into it
+            self._wide = np.empty((len(names), stride))
+        if names:
+            machine.observe(
+                self._constants.ctypes.data, np.ascontiguousarray(times).ctypes.data, states.ctypes.data,
+                self._wide.ctypes.data, stride, count,
+            )  # fmt: skip
+        return dict(zip(names, self._wide[:, :count]))
+
+    def progress(self, snapshot: Snapshot) -> Progress:
+        """The progress of the run when the method is at ``snapshot``."""
+        return Progress(snapshot, dict(self._first), dict(self._drift), self._size, self.final)
+
+    def restore(self, progress: Progress) -> Snapshot:
+        """Continue from the progress of another run."""
+        self._first, self._drift = dict(progress.first), dict(progress.drift)
+        self._size, self._count = progress.size, progress.snapshot.samples
+        self.final = progress.final
+        return progress.snapshot
+
+    def drifts(self) -> tuple[float | None, dict[str, float]]:
+        """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved
+        p_k."""
+        momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
+        return self._drift.get("h"), momenta
+
+    @property
+    def size(self) -> float:
+        """How large |h| and sum |p_k q_dot_k| have been, which tells whether a drift of h is rounding; else
+        0."""
+        return self._size
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.method import aligned
+from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import compile_program
 from lagrange_cli.native.program import order_for, write_program

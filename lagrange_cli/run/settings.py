@@ -15,6 +15,7 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import SolveDefaults, Spec
 
@@ -64,6 +65,21 @@ class Settings:
     def backward(self) -> bool:
         """Whether the motion is followed against the sense of time."""
         return self.stop < self.start
+
+    def compilation(self, *, ensemble: bool = False, order: int | None = None) -> Compilation:
+        """What a program for such a run is compiled for; ``order`` is that of a companion's series."""
+        from lagrange_cli.integrate.compilation import Compilation
+
+        return Compilation(
+            self.method,
+            self.tolerance,
+            self.outputs,
+            ensemble=ensemble,
+            precision=self.precision,
+            portable=self.portable,
+            order=order,
+            backward=self.backward,
+        )
 
 
 def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:

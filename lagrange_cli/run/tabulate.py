@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from lagrange_cli.cli.options.certify import Demand
     from lagrange_cli.cli.options.run import Request
     from lagrange_cli.cli.report.progress import Progress
+    from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.spec.values import Values

@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.integrate.outcome import Outcome
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
-from lagrange_cli.integrate.ensemble.method import OneByOne
+from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.store.checkpoint import Checkpoint
 from lagrange_cli.store.output import Output
 from lagrange_cli.store.resume import find_earlier, read_output

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 
 from lagrange_cli import GraphAlgebra, Times, build_model, derive, prepare, read_spec, resolve_values
-from lagrange_cli.integrate.run import Outcome, integrate
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.outcome import Outcome
+from lagrange_cli.integrate.run import integrate
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
 FULL = 2.0**-52
@@ -41,7 +43,7 @@ def residual_of(system: str):
 
 @lru_cache(maxsize=64)
 def compiled(system: str, outputs: frozenset[str], method: str, tolerance: float):
-    return prepare(residual_of(system), method=method, tolerance=tolerance, outputs=outputs)
+    return prepare(residual_of(system), Compilation(method=method, tolerance=tolerance, outputs=outputs))
 
 
 def solve(

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate import method as motion_module
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import taylor
-from lagrange_cli.integrate.run import Ending
 from lagrange_cli.native.program import order_for, write_program
 from lagrange_cli.series.program import Op
 from tests.engine.motion import FULL, compiled, residual_of, solve
@@ -23,7 +23,7 @@ def test_samples_do_not_change_the_steps():
 def test_chunks_and_pauses_change_nothing(monkeypatch):
     whole = solve("double_pendulum", 20.0, 1001, outputs="q,v,h,ledger")
     monkeypatch.setattr(taylor, "chunk_size", lambda width: 7)
-    monkeypatch.setattr(taylor, "BREATH", 0.0)
+    monkeypatch.setattr(taylor, "POLL_SECONDS", 0.0)
     monkeypatch.setattr(taylor, "FEWEST", 1)
     pieces = solve("double_pendulum", 20.0, 1001, outputs="q,v,h,ledger")
     assert pieces.outcome.steps == whole.outcome.steps
@@ -38,7 +38,7 @@ def test_chunks_are_bounded_whatever_the_system():
 
 def test_an_interrupted_run_keeps_the_beginning(monkeypatch):
     whole = solve("double_pendulum", 20.0, 1001)
-    monkeypatch.setattr(taylor, "BREATH", 0.0)
+    monkeypatch.setattr(taylor, "POLL_SECONDS", 0.0)
     monkeypatch.setattr(taylor, "FEWEST", 1)
     asked = iter(range(10**6))
     part = solve("double_pendulum", 20.0, 1001, interrupted=lambda: next(asked) >= 5)

@@ -17,6 +17,7 @@ from functools import cache, partial
 import numpy as np
 
 from lagrange_cli.cli.source import derive_system
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.method import Snapshot
 from lagrange_cli.integrate.methods.taylor import Stepper
 from lagrange_cli.integrate.prepare import prepare_system
@@ -81,11 +82,13 @@ def machines(case: Case) -> tuple[Machine, Machine]:
         spec,
         partial(derive_system, exact=double_double, portable=case.portable),
         None,
-        method="taylor",
-        tolerance=2.0**-104 if double_double else 2.0**-52,
-        outputs=frozenset(case.outputs),
-        precision=case.precision,
-        portable=case.portable,
+        Compilation(
+            method="taylor",
+            tolerance=2.0**-104 if double_double else 2.0**-52,
+            outputs=frozenset(case.outputs),
+            precision=case.precision,
+            portable=case.portable,
+        ),
     )
     program = made.machine.program
     return compile_program(program, QUICK), compile_program(program, FULL)  # type: ignore[arg-type]

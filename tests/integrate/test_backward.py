@@ -6,6 +6,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.records import replace
@@ -107,7 +108,10 @@ def test_every_formulation_leads_backward(name):
     found = []
     for form in forms.values():
         ready = prepare(
-            form, method="taylor", tolerance=FULL, outputs=frozenset(("q", "v", "h", "ledger")), backward=True
+            form,
+            Compilation(
+                method="taylor", tolerance=FULL, outputs=frozenset(("q", "v", "h", "ledger")), backward=True
+            ),
         )
         found.append(run(ready, values_of(name), 0.25, -1.75, 9))
     for other in found[1:]:

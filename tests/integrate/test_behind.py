@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli import GraphAlgebra, Times, build_model, derive, prepare, read_spec, resolve_values
-from lagrange_cli.integrate.background import Behind
-from lagrange_cli.integrate.method import chunk_size
+from lagrange_cli.integrate.arrays import chunk_size
+from lagrange_cli.integrate.background import Pipelined
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.run import integrate
 from tests.support.command import SYSTEMS
 
@@ -20,7 +21,8 @@ def run_of(method, emit):
     tolerance, stop = (2.0**-52, 2.0) if method == "taylor" else (1e-6, 2.0)
     outputs = frozenset({"q", "v", "p", "h"})
     prepared = prepare(
-        derive(build_model(SPEC, GraphAlgebra())), method=method, tolerance=tolerance, outputs=outputs
+        derive(build_model(SPEC, GraphAlgebra())),
+        Compilation(method=method, tolerance=tolerance, outputs=outputs),
     )
     times = Times(0.0, stop, COUNT, stop / (COUNT - 1))
     return integrate(prepared, resolve_values(SPEC), times, emit, lambda: False)
@@ -40,13 +42,13 @@ def test_a_chunk_stays_as_it_is_while_the_next_one_is_computed(method, monkeypat
         computed.clear()
         late.append(copies(chunk))
 
-    wait = Behind.wait
+    wait = Pipelined.wait
 
     def noticed(self):
         computed.set()
         wait(self)
 
-    monkeypatch.setattr(Behind, "wait", noticed)
+    monkeypatch.setattr(Pipelined, "wait", noticed)
     run_of(method, emit)
     assert len(early) > 3
     assert sum(len(chunk["t"]) for chunk in late) == COUNT
@@ -71,7 +73,7 @@ def test_calls_behind_are_made_in_order_and_one_at_a_time():
         done.append(number)
         running.release()
 
-    with Behind() as behind:
+    with Pipelined() as behind:
         for number in range(50):
             behind.call(lambda number=number: call(number))
     assert done == list(range(50))
@@ -81,6 +83,6 @@ def test_the_error_of_the_caller_is_not_hidden_by_one_behind():
     def fail():
         raise ValueError("behind")
 
-    with pytest.raises(KeyError), Behind() as behind:
+    with pytest.raises(KeyError), Pipelined() as behind:
         behind.call(fail)
         raise KeyError

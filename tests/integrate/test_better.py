@@ -5,16 +5,18 @@ import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
-from lagrange_cli.integrate.methods import recompilation as better
-from lagrange_cli.integrate.methods import taylor
-from lagrange_cli.integrate.prepare import prepare_system, unpack
-from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.integrate.cache_entry import key_of, unpack
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.methods import recompilation, taylor
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.cache import Cache
 from tests.support.command import SYSTEMS
 from tests.support.systems import SIZES
 
-RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h", "ledger"})}
+RUN = Compilation("taylor", 2.0**-52, frozenset({"q", "v", "p", "h", "ledger"}))
 
 
 def residual_of(spec):
@@ -41,19 +43,19 @@ def test_every_level_gives_the_same_bits(path, monkeypatch):
         monkeypatch.setattr(
             module, "compile_object", lambda program, level=level: machine.compile_object(program, level)
         )
-        runs.append(bytes_of(spec, prepare(residual, **RUN), 3.0))
+        runs.append(bytes_of(spec, prepare(residual, RUN), 3.0))
     assert runs[0] == runs[1]
 
 
 def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
     """It is asked for once, used as soon as it is there, kept for the next run, and changes no bit."""
     spec = read_spec((SYSTEMS / "double_pendulum.yaml").read_bytes(), "double_pendulum.yaml")
-    plain = bytes_of(spec, prepare(residual_of(spec), **RUN), 100.0)
+    plain = bytes_of(spec, prepare(residual_of(spec), RUN), 100.0)
     cache = Cache(str(tmp_path))
     monkeypatch.setattr(machine, "LARGE", 0)
-    monkeypatch.setattr(better, "PATIENCE", 0.0)
+    monkeypatch.setattr(recompilation, "PATIENCE", 0.0)
     monkeypatch.setattr(taylor, "FEWEST", 1)
-    monkeypatch.setattr(taylor, "BREATH", 1e-9)
+    monkeypatch.setattr(taylor, "POLL_SECONDS", 1e-9)
     levels, used = [], []
     compile_object, load_machine = module.compile_object, module.load_machine
 
@@ -75,19 +77,19 @@ def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
 
     monkeypatch.setattr(module, "compile_object", compiled)
     monkeypatch.setattr(module, "load_machine", loaded)
-    prepared = prepare_system(spec, residual_of, cache, **RUN)
+    prepared = prepare_system(spec, residual_of, cache, RUN)
     assert levels == [machine.QUICK]
     assert bytes_of(spec, prepared, 100.0) == plain
-    prepared.follower.better._work.join()
+    prepared.follower.recompilation._work.join()
     assert levels == [machine.QUICK, machine.FULL]
     assert bytes_of(spec, prepared, 100.0) == plain
     assert used[0] == 1
     assert used[-1] == 2
-    key = module.key_of(spec, **RUN)
+    key = key_of(spec, RUN)
     assert unpack(cache.load(key))[3] == machine.FULL
-    again = prepare_system(spec, None, cache, **RUN)
+    again = prepare_system(spec, None, cache, RUN)
     assert again.cached
-    assert again.follower.better is None
+    assert again.follower.recompilation is None
     assert bytes_of(spec, again, 100.0) == plain
 
 
@@ -95,12 +97,12 @@ def test_quick_code_from_the_cache_is_improved_as_well(tmp_path, monkeypatch):
     spec = read_spec((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml")
     cache = Cache(str(tmp_path))
     monkeypatch.setattr(machine, "LARGE", 0)
-    prepare_system(spec, residual_of, cache, **RUN)
-    second = prepare_system(spec, residual_of, cache, **RUN)
+    prepare_system(spec, residual_of, cache, RUN)
+    second = prepare_system(spec, residual_of, cache, RUN)
     assert second.cached
-    assert second.follower.better is not None
-    monkeypatch.setattr(better, "PATIENCE", 0.0)
-    assert second.follower.better.after(1.0) is None
-    second.follower.better._work.join()
-    assert second.follower.better.after(0.0).advance is not None
-    assert unpack(cache.load(module.key_of(spec, **RUN)))[3] == machine.FULL
+    assert second.follower.recompilation is not None
+    monkeypatch.setattr(recompilation, "PATIENCE", 0.0)
+    assert second.follower.recompilation.after(1.0) is None
+    second.follower.recompilation._work.join()
+    assert second.follower.recompilation.after(0.0).advance is not None
+    assert unpack(cache.load(key_of(spec, RUN)))[3] == machine.FULL

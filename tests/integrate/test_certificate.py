@@ -14,9 +14,12 @@ from numpy.typing import NDArray
 from lagrange_cli.cli.options.certify import Demand, companion_settings
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate, typical_difference
 from lagrange_cli.integrate.certify.companion import Companion
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepare import prepare
-from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.support.motion import prepared, residual_of, spec_of, values_of
@@ -91,11 +94,13 @@ def certified(
     companions = [
         prepare(
             residual_of(system),
-            method=chosen.method,
-            tolerance=chosen.tolerance,
-            outputs=chosen.outputs,
-            order=order,
-            backward=settings.backward,
+            Compilation(
+                method=chosen.method,
+                tolerance=chosen.tolerance,
+                outputs=chosen.outputs,
+                order=order,
+                backward=settings.backward,
+            ),
         )
         for order in orders
     ]

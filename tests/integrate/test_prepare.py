@@ -10,11 +10,15 @@ import pytest
 
 from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, resolve_values
 from lagrange_cli.integrate import prepare as module
-from lagrange_cli.integrate.background import alongside
-from lagrange_cli.integrate.ensemble.method import Starts, ensemble_method
-from lagrange_cli.integrate.prepare import key_of, pack, prepare_system, unpack
+from lagrange_cli.integrate.background import concurrently
+from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.ensemble.method import Starts
+from lagrange_cli.integrate.methods.selection import ensemble_method
+from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.program import write_run
-from lagrange_cli.integrate.run import Times, integrate
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation import fingerprint as identity_module
 from lagrange_cli.native.compilation.cache import Cache
 from lagrange_cli.records import fields_of, replace
@@ -24,7 +28,7 @@ from tests.support.command import ENVIRONMENT, SYSTEMS
 from tests.support.systems import SIZES
 
 PENDULUM = (SYSTEMS / "pendulum.yaml").read_text()
-RUN = {"method": "taylor", "tolerance": 2.0**-52, "outputs": frozenset({"q", "v", "p", "h"})}
+RUN = Compilation("taylor", 2.0**-52, frozenset({"q", "v", "p", "h"}))
 MANY = frozenset({"q", "v", "p", "h", "ledger", "action"})
 
 
@@ -55,11 +59,11 @@ def cache(tmp_path):
 @pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):
     spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
-    run = RUN | {"method": method, "outputs": MANY if spec.lagrangian else MANY | {"positions", "energy"}}
-    run["tolerance"] = RUN["tolerance"] if method == "taylor" else 1e-8
-    plain = prepare(residual_of(spec), **run)
-    first = prepare_system(spec, residual_of, cache, **run)
-    second = prepare_system(spec, never, cache, **run)
+    outputs = MANY if spec.lagrangian else MANY | {"positions", "energy"}
+    run = Compilation(method, RUN.tolerance if method == "taylor" else 1e-8, outputs)
+    plain = prepare(residual_of(spec), run)
+    first = prepare_system(spec, residual_of, cache, run)
+    second = prepare_system(spec, never, cache, run)
     assert (plain.cached, first.cached, second.cached) == (False, False, True)
     assert plain.datasets == first.datasets == second.datasets
     assert samples(spec, plain) == samples(spec, first) == samples(spec, second)
@@ -78,19 +82,19 @@ def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):
 )
 def test_numbers_and_words_make_no_new_program(old, new, cache):
     assert old in PENDULUM
-    prepare_system(read_spec(PENDULUM, "a.yaml"), residual_of, cache, **RUN)
+    prepare_system(read_spec(PENDULUM, "a.yaml"), residual_of, cache, RUN)
     other = read_spec(PENDULUM.replace(old, new), "b.yaml")
-    assert prepare_system(other, never, cache, **RUN).cached
-    program, _ = write_run(residual_of(other), **RUN)
-    assert program.text == write_run(residual_of(read_spec(PENDULUM, "a.yaml")), **RUN)[0].text
+    assert prepare_system(other, never, cache, RUN).cached
+    program, _ = write_run(residual_of(other), RUN)
+    assert program.text == write_run(residual_of(read_spec(PENDULUM, "a.yaml")), RUN)[0].text
 
 
 @pytest.mark.parametrize(
     "change",
     [
         {"tolerance": 1e-9},
-        {"outputs": RUN["outputs"] | {"action"}},
-        {"outputs": RUN["outputs"] - {"p"}},
+        {"outputs": RUN.outputs | {"action"}},
+        {"outputs": RUN.outputs - {"p"}},
         {"method": "DOP853"},
         {"method": "Radau"},
         {"ensemble": True},
@@ -99,8 +103,8 @@ def test_numbers_and_words_make_no_new_program(old, new, cache):
 )
 def test_another_kind_of_run_is_another_program(change, cache):
     spec = read_spec(PENDULUM, "pendulum.yaml")
-    prepare_system(spec, residual_of, cache, **RUN)
-    assert not prepare_system(spec, residual_of, cache, **RUN | change).cached
+    prepare_system(spec, residual_of, cache, RUN)
+    assert not prepare_system(spec, residual_of, cache, replace(RUN, **change)).cached
     assert len(cache.entries()) == 2
 
 
@@ -111,7 +115,7 @@ def test_an_ensemble_gives_the_same_from_the_cache(cache):
     states = np.array([[0.1, 0.0], [1.0, 0.0], [2.0, 1.0]])
     found = []
     for source in (residual_of, never):
-        method = ensemble_method(prepare_system(spec, source, cache, **RUN, ensemble=True), never)
+        method = ensemble_method(prepare_system(spec, source, cache, replace(RUN, ensemble=True)), never)
         batches = []
         times = Times(0.0, 2.0, 21, 0.1)
         method.follow(Starts(parameters, states, times, True), batches.append, lambda done: False, 2)
@@ -121,9 +125,10 @@ def test_an_ensemble_gives_the_same_from_the_cache(cache):
 
 def test_methods_of_a_kind_share_a_program_whatever_the_tolerance(cache):
     spec = read_spec(PENDULUM, "pendulum.yaml")
-    prepare_system(spec, residual_of, cache, **RUN | {"method": "Radau", "tolerance": 1e-6})
-    prepared = prepare_system(spec, never, cache, **RUN | {"method": "BDF", "tolerance": 1e-8})
-    assert (prepared.method, prepared.tolerance, prepared.follower.name) == ("BDF", 1e-8, "BDF")
+    prepare_system(spec, residual_of, cache, replace(RUN, method="Radau", tolerance=1e-6))
+    prepared = prepare_system(spec, never, cache, replace(RUN, method="BDF", tolerance=1e-8))
+    assert (prepared.compilation.method, prepared.compilation.tolerance) == ("BDF", 1e-8)
+    assert (prepared.follower.name, prepared.follower.tolerance) == ("BDF", 1e-8)
 
 
 EXPRESSIONS = {
@@ -139,7 +144,7 @@ EXPRESSIONS = {
 def test_another_system_is_another_program(old, new):
     assert old in PENDULUM
     spec, other = read_spec(PENDULUM, "a.yaml"), read_spec(PENDULUM.replace(old, new), "a.yaml")
-    assert key_of(spec, **RUN) != key_of(other, **RUN)
+    assert key_of(spec, RUN) != key_of(other, RUN)
 
 
 def test_families_of_other_sizes_or_indices_are_other_programs():
@@ -152,8 +157,8 @@ masses:
 embedding:
   p[{} in range(N), {} in range(N)]: (1 + i)*w[i, j]
 """
-    keys = {key_of(read_spec(text.format(*axes), "a.yaml"), **RUN) for axes in ("ij", "ij", "ji")}
-    assert len(keys | {key_of(read_spec(text.format(*"ij"), "a.yaml", {"N": "3"}), **RUN)}) == 3
+    keys = {key_of(read_spec(text.format(*axes), "a.yaml"), RUN) for axes in ("ij", "ij", "ji")}
+    assert len(keys | {key_of(read_spec(text.format(*"ij"), "a.yaml", {"N": "3"}), RUN)}) == 3
 
 
 def test_whatever_a_spec_holds_is_part_of_its_structure_or_known_to_be_none():
@@ -170,11 +175,11 @@ def test_the_key_holds_code_llvm_and_processor(monkeypatch):
     known = identity_module.identity()
     assert {"version", "code", "llvm", "processor", "python"} == set(known)
     assert all(known.values())
-    key = key_of(spec, **RUN)
+    key = key_of(spec, RUN)
     for name in known:
         with monkeypatch.context() as patched:
             patched.setattr(identity_module, "identity", lambda name=name: {**known, name: "another"})
-            assert key_of(spec, **RUN) != key
+            assert key_of(spec, RUN) != key
 
 
 def test_the_processor_is_described_without_its_speed_of_the_moment(monkeypatch):
@@ -190,7 +195,7 @@ def test_where_the_code_cannot_be_examined_nothing_is_cached(monkeypatch, cache)
     monkeypatch.setattr(identity_module, "identity", fails)
     spec = read_spec(PENDULUM, "pendulum.yaml")
     for _ in range(2):
-        assert not prepare_system(spec, residual_of, cache, **RUN).cached
+        assert not prepare_system(spec, residual_of, cache, RUN).cached
 
 
 @pytest.mark.parametrize(
@@ -199,13 +204,13 @@ def test_where_the_code_cannot_be_examined_nothing_is_cached(monkeypatch, cache)
 def test_an_entry_that_makes_no_sense_is_rebuilt_in_silence(payload, cache):
     assert unpack(payload) is None
     spec = read_spec(PENDULUM, "pendulum.yaml")
-    cache.store(key_of(spec, **RUN), payload)
-    assert not prepare_system(spec, residual_of, cache, **RUN).cached
-    assert prepare_system(spec, never, cache, **RUN).cached
+    cache.store(key_of(spec, RUN), payload)
+    assert not prepare_system(spec, residual_of, cache, RUN).cached
+    assert prepare_system(spec, never, cache, RUN).cached
 
 
 def test_what_is_packed_is_unpacked(cache):
-    program, recording = write_run(residual_of(read_spec(PENDULUM, "a")), **RUN | {"outputs": MANY})
+    program, recording = write_run(residual_of(read_spec(PENDULUM, "a")), replace(RUN, outputs=MANY))
     interface, again, code, level = unpack(pack(program, recording, b"\n\0code", 1))
     assert (again, code, level) == (recording, b"\n\0code", 1)
     assert interface.as_data() == program.as_data()
@@ -216,14 +221,14 @@ def test_what_is_packed_is_unpacked(cache):
 def test_stages_are_told_apart_and_the_meantime_is_used_once(cached, cache):
     spec = read_spec(PENDULUM, "pendulum.yaml")
     if cached:
-        prepare_system(spec, residual_of, cache, **RUN)
+        prepare_system(spec, residual_of, cache, RUN)
     seen = []
 
     def stage(name):
         seen.append(name)
         return module.untimed(name)
 
-    prepare_system(spec, residual_of, cache, **RUN, stage=stage, meanwhile=lambda: seen.append("meanwhile"))
+    prepare_system(spec, residual_of, cache, RUN, stage=stage, meanwhile=lambda: seen.append("meanwhile"))
     compiling = ["import", "derive", "program", "compile", "import", "meanwhile", "cache"]
     assert seen == ["cache", *(["import", "meanwhile"] if cached else compiling), "import"]
 
@@ -240,7 +245,7 @@ def test_work_alongside_gives_its_value_after_both_are_done():
         assert begun.wait(10)
         done.set()
 
-    assert alongside(work, other) == 42
+    assert concurrently(work, other) == 42
 
 
 @pytest.mark.parametrize("error", [RuntimeError("LLVM is out of sorts"), MemoryError(), KeyboardInterrupt()])
@@ -249,9 +254,9 @@ def test_work_alongside_fails_as_it_would_by_itself(error):
         raise error
 
     with pytest.raises(type(error)):
-        alongside(fail, lambda: None)
+        concurrently(fail, lambda: None)
     with pytest.raises(type(error)):
-        alongside(lambda: None, fail)
+        concurrently(lambda: None, fail)
 
 
 PROBE = """

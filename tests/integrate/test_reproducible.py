@@ -9,9 +9,10 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.integrate.checkpoint import Clock, Keeping, Progress
-from lagrange_cli.integrate.ending import Ending, Outcome
+from lagrange_cli.integrate.checkpoint import Checkpointing, Progress, Schedule
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import taylor
+from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from tests.support.motion import prepared, values_of
@@ -41,15 +42,15 @@ class Run:
         begin: Progress | None = None
         with (
             mock.patch.object(taylor, "chunk_size", lambda width: size),
-            mock.patch.object(taylor, "BREATH", 0.0),
+            mock.patch.object(taylor, "POLL_SECONDS", 0.0),
             mock.patch.object(taylor, "FEWEST", 1 if looks else 64),
         ):
             while True:
-                keeping = Keeping(begin, Clock(1e9, 1e9), self.refuse)
+                checkpointing = Checkpointing(begin, Schedule(1e9, 1e9), self.refuse)
                 left = iter(range(looks))
                 interrupted = (lambda left=left: next(left, None) is None) if looks else (lambda: False)
                 self.outcome: Outcome = integrate(
-                    ready, values, times, self.emit, interrupted, keeping=keeping
+                    ready, values, times, self.emit, interrupted, checkpointing=checkpointing
                 )
                 self.pieces += 1
                 if self.outcome.ending is not Ending.INTERRUPTED:

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.certify.certificate import FOLDER
-from lagrange_cli.integrate.certify.perturbation import nudge
+from lagrange_cli.integrate.certify.perturbation import perturb
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.prepare import prepare
-from lagrange_cli.integrate.run import Times
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from tests.integrate.test_certificate import Number, certified
 from tests.support.motion import residual_of, values_of
@@ -56,7 +57,7 @@ def test_only_what_may_be_rounded_is_put_off_and_by_an_ulp(number):
     exact = [9.81, -9.81 / 2, 2.6, 0.0, 1.0, 0.375, 12345.0, np.inf, np.nan]
     rounded = [9.81 / 1.3, 9.81 * 1.3, -(1.3**2), 1 / 3]
     constants = np.array(exact + rounded)
-    nudge(constants, parameters, number)
+    perturb(constants, parameters, number)
     np.testing.assert_array_equal(constants[: len(exact)], exact)
     off = constants[len(exact) :] - rounded
     np.testing.assert_array_equal(np.abs(off), np.spacing(np.abs(rounded)))
@@ -85,7 +86,9 @@ def test_momenta_that_are_held_are_part_of_the_estimate():
 @pytest.mark.parametrize("stop", [1e-9, 1.0, 40.0])
 def test_a_companion_takes_part_of_the_first_step_and_then_usual_ones(stop):
     """Shorter than the first step or much longer, it has all the samples, and hardly more steps."""
-    ready = prepare(residual_of(TOP), method="taylor", tolerance=2.0**-52, outputs=frozenset({"q", "v"}))
+    ready = prepare(
+        residual_of(TOP), Compilation(method="taylor", tolerance=2.0**-52, outputs=frozenset({"q", "v"}))
+    )
     values, times = values_of(TOP), Times(0.0, stop, 41, stop / 40)
     state = np.concatenate([values.q, values.v, np.zeros(len(ready.machine.program.integrals))])
     steps, motions = [], []

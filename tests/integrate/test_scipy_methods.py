@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import aligned
 from lagrange_cli.integrate.methods.scipy import Equations
 from tests.support.motion import NAMES, follow, prepared, values_of
 

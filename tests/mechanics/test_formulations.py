@@ -9,6 +9,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods.scipy import Equations
 from lagrange_cli.integrate.prepare import prepare
@@ -46,7 +47,7 @@ lagrangian: >-
 
 def motion(form: Residual, system: str, stop: float, samples: int = 41) -> Motion:
     """The motion in one formulation."""
-    ready = prepare(form, method="taylor", tolerance=FULL, outputs=OUTPUTS)
+    ready = prepare(form, Compilation(method="taylor", tolerance=FULL, outputs=OUTPUTS))
     return run(ready, values_of(system), 0.0, stop, samples)
 
 
@@ -116,7 +117,9 @@ def test_accelerations_and_jacobian_are_those_without_the_reduction(system: str,
     for name in ("lagrangian", "Routh"):
         made = compiled_values(forms[name])([1.3], b, y[:n], y[n:])
         found.append(made[0])
-        machine = prepare(forms[name], method="Radau", tolerance=1e-8, outputs=frozenset(("q", "v"))).machine
+        machine = prepare(
+            forms[name], Compilation(method="Radau", tolerance=1e-8, outputs=frozenset(("q", "v")))
+        ).machine
         jacobians.append(Equations.of(machine, np.array([1.3])).jacobian(b, y))
     assert np.max(np.abs(found[0] - found[1])) <= 1e-12 * max(1.0, np.max(np.abs(found[0])))
     assert np.max(np.abs(jacobians[0] - jacobians[1])) <= 1e-11 * max(1.0, np.max(np.abs(jacobians[0])))
@@ -234,7 +237,7 @@ def test_a_cyclic_coordinate_of_constant_inertia_leaves_those_that_it_is_coupled
     assert forms["Routh"].mass_matrix[1][0].is_zero and not forms["Routh"].mass_matrix[0][1].is_zero
     ends = []
     for form in forms.values():
-        ready = prepare(form, method="taylor", tolerance=FULL, outputs=OUTPUTS)
+        ready = prepare(form, Compilation(method="taylor", tolerance=FULL, outputs=OUTPUTS))
         motion = run(ready, values_of(cart), 0.0, 5.0, 11)
         assert motion.outcome.h_drift < 1e-13
         ends.append(np.concatenate([motion["q/x"], motion["q/theta"]]))

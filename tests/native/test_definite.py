@@ -5,7 +5,7 @@ import ctypes
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate.method import aligned
+from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import UNROLLED, InMemory, factor_block

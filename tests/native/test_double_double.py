@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
-from lagrange_cli.integrate.method import aligned
+from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
 from lagrange_cli.native.compilation.machine import compile_program

@@ -7,6 +7,7 @@ import struct
 import llvmlite.binding as llvm
 import pytest
 
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.numbers.double import fused
 from tests.support.motion import DEFAULT, FULL, residual_of
@@ -45,7 +46,7 @@ def test_the_code_needs_nothing_that_the_platform_lacks(triple, cpu, system):
     machine = llvm.Target.from_triple(triple).create_target_machine(cpu=cpu, opt=1, jit=True)
     run = {"method": "taylor", "tolerance": FULL, "outputs": frozenset(DEFAULT)}
     for ensemble in (False, True):
-        program, _ = write_run(residual_of(system), **run, ensemble=ensemble)
+        program, _ = write_run(residual_of(system), Compilation(**run, ensemble=ensemble))
         module = llvm.parse_assembly(fused(program.text) if cpu != "x86-64" else program.text)
         module.triple = triple
         code = machine.emit_object(module)

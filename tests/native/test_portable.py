@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra, PortableGraphAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.mechanics.derive import derive
@@ -204,7 +205,9 @@ def test_nor_by_the_stepper(triple: str, precision: str) -> None:
     algebra = PortableGraphAlgebra() if precision == DOUBLE else ExactGraphAlgebra()
     residual = derive(build_model(read_spec(SYSTEM, "test", {}), algebra))
     outputs = frozenset({"q", "v", "p", "h", "ledger", "action"})
-    program, _ = write_run(residual, method="taylor", tolerance=1e-15, outputs=outputs, precision=precision)
+    program, _ = write_run(
+        residual, Compilation(method="taylor", tolerance=1e-15, outputs=outputs, precision=precision)
+    )
     made = portable(program.text)
     assert "fmuladd" not in made
     features = "+fma,+sse4.1" if triple.startswith("x86") else ""

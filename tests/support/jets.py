@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from lagrange_cli.integrate.method import aligned
+from lagrange_cli.integrate.arrays import aligned
 from tests.support.motion import prepared, values_of
 
 

@@ -16,9 +16,12 @@ from lagrange_cli.expression.build import build
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.parse import parse
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared
-from lagrange_cli.integrate.run import Outcome, Times, integrate
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.mechanics.derive import derive, formulations
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.build import build_model
@@ -91,11 +94,13 @@ def prepared(
     """Its compiled equations."""
     return prepare(
         residual_of(system),
-        method=method,
-        tolerance=tolerance,
-        outputs=frozenset(outputs),
-        ensemble=ensemble,
-        backward=backward,
+        Compilation(
+            method=method,
+            tolerance=tolerance,
+            outputs=frozenset(outputs),
+            ensemble=ensemble,
+            backward=backward,
+        ),
     )
 
 

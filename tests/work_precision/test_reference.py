@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.errors import MotionError
-from lagrange_cli.integrate.ending import Ending, Outcome
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.work_precision.reference import (
     ROUNDING,
     TOLERANCES,

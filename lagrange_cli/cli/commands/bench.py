@@ -251,29 +251,22 @@ def compete(
 
 def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:
     """A function that compiles the system for a method and tolerance: at once as well as for a long run."""
-    from lagrange_cli.integrate.prepare import follower, prepare
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.methods.selection import follower
+    from lagrange_cli.integrate.prepare import prepare
 
     residual = derive_system(spec)
     compiled: dict[bool, Prepared] = {}
 
-    def compile_for(method: str, tolerance: float) -> Prepared:
-        return prepare(
-            residual,
-            method=method,
-            tolerance=tolerance,
-            outputs=frozenset(DEFAULT_OUTPUTS),
-            backward=backward,
-        )
-
     def prepared(method: str, tolerance: float) -> Prepared:
+        asked = Compilation(method, tolerance, frozenset(DEFAULT_OUTPUTS), backward=backward)
         if method == TAYLOR:
-            return compile_for(method, tolerance)
+            return prepare(residual, asked)
         implicit = method in IMPLICIT  # scipy's methods share a program, whatever the tolerance
         if implicit not in compiled:
-            compiled[implicit] = compile_for(method, tolerance)
-        machine = compiled[implicit].machine
-        following = follower(machine, method, tolerance, backward=backward)
-        return replace(compiled[implicit], method=method, tolerance=tolerance, follower=following)
+            compiled[implicit] = prepare(residual, asked)
+        following = follower(compiled[implicit].machine, asked)
+        return replace(compiled[implicit], compilation=asked, follower=following)
 
     return prepared
 

@@ -49,8 +49,8 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.integrate.checkpoint import Progress
+    from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.run import Outcome
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
@@ -273,7 +273,7 @@ def record(
     companions: Sequence[Prepared],
 ) -> Outcome:
     """Integrate into an HDF5 file, with checkpoints."""
-    from lagrange_cli.integrate.checkpoint import Clock, Keeping
+    from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.run import integrate
     from lagrange_cli.store.writer import Writer
 
@@ -310,8 +310,8 @@ def record(
                     rows = layout.chunk_rows(samples_before(start.earlier))
                     begin = replay(start.earlier, writer, prepared, times, rows)
             steps = 0 if begin is None else begin.snapshot.steps
-            clock = Clock(request.checkpoint, request.checkpoint_count, steps)
-            keeping = Keeping(begin, clock, keep) if demand is None else None
+            clock = Schedule(request.checkpoint, request.checkpoint_count, steps)
+            keeping = Checkpointing(begin, clock, keep) if demand is None else None
             with watch.stage("integrate"), certificate_of(demand, companions, values, times) as certificate:
                 outcome = integrate(
                     prepared, values, times, emit_chunk, interrupted, shown.show, keeping, certificate

@@ -231,11 +231,11 @@ def follow_and_write(
     request: Request,
 ) -> EnsembleOutcome:
     """Follow all members into the output file, whatever way they end."""
-    from lagrange_cli.integrate.checkpoint import Clock, Keeping
+    from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
-    from lagrange_cli.integrate.ensemble.method import ensemble_method
     from lagrange_cli.integrate.ensemble.outcome import UNFINISHED, EnsembleOutcome
+    from lagrange_cli.integrate.methods.selection import ensemble_method
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout
 
@@ -294,7 +294,7 @@ def follow_and_write(
 
                 with watch.stage("write"):
                     begin = restored(start.earlier)
-            clock = Clock(request.checkpoint, request.checkpoint_count, start.reached or 0)
+            clock = Schedule(request.checkpoint, request.checkpoint_count, start.reached or 0)
             with watch.stage("integrate"):
                 outcome = follow_ensemble(
                     prepared,
@@ -306,7 +306,7 @@ def follow_and_write(
                     report,
                     sampled=sampled,
                     threads=threads,
-                    keeping=Keeping(begin, clock, keep),
+                    checkpointing=Checkpointing(begin, clock, keep),
                 )
             progress.clear()
             with watch.stage("write"):

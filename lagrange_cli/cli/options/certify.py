@@ -17,8 +17,9 @@ from lagrange_cli.run.settings import FULL_PRECISION, METHODS
 if TYPE_CHECKING:
     from lagrange_cli.cli.options.run import Request
     from lagrange_cli.integrate.certify.certificate import Certificate
+    from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.run import Outcome, Times
+    from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.values import Values
     from lagrange_cli.store.layout import Series

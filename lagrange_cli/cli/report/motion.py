@@ -12,7 +12,7 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.methods.names import DOUBLE
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.run import Outcome
+    from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.run.resume import Start
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.run.timings import Stopwatch

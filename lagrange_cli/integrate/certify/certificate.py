@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.certify.companion import Companion
-from lagrange_cli.integrate.method import Array
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Work
-from lagrange_cli.integrate.method import Array, End, Method
+from lagrange_cli.integrate.method import End, Method
 from lagrange_cli.integrate.methods.backward import Backward
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.prepared import Prepared

@@ -8,13 +8,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from lagrange_cli.integrate.method import Array
+from lagrange_cli.integrate.arrays import Array
 
 SHORT = 2.0**27
 """Constants whose last 27 bits are zero are taken to be exact, as sums and products of short numbers are."""
 
 
-def nudge(constants: Array, parameters: Array, number: int) -> None:
+def perturb(constants: Array, parameters: Array, number: int) -> None:
     """Change ``constants`` by one ulp, by turns ``number`` of them up and down, except those that are exact:
     short numbers, and parameters, their halves and doubles."""
     sizes = np.abs(parameters)

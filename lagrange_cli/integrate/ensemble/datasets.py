@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.integrate.checkpoint import Keeping
+from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Starts
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
-from lagrange_cli.integrate.method import Array, End, aligned
+from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import sentence
 from lagrange_cli.integrate.times import Times
@@ -43,24 +44,24 @@ def follow_ensemble(
     families: Sequence[Family],
     times: Times,
     emit: Emit,
-    watch: Callable[[int], bool],
+    interrupt: Callable[[int], bool],
     *,
     sampled: bool,
     threads: int,
-    keeping: Keeping[EnsembleOutcome] | None = None,
+    checkpointing: Checkpointing[EnsembleOutcome] | None = None,
 ) -> EnsembleOutcome:
     """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
 
     Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
     if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
-    ``families`` are those of the coordinates. ``watch`` is told how many members have ended, several times
-    a second; True stops them all. The arrays are valid during the call only. With ``keeping``, members that
-    an earlier run has followed to their end are not followed again, nor emitted but for their start.
+    ``families`` are those of the coordinates. ``interrupt`` is told how many members have ended, several
+    times a second; True stops them all. The arrays are valid during the call only. With ``checkpointing``,
+    members that an earlier run has followed to their end are not followed again; only their start is emitted.
     """
     program = prepared.machine.program
-    books = Books(prepared, times, emit, sampled=sampled, members=values.members)
-    if keeping is not None and keeping.begin is not None:
-        books.restore(keeping.begin)
+    datasets = EnsembleDatasets(prepared, times, emit, sampled=sampled, members=values.members)
+    if checkpointing is not None and checkpointing.begin is not None:
+        datasets.restore(checkpointing.begin)
     size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))
     going = True
     for start in range(0, values.members, size):
@@ -68,20 +69,20 @@ def follow_ensemble(
         emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
         parameters = table([values.parameters[name] for name in program.parameters], part)
         states = table([*values.q, *values.v, *(0.0 for _ in program.integrals)], part)
-        books.open(start, parameters, states)
-        missing = books.missing()
+        datasets.open(start, parameters, states)
+        missing = datasets.missing()
         if going and len(missing):
 
             def told(done: int, before: int = part.stop - len(missing)) -> bool:
-                if keeping is not None and keeping.due(before + done):
-                    books.flush()
-                    keeping.keep(books.outcome(), before + done)
-                return watch(before + done)
+                if checkpointing is not None and checkpointing.due(before + done):
+                    datasets.flush()
+                    checkpointing.keep(datasets.outcome(), before + done)
+                return interrupt(before + done)
 
             starts = Starts(parameters, states, times, sampled).only(missing)
-            going = method.follow(starts, books.accept, told, threads)
-        books.close()
-    return books.outcome()
+            going = method.follow(starts, datasets.accept, told, threads)
+        datasets.close()
+    return datasets.outcome()
 
 
 def table(columns: Sequence[Number], part: slice) -> Array:
@@ -104,7 +105,7 @@ def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) ->
     return found
 
 
-class Books:
+class EnsembleDatasets:
     """Gathers members that have ended and turns them into datasets, some megabytes at a time."""
 
     def __init__(self, prepared: Prepared, times: Times, emit: Emit, *, sampled: bool, members: int) -> None:

@@ -10,15 +10,17 @@ from typing import TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Accept, Batch, OneByOne, Starts
-from lagrange_cli.integrate.method import Method, aligned
+from lagrange_cli.integrate.ensemble.method import Accept, Batch, Starts
+from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+from lagrange_cli.integrate.method import Method
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import BEYOND, LANES, Interface, Stop
 from lagrange_cli.records import dataclass, replace
 
-BREATH = 0.02
+POLL_SECONDS = 0.02
 """Seconds between two checks which members have ended."""
 MOMENT = 0.001
 """Seconds that a thread waits for room for more samples."""
@@ -44,7 +46,7 @@ class LanesMethod:
     alone: Callable[[], Method]
     backward: bool = False
 
-    def follow(self, starts: Starts, accept: Accept, watch: Callable[[int], bool], threads: int) -> bool:
+    def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
         members = Members(self.machine, self._seen(starts), threads)
         workers = [
@@ -57,11 +59,11 @@ class LanesMethod:
         try:
             while not stopped and members.done + len(members.left) < len(starts):
                 next((w for w in workers if w.is_alive()), workers[0]).join(
-                    BREATH if members.roomy else MOMENT
+                    POLL_SECONDS if members.roomy else MOMENT
                 )
                 for batch in members.ended():
                     accept(self._seen(batch))
-                stopped = watch(members.done) and members.done < len(starts)
+                stopped = interrupt(members.done) and members.done < len(starts)
         finally:
             members.halt()
             for worker in workers:
@@ -70,7 +72,7 @@ class LanesMethod:
             accept(self._seen(batch))
         if stopped or not members.left:
             return not stopped
-        return self._alone(np.sort(members.left), starts, accept, watch, threads)
+        return self._alone(np.sort(members.left), starts, accept, interrupt, threads)
 
     def _seen(self, one: Seen) -> Seen:
         """Starts as lanes see them, or what they give as it is in t."""
@@ -81,7 +83,7 @@ class LanesMethod:
         index: NDArray[np.int64],
         starts: Starts,
         accept: Accept,
-        watch: Callable[[int], bool],
+        interrupt: Callable[[int], bool],
         threads: int,
     ) -> bool:
         """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
@@ -90,7 +92,7 @@ class LanesMethod:
         return OneByOne(self.alone(), parallel=True).follow(
             starts.only(index),
             lambda batch: accept(replace(batch, index=index[batch.index])),
-            lambda done: watch(before + done),
+            lambda done: interrupt(before + done),
             threads,
         )
 

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import Array
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:

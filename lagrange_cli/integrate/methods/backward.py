@@ -7,7 +7,16 @@ from typing import TypeVar
 
 import numpy as np
 
-from lagrange_cli.integrate.method import NO_KEEPER, Accept, Array, End, Keeper, Method, Snapshot, Watch
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.method import (
+    NO_CHECKPOINTS,
+    Accept,
+    CheckpointSink,
+    End,
+    Interrupt,
+    Method,
+    Snapshot,
+)
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass, replace
@@ -32,21 +41,21 @@ class Backward:
         state: Array,
         times: Times,
         accept: Accept,
-        watch: Watch,
-        keeper: Keeper = NO_KEEPER,
+        interrupt: Interrupt,
+        checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
         """See ``motion.Method``."""
-        begin = None if keeper.begin is None else reversed_snapshot(keeper.begin)
-        keep, ends = keeper.keep, keeper.ends
+        begin = None if checkpoints.begin is None else reversed_snapshot(checkpoints.begin)
+        keep, ends = checkpoints.keep, checkpoints.ends
         end = self.method.follow(
             parameters,
             reversed_state(self.program, state),
             reversed_times(times),
             lambda when, states: accept(reversed_time(when), reversed_state(self.program, states)),
-            lambda s: watch(reversed_time(s)),
-            Keeper(
+            lambda s: interrupt(reversed_time(s)),
+            CheckpointSink(
                 begin,
-                keeper.due,
+                checkpoints.due,
                 lambda snapshot: keep(reversed_snapshot(snapshot)),
                 None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
             ),

@@ -12,7 +12,7 @@ PATIENCE = 0.1
 """Seconds that a run takes before better code is compiled for it."""
 
 
-class Better:
+class Recompilation:
     """Code that takes long to compile, for runs that have begun with quickly compiled code."""
 
     def __init__(self, make: Callable[[], Machine]) -> None:

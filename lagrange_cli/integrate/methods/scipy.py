@@ -11,8 +11,9 @@ from collections.abc import Callable
 import numpy as np
 import scipy.integrate
 
+from lagrange_cli.integrate.arrays import Array, aligned, chunk_size
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import NO_KEEPER, Accept, Array, End, Keeper, Watch, aligned, chunk_size
+from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt
 from lagrange_cli.integrate.methods.names import IMPLICIT
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
@@ -132,8 +133,8 @@ class ScipyMethod:
         state: Array,
         times: Times,
         accept: Accept,
-        watch: Watch,
-        keeper: Keeper = NO_KEEPER,
+        interrupt: Interrupt,
+        checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
         """See ``motion.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
@@ -146,7 +147,7 @@ class ScipyMethod:
                 warnings.simplefilter("ignore")  # LSODA's; what went wrong is in its status
                 solver = self._solver(equations, times, state)
                 while solver.status == "running":
-                    if watch(t):
+                    if interrupt(t):
                         ending = Ending.INTERRUPTED
                         break
                     message = solver.step()

@@ -7,19 +7,10 @@ import time
 import numpy as np
 from numpy.typing import NDArray
 
+from lagrange_cli.integrate.arrays import Array, aligned, chunk_size
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.method import (
-    NO_KEEPER,
-    Accept,
-    Array,
-    End,
-    Keeper,
-    Snapshot,
-    Watch,
-    aligned,
-    chunk_size,
-)
-from lagrange_cli.integrate.methods.recompilation import Better
+from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt, Snapshot
+from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import CLOCK, LANES, Stop
@@ -31,7 +22,7 @@ ENDINGS = {
     Stop.NOT_FINITE: Ending.NOT_A_NUMBER,
     Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
 }
-BREATH = 0.05
+POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
 FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
@@ -44,7 +35,7 @@ class TaylorMethod:
     """Follows a motion by its Taylor series (``native.stepper``); steps do not depend on sample times."""
 
     machine: Machine
-    better: Better | None = None
+    recompilation: Recompilation | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
     beside: int = 0
     """The number of the companion that it is for, if any: what is rounded once for all is rounded otherwise
@@ -56,28 +47,30 @@ class TaylorMethod:
         state: Array,
         times: Times,
         accept: Accept,
-        watch: Watch,
-        keeper: Keeper = NO_KEEPER,
+        interrupt: Interrupt,
+        checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
         """See ``motion.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
-        stepper = Stepper(self.machine, parameters, state, times, size, self.better, beside=self.beside)
+        stepper = Stepper(
+            self.machine, parameters, state, times, size, self.recompilation, beside=self.beside
+        )
         first = 0
-        if keeper.begin is not None:
-            first = keeper.begin.samples
-            stepper.restore(keeper.begin)
+        if checkpoints.begin is not None:
+            first = checkpoints.begin.samples
+            stepper.restore(checkpoints.begin)
         halted = False
 
         def pause(t: float) -> bool:
             nonlocal halted
-            halted = watch(t)
-            return halted or keeper.due(stepper.steps)
+            halted = interrupt(t)
+            return halted or checkpoints.due(stepper.steps)
 
         while True:
             wanted = times.chunk(first, size)
             last = first + len(wanted) == times.count
-            before_end = last and keeper.ends is not None and program.parts == 1 and len(wanted) > 0
+            before_end = last and checkpoints.ends is not None and program.parts == 1 and len(wanted) > 0
             stop, done = stepper.fill(wanted, last and not before_end, pause)
             first += done
             samples = stepper.samples[:, :done]
@@ -86,8 +79,8 @@ class TaylorMethod:
                 accept(wanted[:kept], samples[:, :kept])
                 begin = first - done
                 known = kept > 0 or begin == 0 or bool(stepper.passed(times.chunk(begin - 1, 1))[0])
-                if keeper.ends is not None and known and not stepper.limited:
-                    keeper.ends(stepper.snapshot(begin + kept))
+                if checkpoints.ends is not None and known and not stepper.limited:
+                    checkpoints.ends(stepper.snapshot(begin + kept))
                 wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
                 stop, _ = stepper.fill(wanted[done:], True, pause)
             accept(wanted[:done], samples)
@@ -104,7 +97,7 @@ class TaylorMethod:
                     if stop is not Stop.PAUSE:  # the step that holds the last sample began before it
                         t, state = float(wanted[-1]), samples[:, -1].copy()
                     return End(Ending.INTERRUPTED, t, state, stepper.steps, stepper.steps, snapshot=snapshot)
-                keeper.keep(snapshot)
+                checkpoints.keep(snapshot)
             stepper.swap()
 
 
@@ -119,12 +112,12 @@ class Stepper:
         state: Array,
         times: Times,
         size: int,
-        better: Better | None = None,
+        recompilation: Recompilation | None = None,
         *,
         beside: int = 0,
     ) -> None:
         program = machine.program
-        self._machine, self._better = machine, better
+        self._machine, self._recompilation = machine, recompilation
         self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
@@ -135,11 +128,11 @@ class Stepper:
             self._memory[part * program.width :][: self._rows] = given
         self._memory[self._clock] = times.start
         if beside:
-            from lagrange_cli.integrate.certify.perturbation import nudge
+            from lagrange_cli.integrate.certify.perturbation import perturb
 
-            nudge(self._constants, parameters, beside)
+            perturb(self._constants, parameters, beside)
             self._rates()  # cyclic momenta are computed, and perturbed likewise
-            nudge(self._memory[self._rows - program.stored : self._rows], parameters, beside)
+            perturb(self._memory[self._rows - program.stored : self._rows], parameters, beside)
         self._info = np.zeros(3, dtype=np.int64)
         self.limited = False
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
@@ -212,7 +205,7 @@ class Stepper:
         self._memory[:] = memory
         return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
 
-    def fill(self, wanted: Array, last: bool, watch: Watch) -> tuple[Stop, int]:
+    def fill(self, wanted: Array, last: bool, interrupt: Interrupt) -> tuple[Stop, int]:
         """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how
         many are."""
         padded = np.concatenate([wanted, np.full(LANES, np.nan)])
@@ -226,10 +219,12 @@ class Stepper:
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])
-            if stop is not Stop.PAUSE or watch(self.t):
+            if stop is not Stop.PAUSE or interrupt(self.t):
                 return stop, done
             spent = time.perf_counter() - began
-            if self._better is not None:
-                self._machine = self._better.after(spent) or self._machine
+            if self._recompilation is not None:
+                self._machine = self._recompilation.after(spent) or self._machine
                 assert self._machine.advance is not None
-            self._pause = int(max(FEWEST, min(4 * self._pause, self._pause * BREATH / max(spent, 1e-6))))
+            self._pause = int(
+                max(FEWEST, min(4 * self._pause, self._pause * POLL_SECONDS / max(spent, 1e-6)))
+            )

@@ -1,0 +1,24 @@
+"""The arrays that compiled code works on."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Array: TypeAlias = "NDArray[np.float64]"
+
+
+def chunk_size(width: int) -> int:
+    """Samples a chunk, for ``width`` numbers a sample: some megabytes, whatever the system."""
+    return max(256, min(65536, 4 * 2**20 // (8 * max(1, width))))
+
+
+def aligned(doubles: int) -> Array:
+    """Zeros on a boundary of 64 bytes, as the vector loads of compiled code need them."""
+    buffer = np.zeros(doubles + 8)
+    offset = (-buffer.ctypes.data % 64) // 8
+    return buffer[offset : offset + doubles]

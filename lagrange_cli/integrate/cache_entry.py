@@ -1,0 +1,54 @@
+"""A compiled program in the cache: its key, and its form as bytes."""
+
+from __future__ import annotations
+
+import json
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.integrate.methods.names import IMPLICIT, TAYLOR
+from lagrange_cli.native.interface import Interface
+from lagrange_cli.outputs.recording import Recording
+from lagrange_cli.spec.structure import structure
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.spec.spec import Spec
+
+
+def key_of(spec: Spec, compilation: Compilation) -> str | None:
+    """All that a compiled program depends on; None where that cannot be found out.
+
+    It holds no number of a run: neither parameters nor the initial state are part of a program.
+    """
+    from lagrange_cli.native.compilation.fingerprint import identity
+
+    try:
+        made_by = identity()
+    except OSError:
+        return None
+    asked = compilation
+    kind = (
+        ["taylor", asked.tolerance.hex(), asked.ensemble, asked.precision, asked.portable, asked.order]
+        if asked.method == TAYLOR
+        else ["rates", asked.method in IMPLICIT]
+    )
+    return json.dumps([structure(spec), kind, asked.backward, sorted(asked.outputs), made_by])
+
+
+def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:
+    """What a later run needs: a line of JSON, then the object code, compiled at ``level``."""
+    head = json.dumps({"interface": interface.as_data(), "recording": recording.as_data(), "level": level})
+    return head.encode() + b"\n" + code
+
+
+def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes, int] | None:
+    """What ``pack`` was given; None where there is nothing, or nothing that can be read."""
+    if payload is None:
+        return None
+    head, _, code = payload.partition(b"\n")
+    try:
+        data: dict[str, Any] = json.loads(head)
+        interface, recording = Interface.from_data(data["interface"]), Recording.from_data(data["recording"])
+        return interface, recording, code, int(data["level"])
+    except (ValueError, KeyError, TypeError):
+        return None

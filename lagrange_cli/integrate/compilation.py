@@ -1,0 +1,28 @@
+"""``Compilation``: what the equations of motion of a system are compiled for."""
+
+from __future__ import annotations
+
+from lagrange_cli.integrate.methods.names import DOUBLE
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Compilation:
+    """What a program is to do: all that compiled code depends on besides the system.
+
+    ``method`` is ``taylor`` or one of scipy's, ``tolerance`` the relative error per step, and ``outputs`` the
+    names of what is computed (``q``, ``h``, ``ledger``, ...). A program for an ``ensemble`` follows eight
+    motions at once, where that suits the system, and none alone. ``precision`` is that of the numbers. A
+    ``portable`` program computes the same bits on every machine, if the numbers in the equations are such.
+    ``order`` is that of the Taylor series, if it is not to follow from the tolerance. Motions that stop
+    before they start need a program that is compiled ``backward``.
+    """
+
+    method: str
+    tolerance: float
+    outputs: frozenset[str]
+    ensemble: bool = False
+    precision: str = DOUBLE
+    portable: bool = False
+    order: int | None = None
+    backward: bool = False

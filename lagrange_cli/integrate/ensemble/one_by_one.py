@@ -1,0 +1,94 @@
+"""Many motions one after another, or one in each thread, by a method for single ones."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import islice
+from threading import Event
+
+import numpy as np
+
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ensemble.method import Accept, Batch, Starts
+from lagrange_cli.integrate.method import Method
+from lagrange_cli.records import dataclass
+
+POLL_SECONDS = 0.05
+"""Seconds between two reports of progress."""
+
+
+@dataclass(frozen=True)
+class OneByOne:
+    """Integrates one member after another, or one in each thread, each as it would be alone.
+
+    ``parallel`` tells that the method releases the interpreter's lock while it works.
+    """
+
+    method: Method
+    parallel: bool = False
+
+    def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
+        """See ``EnsembleMethod``."""
+        if self.parallel and threads > 1:
+            return self._side_by_side(starts, accept, interrupt, threads)
+        for member in range(len(starts)):
+
+            def stop(t: float, member: int = member) -> bool:
+                return interrupt(member)
+
+            batch = self._one(member, starts, stop)
+            accept(batch)
+            if batch.ending[0] is Ending.INTERRUPTED or (interrupt(member + 1) and member + 1 < len(starts)):
+                return False
+        return True
+
+    def _side_by_side(
+        self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int
+    ) -> bool:
+        from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
+
+        halted, done, stopped = Event(), 0, False
+
+        def one(member: int) -> Batch:
+            return self._one(member, starts, lambda t: halted.is_set())
+
+        with ThreadPoolExecutor(threads) as pool:
+            try:
+                members = iter(range(len(starts)))
+                pending = {pool.submit(one, member) for member in islice(members, 2 * threads)}
+                while pending:
+                    ended, pending = wait(pending, POLL_SECONDS, FIRST_COMPLETED)
+                    for future in ended:
+                        accept(future.result())
+                    done += len(ended)
+                    if interrupt(done) and done < len(starts):
+                        stopped = True
+                        halted.set()
+                    if not stopped:
+                        pending |= {pool.submit(one, member) for member in islice(members, len(ended))}
+            finally:
+                halted.set()
+        return not stopped
+
+    def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> Batch:
+        state, times = starts.states[member], starts.times
+        samples = np.full((len(state), times.count if starts.sampled else 0), np.nan)
+        reached = 0
+
+        def keep(when: Array, chunk: Array) -> None:
+            nonlocal reached
+            if starts.sampled:
+                samples[:, reached : reached + len(when)] = chunk
+            reached += len(when)
+
+        end = self.method.follow(starts.parameters[member], state, times, keep, interrupt)
+        return Batch(
+            index=np.array([member], dtype=np.int64),
+            ending=[end.ending],
+            t=np.array([end.t]),
+            state=end.state[None],
+            steps=np.array([end.steps], dtype=np.int64),
+            samples=samples[None] if starts.sampled else None,
+            reached=np.array([reached], dtype=np.int64),
+        )
