@@ -106,8 +106,8 @@ def integrate(
 
 def state_of(t: float, state: Array, prepared: Prepared) -> State:
     """A state by names; ``state`` (rows,) begins with q and v."""
-    names = prepared.recording.coordinates
-    q, v = state[: len(names)].tolist(), state[len(names) : 2 * len(names)].tolist()
+    names, layout = prepared.recording.coordinates, prepared.machine.program.state
+    q, v = state[layout.q].tolist(), state[layout.v].tolist()
     return State(t, dict(zip(names, q)), dict(zip(names, v)))
 
 

@@ -68,15 +68,15 @@ class Samples:
     def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
         """Update the size of h's terms from the first samples and some of the others, which do not depend on
         the chunks. Does nothing if the momenta are not observed."""
-        coordinates = self._prepared.recording.coordinates
-        names = [f"p_{name}" for name in coordinates]
+        layout = self._prepared.machine.program.state
+        names = [f"p_{name}" for name in self._prepared.recording.coordinates]
         if "h" not in self._drift or not observed.keys() >= set(names):
             return
         before, count = self._count, states.shape[1]
         self._count += count
         early = min(max(0, EARLY - before), count)
         for part in (slice(early), slice(early + -(before + early) % RARELY, None, RARELY)):
-            velocities = states[len(coordinates) : 2 * len(coordinates), part]
+            velocities = states[layout.v, part]
             terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
             sizes = np.maximum(np.abs(observed["h"][part]), terms)
             self._size = float(np.max(sizes, initial=self._size))
@@ -164,10 +164,9 @@ class DoubleDoubleSamples(Samples):
                 self._drift[name] = max(drift, float(np.max(np.abs((observed[name] - first[name]).high))))
         self._measure(flat, states)
         high, beyond = np.split(states, [program.rows])
-        begin = 2 * program.degrees
-        quadratures = {
-            name: DoubleDouble(high[begin + i], beyond[begin + i]) for i, name in enumerate(program.integrals)
-        }
+        integrals = program.state.integrals
+        parts = zip(program.integrals, high[integrals], beyond[integrals])
+        quadratures = {name: DoubleDouble(part, rest) for name, part, rest in parts}
         chunk: dict[str, Any] = {"t": times}
         for prefix, part in (("", high), (LOW, beyond)):
             chunk |= {prefix + path: row for path, row in recording.state_series(part).items()}

@@ -34,12 +34,12 @@ def compiled_values(residual: Residual) -> CompiledValues:
     ) -> tuple[Array, Array, float]:
         constants, state, work = (
             aligned(max(1, program.constants)),
-            aligned(program.memory),
+            aligned(program.state.memory),
             aligned(program.work),
         )
         given = np.array(parameters, dtype=np.float64)
         machine.prepare(given.ctypes.data, constants.ctypes.data)
-        state[: 2 * n] = [*q, *v]
+        state[program.state.motion] = [*q, *v]
         rates = np.empty(program.rows - n)
         regular = machine.accelerate(
             constants.ctypes.data, t, state.ctypes.data, work.ctypes.data, rates.ctypes.data

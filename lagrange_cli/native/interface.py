@@ -6,12 +6,10 @@ from collections.abc import Mapping
 from enum import IntEnum
 from typing import Any
 
+from lagrange_cli.native.state import LANES as LANES
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, fields_of
 
-LANES = 8
-"""Doubles of a vector: coefficients or samples that are worked on at once."""
-CLOCK = 2 * LANES
-"""Doubles of the state for what the stepper keeps besides the rows, and of every copy of it."""
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
 HIGHEST_ORDER = 40
@@ -23,11 +21,6 @@ BEYOND = 3
 def low(name: str) -> str:
     """What the low part of an observed quantity is called."""
     return f"low {name}"
-
-
-def width_of(rows: int) -> int:
-    """Doubles that so many rows of the state take: one vector, or several whole ones."""
-    return next((width for width in (2, 4) if width >= rows), LANES * -(-rows // LANES))
 
 
 class Stop(IntEnum):
@@ -64,9 +57,14 @@ class Interface:
     parts: int
 
     @property
+    def state(self) -> StateLayout:
+        """Where the state has its parts."""
+        return StateLayout(self.degrees, len(self.integrals) - self.stored, self.stored)
+
+    @property
     def rows(self) -> int:
         """Rows of the state: q, v and the integrals."""
-        return 2 * self.degrees + len(self.integrals)
+        return self.state.rows
 
     @property
     def quantities(self) -> tuple[str, ...]:
@@ -74,24 +72,10 @@ class Interface:
         return self.observed + tuple(map(low, self.observed)) * (self.parts - 1)
 
     @property
-    def width(self) -> int:
-        """Doubles from the state's rows to their low parts, and from there to t."""
-        return width_of(self.rows)
-
-    @property
-    def time(self) -> int:
-        """Where the state has t."""
-        return 2 * self.width
-
-    @property
-    def memory(self) -> int:
-        """Doubles of the state: the rows, their low parts, what ``stepper`` says of the clock, some room."""
-        return 3 * self.width + CLOCK
-
-    @property
     def trial(self) -> int:
-        """Doubles of scratch: what ``@advance`` may go back to and expects; a series (double-double)."""
-        return 4 * self.width + CLOCK + LANES + self.work
+        """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
+        series ahead."""
+        return self.state.memory + self.state.width + LANES + self.work
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

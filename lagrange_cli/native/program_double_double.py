@@ -9,7 +9,6 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.functions.double_double import functions
-from lagrange_cli.native.interface import LANES, width_of
 from lagrange_cli.native.linear.lu import linear_solver
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, convolve, operations
 from lagrange_cli.native.program import ATTRIBUTES, GLOBALS, Program
@@ -17,6 +16,7 @@ from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, Constants
 from lagrange_cli.native.recurrences.evaluation_double_double import Values
 from lagrange_cli.native.recurrences.in_memory import Jet
 from lagrange_cli.native.recurrences.layout_rows import arrange
+from lagrange_cli.native.state import LANES, StateLayout
 from lagrange_cli.native.stepping.advance_double_double import DoubleDoubleStepper
 from lagrange_cli.series.lowering import lower
 
@@ -47,11 +47,12 @@ def write_double_double_program(
         residual.residual, list(integrands.values()),
     )  # fmt: skip
     degrees = len(model.q)
-    rows = arrange(series, residual, order, width_of(2 * degrees + len(integrands)))
+    state = StateLayout(degrees, len(integrands))
+    rows = arrange(series, residual, order, state.width)
     jet = Jet(residual, rows, constants)
     parts = [*operations(), *functions(), convolve(rows.beyond), linear_solver(), jet.write()]
     parts += DoubleDoubleStepper(rows, tolerance).functions()
-    observe = observation(model, list(observed.values()), constants, 2 * degrees + len(integrands))
+    observe = observation(model, list(observed.values()), constants, state.rows)
     parts += [observe, preparation(model, constants)]
     return Program(
         text="\n".join([DECLARATIONS, MORE_DECLARATIONS, GLOBALS, *parts, ATTRIBUTES]),

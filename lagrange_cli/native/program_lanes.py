@@ -53,7 +53,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     expansion = Expansion(residual, program.series, layout.one_motion, constants, LaneEmitter())
     jet = write_paired_jet(expansion, layout)
     prepare, size = emit_prepare(constants, residual.model.parameters, "internal void @prepare_lane")
-    pack = Pack(program.degrees, program.rows, program.width, layout.span, size, layout.vectors)
+    pack = Pack(program.degrees, program.rows, program.state.width, layout.span, size, layout.vectors)
     stepping = follow(pack, order, tolerance, len(program.parameters))
     text = "\n".join([program.text, *tables(order), prepare, jet, stepping])
     text += definitions(text)

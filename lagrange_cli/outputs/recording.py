@@ -9,6 +9,7 @@ from functools import reduce
 from operator import add
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -112,7 +113,8 @@ class Recording:
         ``states`` (rows, c) holds q, v and the ``integrals``; for ``first`` see ``Dataset.make``.
         """
         found = self.state_series(states)
-        quadratures = dict(zip(integrals, states[2 * len(self.coordinates) :]))
+        layout = StateLayout(len(self.coordinates), len(integrals))
+        quadratures = dict(zip(integrals, states[layout.integrals]))
         for made in self.made:
             found[made.path] = made.make(observed, quadratures, first)
         return found
@@ -120,7 +122,8 @@ class Recording:
     def state_series(self, states: Array) -> dict[str, Array]:
         """Those of q and v."""
         found = {}
-        row = {"q": 0, "v": len(self.coordinates)}
+        layout = StateLayout(len(self.coordinates))
+        row = {"q": layout.q.start, "v": layout.v.start}
         for dataset in self.states:
             kind, count = dataset.path[0], math.prod(dataset.shape)
             found[dataset.path] = states[row[kind] : row[kind] + count].T.reshape(-1, *dataset.shape)

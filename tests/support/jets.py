@@ -23,7 +23,7 @@ def coefficients(
     machine, values = prepared(system, outputs=outputs).machine, values_of(system)
     program = machine.program
     parameters = np.array([values.parameters[name] for name in program.parameters])
-    constants, state = aligned(max(1, program.constants)), aligned(program.memory)
+    constants, state = aligned(max(1, program.constants)), aligned(program.state.memory)
     work, rates = aligned(program.work), np.empty(program.rows)
     machine.prepare(parameters.ctypes.data, constants.ctypes.data)
     state[: 2 * program.degrees] = [*(values.q if q is None else q), *(values.v if v is None else v)]
@@ -31,7 +31,7 @@ def coefficients(
         constants.ctypes.data, t, state.ctypes.data, work.ctypes.data, rates.ctypes.data
     )
     assert regular
-    kept = work[: program.width * (program.order + 1)].reshape(program.order + 1, program.width)
+    kept = work[: program.state.width * (program.order + 1)].reshape(program.order + 1, program.state.width)
     result = kept[:, : program.rows].T.copy()
     result[:, 0] = state[: program.rows]
     return result

@@ -45,7 +45,7 @@ class Certificate:
     ) -> None:
         self._companions = [Companion(one, values, times, 1 + i) for i, one in enumerate(companions)]
         self._recording, self._times = companions[0].recording, times
-        self._rows = 2 * companions[0].machine.program.degrees
+        self._rows = companions[0].machine.program.state.motion.stop
         self._wanted, self._target = 10.0**-digits, np.inf if target is None else target
         self._largest, self._differences = np.zeros((self._rows, 1)), np.zeros((self._rows, 1))
         self._trusting = True

@@ -34,7 +34,7 @@ class Companion:
     def __init__(self, prepared: Prepared, values: Values, times: Times, number: int) -> None:
         program = prepared.machine.program
         self._method = companion_of(prepared.follower, number)
-        self._times, self._rows = times, 2 * program.degrees
+        self._times, self._rows = times, program.state.motion.stop
         self._parameters = np.array([values.parameters[name] for name in program.parameters])
         self._state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
         self._pieces: queue.Queue[Array | None] = queue.Queue(maxsize=1)

@@ -82,9 +82,10 @@ def reversed_times(times: Times) -> Times:
 def reversed_state(program: Interface, states: Array) -> Array:
     """States (rows, ...), of every part of the numbers, with the signs of the velocities changed."""
     found = np.array(states)
-    for first in range(0, len(states), program.rows):
-        velocities = slice(first + program.degrees, first + 2 * program.degrees)
-        np.subtract(0.0, states[velocities], out=found[velocities])
+    layout = program.state
+    for first in range(0, len(states), layout.rows):
+        given, changed = (one[first : first + layout.rows][layout.v] for one in (states, found))
+        np.subtract(0.0, given, out=changed)
     return found
 
 

@@ -50,17 +50,17 @@ class Equations:
     def rates(self, t: float, y: Array) -> Array:
         """y'; raises ``Singular`` or ``NotFinite``."""
         program, accelerate = self.machine.program, self.machine.accelerate
-        state = np.zeros(program.memory)
+        layout = program.state
+        state = np.zeros(layout.memory)
         state[: len(y)] = y
         result = np.empty(program.rows)
-        n = program.degrees
-        result[:n] = y[n : 2 * n]
+        result[layout.q] = y[layout.v]
         regular = accelerate(
             self.constants.ctypes.data,
             t,
             state.ctypes.data,
             self.work.ctypes.data,
-            result.ctypes.data + 8 * n,
+            result[layout.rates].ctypes.data,
         )
         if not regular:
             raise Singular
@@ -72,19 +72,19 @@ class Equations:
         """df/dy of shape (rows, rows); raises ``Singular``."""
         program, evaluate = self.machine.program, self.machine.linearize
         assert evaluate is not None
-        n, rows = program.degrees, program.rows
-        states = np.concatenate([y[: 2 * n], self.rates(t, y)[n : 2 * n]])
+        n, layout = program.degrees, program.state
+        states = np.concatenate([y[layout.motion], self.rates(t, y)[layout.v]])
         count = 3 * n * n + len(program.integrals) * 2 * n
         values, when = np.empty(count), np.array([t])
         evaluate(self.constants.ctypes.data, when.ctypes.data, states.ctypes.data, values.ctypes.data, 1, 1)
         by_q, by_v, mass = values[: 3 * n * n].reshape(3, n, n)
-        result = np.zeros((rows, rows))
-        result[:n, n : 2 * n] = np.eye(n)
+        result = np.zeros((layout.rows, layout.rows))
+        result[layout.q, layout.v] = np.eye(n)
         try:
-            result[n : 2 * n, : 2 * n] = -np.linalg.solve(mass, np.concatenate([by_q, by_v], axis=1))
+            result[layout.v, layout.motion] = -np.linalg.solve(mass, np.concatenate([by_q, by_v], axis=1))
         except np.linalg.LinAlgError as error:
             raise Singular from error
-        result[2 * n :, : 2 * n] = values[3 * n * n :].reshape(-1, 2 * n)
+        result[layout.integrals, layout.motion] = values[3 * n * n :].reshape(-1, 2 * n)
         return result
 
 

@@ -13,7 +13,8 @@ from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import CLOCK, LANES, Stop
+from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.records import dataclass
 
 ENDINGS = {
@@ -118,26 +119,25 @@ class Stepper:
     ) -> None:
         program = machine.program
         self._machine, self._recompilation = machine, recompilation
-        self._degrees, self._rows, self._stop = program.degrees, program.rows, times.stop
+        self._layout, self._stop = program.state, times.stop
         self._constants = aligned(max(1, program.constants))
         machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
-        self._memory, self._work = aligned(program.memory), aligned(program.work)
+        self._memory, self._work = aligned(self._layout.memory), aligned(program.work)
         self._trial = aligned(program.trial)
-        self._clock = program.time
         for part, given in enumerate(state.reshape(program.parts, -1)):
-            self._memory[part * program.width :][: self._rows] = given
-        self._memory[self._clock] = times.start
+            self._memory[self._layout.part(part)] = given
+        self._memory[self._layout.time] = times.start
         if beside:
             from lagrange_cli.integrate.certify.perturbation import perturb
 
             perturb(self._constants, parameters, beside)
             self._rates()  # cyclic momenta are computed, and perturbed likewise
-            perturb(self._memory[self._rows - program.stored : self._rows], parameters, beside)
+            perturb(self._memory[self._layout.cyclic_momenta], parameters, beside)
         self._info = np.zeros(3, dtype=np.int64)
         self.limited = False
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 4 * FEWEST
-        self.samples = np.empty((program.parts * self._rows, size + LANES))
+        self.samples = np.empty((program.parts * self._layout.rows, size + LANES))
         self._first = self._short_step(beside) if beside else None
         self._spare: Array | None = None
         self.steps = 0
@@ -158,24 +158,24 @@ class Stepper:
     @property
     def t(self) -> float:
         """The time reached."""
-        return float(self._memory[self._clock])
+        return float(self._memory[self._layout.time])
 
     def passed(self, times: Array) -> NDArray[np.bool_]:
         """Which of some instants are not after the time reached."""
-        return np.asarray(times - self.t - self._memory[self._clock + 1] <= 0)
+        return np.asarray(times - self.t - self._memory[self._layout.at(Clock.TIME_LOW)] <= 0)
 
     @property
     def state(self) -> Array:
         """q, v and the integrals at that time."""
-        return np.array(self._memory[: self._rows])
+        return np.array(self._memory[self._layout.part(0)])
 
     def finite(self) -> bool:
         """Whether the accelerations are finite at the state reached."""
-        return bool(np.all(np.isfinite(self._rates()[: self._degrees])))
+        return bool(np.all(np.isfinite(self._rates()[self._layout.q])))
 
     def _rates(self) -> Array:
         """The rates of velocities and integrals there."""
-        rates = np.empty(self._rows)
+        rates = np.empty(self._layout.rows)
         self._machine.accelerate(
             self._constants.ctypes.data,
             self.t,
@@ -201,7 +201,7 @@ class Stepper:
         of the same state, counts for less the shorter it is."""
         start, memory = self.t, self._memory.copy()
         self._advance(self._stop, np.full(LANES, np.nan), 0, 0, True, 1)
-        reached, self._usual = self.t, self._memory[self._clock + 2 : self._clock + CLOCK].copy()
+        reached, self._usual = self.t, self._memory[self._layout.remembered].copy()
         self._memory[:] = memory
         return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
 
@@ -215,7 +215,7 @@ class Stepper:
             end, pause = (self._stop, self._pause) if self._first is None else (self._first, 1)
             stop = self._advance(end, padded, done, len(wanted) - done, last, pause)
             if self._first is not None:
-                self._memory[self._clock + 2 : self._clock + CLOCK] = self._usual
+                self._memory[self._layout.remembered] = self._usual
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.native.interface import LANES, width_of
+from lagrange_cli.native.state import LANES, width_of
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SHORT, Op, SeriesProgram, needs, reciprocal
 

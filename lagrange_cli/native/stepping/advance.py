@@ -19,10 +19,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.native.functions.correctly_rounded import power
-from lagrange_cli.native.interface import CLOCK, LANES, STEPPING, Stop
+from lagrange_cli.native.interface import STEPPING, Stop
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import literal, operand
 from lagrange_cli.native.recurrences.layout import Layout
+from lagrange_cli.native.state import CLOCK, LANES
 from lagrange_cli.native.stepping.detection import watch
 
 CAREFUL = 4

@@ -7,7 +7,7 @@ there, every step is confirmed by the series that begins at its end (``acceptanc
 from __future__ import annotations
 
 from lagrange_cli.native.functions.correctly_rounded import power
-from lagrange_cli.native.interface import CLOCK, Stop
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Operand, literal, operand
 from lagrange_cli.native.numbers.double_double import (
@@ -19,6 +19,7 @@ from lagrange_cli.native.numbers.double_double import (
     two_sum,
 )
 from lagrange_cli.native.recurrences.layout_rows import Rows, velocities
+from lagrange_cli.native.state import CLOCK
 from lagrange_cli.native.stepping.acceptance_double_double import confirmation, numbers
 from lagrange_cli.native.stepping.advance import LAST_TERM, LOWEST_TERM, SLACK
 from lagrange_cli.records import dataclass
