@@ -73,6 +73,10 @@ class Loop:
         """Begin the next round."""
         self._function.jump(self._again)
 
+    def repeat(self, condition: Bit) -> None:
+        """Begin the next round where it holds, and go on behind the loop where not."""
+        self._function.branch(condition, self._again, self._after)
+
 
 class Function(Body):
     """The text of one function. What is written behind ``give`` or ``leave`` in a block is dropped."""

@@ -510,7 +510,7 @@ long:
   %ulp = fmul double %ts, 0x3CC0000000000000
   %left = fsub double %stop, %tn
   %ahead = call double @llvm.minnum.f64(double %shown, double %left)
-  %shortened = call double @watched(ptr %constants, double %tn, ptr %state, ptr %work, ptr %trial, double %ahead)
+  %shortened = call double @detected(ptr %constants, double %tn, ptr %state, ptr %work, ptr %trial, double %ahead)
   %isless = fcmp olt double %shortened, %ahead
   %h = select i1 %isless, double %shortened, double %shown
   %reach = call double @llvm.minnum.f64(double %h, double %left)

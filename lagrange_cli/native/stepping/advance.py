@@ -24,7 +24,7 @@ from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import literal, operand
 from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import CLOCK, LANES
-from lagrange_cli.native.stepping.detection import watch
+from lagrange_cli.native.stepping.detection import Detection
 
 CAREFUL = 4
 """Terms of the series that are summed with twice the precision."""
@@ -61,7 +61,7 @@ Then, for the step from here: whether ever shorter steps were not confirmed, whe
 point was not confirmed either, and whether the cause is unknown."""
 MINUS_ZERO = "0x8000000000000000"
 AT_REST = 2.0**-900
-"""Where functions that hide a force are watched, velocities below this do not limit the step."""
+"""Where forces may hide, velocities below this do not limit the step."""
 LOWEST_TERM = 4
 """The first coefficient that tells the range of the series rather than the present speed of the motion."""
 FAINT = 2.0**-900
@@ -75,11 +75,11 @@ FEW_TERMS = 8
 """From this order of the velocities on, the last coefficient is not used, so that the step is known early."""
 
 
-def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: Sequence[float] = ()) -> str:
+def stepper(layout: Layout, degrees: int, work: int, tolerance: float, hidden: Sequence[float] = ()) -> str:
     """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``.
 
     The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
-    ``watched`` are the powers of what is watched, whose quadratures are the first (see ``watch``).
+    ``hidden`` are the powers of what hides forces, whose quadratures are the first (see ``detection``).
     """
     order, width = layout.order, layout.width
     top = order - 1  # velocities are known to this order
@@ -87,7 +87,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
     vector = f"<{lanes} x double>"
     safety = power(LAST_TERM * tolerance, 1.0 / top)
     coarse = coarseness(tolerance)
-    blocks, rest = split_terms(top), AT_REST if watched else 0.0
+    blocks, rest = split_terms(top), AT_REST if hidden else 0.0
     values: dict[str, object] = {
         "degrees": degrees,
         "two_degrees": 2 * degrees,
@@ -119,7 +119,7 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
         "from_degrees": _constant([lane - degrees for lane in range(lanes)], "i64"),
         "all_degrees": _constant([degrees] * lanes, "i64"),
         "counted": _constant(list(range(lanes)), "i64"),
-        "is_watching": "true" if watched else "false",
+        "is_watching": "true" if hidden else "false",
         "rest": operand(literal(rest)),
         "at_rest": _constant([operand(literal(rest))] * lanes, "double"),
         "splat_h": _splat("%h", lanes),
@@ -171,7 +171,10 @@ def stepper(layout: Layout, degrees: int, work: int, tolerance: float, watched: 
         "not_finite": int(Stop.NOT_FINITE),
         "underflow": int(Stop.UNDERFLOW),
     }
-    return fill_in("stepper", values) + watch(values, 2 * degrees, watched)
+    detection = Detection(
+        order, width, len(layout.state), degrees, tuple(hidden), 4 * width + CLOCK + LANES, work, NOTHING_MUCH
+    )
+    return fill_in("stepper", values) + detection.text()
 
 
 def coarseness(tolerance: float) -> float:

@@ -1,18 +1,20 @@
-"""Functions that hide a narrow force: exp, tanh and high powers. They may vanish, or be constant to the last
-bit, at both ends of a step and in its series, but not between.
+"""Detection of functions that hide a narrow force (see ``mechanics.hidden_forces``).
 
-Their arguments are watched instead, since these have convergent series. Where an argument changes much within
-a step, the accelerations are computed at the places where such a function shows most: where its argument
+Their arguments are followed, since these have convergent series. Where an argument changes much within a
+step, the accelerations are computed at the places where such a function shows most: where its argument
 crosses 0, is greatest, or nearest to 0. If they differ from those that the step's series predicts there, the
 step goes at most half of the way."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.functions.correctly_rounded import exponential
-from lagrange_cli.native.llvm.template import fill_in
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.numbers.double import literal, operand
+from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.stepping.search import crossing, greatest
+from lagrange_cli.records import dataclass
 
 CLOSE = 3.0
 """An argument may change by this much: no such function then grows by more than e^6."""
@@ -20,43 +22,272 @@ TAIL, BASE_TAIL = 0.1, 1e-9
 """The largest sum of the last two terms of an argument's series; for a base, relative to its size."""
 PARTS = 16
 """Places of the step at which the argument is computed at first."""
-BISECTIONS = 50
-"""Bisections by which an extremum or a zero is found between neighbours."""
+HALVINGS = 50
+"""How often a distance is halved, to the resolution of doubles."""
 SHARP, ARGUMENT_SHARP = 2.0**-40, 2.0**6
 """Where a base is so small a part of what its series adds up, or such a part of what an argument's adds up
 exceeds the other, their values are computed in place: the series has cancelled."""
-MAJOR = (5**0.5 - 1) / 2
-"""The larger part of the golden section,"""
-SECTIONS = 70
-"""and how often it is repeated: to the resolution of doubles."""
 TRIES = 1100
 """Any number halved this many times is 0."""
 SEEN = 2.0**-40
 """The error with which an acceleration must be predicted, relative to its size, to its change and to what
 would change the velocity in a step."""
 
-NOTHING_WATCHED = """
-define internal double @watched(ptr %a, double %t, ptr %b, ptr %c, ptr %d, double %h) #0 {
-  ret double %h
-}
-"""
+
+class StepFunction(Function):
+    """A function that is given a step, ``step``, and more: its series at ``%work``, and memory for another
+    state and its series at ``%trial``."""
+
+    def __init__(self, result: str, name: str, more: str) -> None:
+        given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %trial"
+        super().__init__(f"define internal {result} @{name}({given}, {more}) #0")
+        places = [self.pointer(f"%{name}") for name in ("constants", "state", "work", "trial")]
+        self.t = Real(self, "%t")
+        self.step = places[0], self.t, *places[1:]
 
 
-def watch(values: Mapping[str, object], first: int, powers: Sequence[float]) -> str:
-    """IR of ``@watched``, which shortens a step; the rows of the state from ``first`` on are the quadratures
-    of what is followed, with such ``powers`` (see ``mechanics.hidden_forces``); ``values`` are those of
-    ``stepper``."""
-    if not powers:
-        return NOTHING_WATCHED
-    growths = [exponential(2 * CLOSE / abs(power)) if power else 0.0 for power in powers]
-    tables = "".join(
-        f"@watched_{name} = private constant [{len(powers)} x double] "
-        f"[{', '.join(f'double {operand(literal(x))}' for x in row)}]\n"
-        for name, row in (("powers", powers), ("growths", growths))
-    )
-    reals = {"close": CLOSE, "tail": TAIL, "base_tail": BASE_TAIL, "part": 1.0 / PARTS, "seen": SEEN}
-    reals |= {"sharp": SHARP, "argument_sharp": ARGUMENT_SHARP, "major": MAJOR, "minor": 1 - MAJOR}
-    whole = {"parts": PARTS, "bisections": BISECTIONS, "tries": TRIES, "sections": SECTIONS}
-    numbers = {name: operand(literal(value)) for name, value in reals.items()}
-    ends = {"first": first, "beyond": first + len(powers)}
-    return tables + fill_in("watch", {**values, **whole, **numbers, **ends})
+@dataclass(frozen=True)
+class Detection:
+    """``@detected(step, h)``: ``h``, or at most half the distance to a force that the series does not
+    contain.
+
+    Series have coefficients up to ``order``, ``width`` doubles apart, and ``rows`` rows: q and v of so many
+    ``degrees``, the quadratures of what is followed, with such ``powers`` (see ``mechanics.hidden_forces``),
+    and others. Those of another state are at ``%trial[series]``, ``work`` doubles long. An error of the
+    accelerations that moves a coordinate by less than ``least`` in a step is not seen.
+    """
+
+    order: int
+    width: int
+    rows: int
+    degrees: int
+    powers: tuple[float, ...]
+    series: int
+    work: int
+    least: float
+
+    @property
+    def first(self) -> int:
+        """The row of the first quadrature."""
+        return 2 * self.degrees
+
+    def text(self) -> str:
+        """Its IR."""
+        if not self.powers:
+            f = StepFunction("double", "detected", "double %h")
+            f.give(Real(f, "%h"))
+            return f.text()
+        growths = [exponential(2 * CLOSE / abs(power)) if power else 0.0 for power in self.powers]
+        parts = [_table("hidden_powers", self.powers), _table("hidden_growths", growths)]
+        parts += (self._followed(name) for name in ("argument", "slope"))
+        return "".join([*parts, self._expand_at(), self._unseen(), self._hidden(), self._detected()])
+
+    def _descend(
+        self,
+        f: Function,
+        row: Pointer | str,
+        highest: int,
+        lowest: int,
+        add: Callable[[Real, Real, Integer], Real],
+    ) -> Real:
+        """The sum that ``add(sum, c[m], m)`` makes for m = highest .. lowest of the series at ``row``."""
+        m, total = f.variable(f.count(highest)), f.variable(f.constant(0.0))
+        with f.forever() as rounds:
+            total.set(add(total.get(), f.load(row, m.get() * self.width), m.get()))
+            m.set(m.get() - 1)
+            rounds.repeat(m.get() >= lowest)
+        return total.get()
+
+    def _followed(self, name: str) -> str:
+        """The argument u, or its slope, at ``x`` in the step: of its quadrature, c[m] = u[m - 1] / m."""
+        f, lowest = Function(f"define internal double @{name}(ptr noalias %row, double %x) #0"), 1
+        if name == "slope":
+            lowest = 2
+
+        def add(total: Real, c: Real, m: Integer) -> Real:
+            u = c * m.to_real()
+            return f.fused(total, Real(f, "%x"), u if lowest == 1 else u * (m - 1).to_real())
+
+        f.give(self._descend(f, "%row", self.order - 1, lowest, add))
+        return f.text()
+
+    def _expand_at(self) -> str:
+        """The series at the state that the step's series gives at ``x``; whether the mass matrix is regular
+        there."""
+        f = StepFunction("i1", "expand_at", "double %x")
+        x, trial, there = Real(f, "%x"), f.pointer("%trial"), f.place("%trial", self.series)
+        f.call(None, "clear", trial, f.count(2 * self.width))
+        f.call(None, "clear", there, f.count(self.work))
+        with f.loop(0, self.rows, tested=False) as i:
+            row = f.place("%work", i)
+            moved = self._descend(f, row, self.order, 1, lambda total, c, _: (total + c) * x)
+            f.store(f.load("%state", i) + moved, trial, i)
+        f.give(f.call(Bit, "jet", f.step[0], f.t + x, trial, there))
+        return f.text()
+
+    def _rate(self, f: Function, row: Integer) -> Real:
+        """The rate of a row as it was computed in place."""
+        return f.load("%trial", row + (self.series + self.width))
+
+    def _unseen(self) -> str:
+        """Whether the rates of velocities and quadratures at ``x`` in a step of ``h`` differ from those that
+        its series predicts. (nan differs, too.)"""
+        f = StepFunction("i1", "unseen", "double %x, double %h")
+        x, h, followed = Real(f, "%x"), Real(f, "%h"), len(self.powers)
+        with f.when(~f.call(Bit, "expand_at", *f.step, x)):
+            f.give(Bit(f, "true"))
+        inverse = f.constant(SEEN) / h
+        nothing = f.constant(self.least) / (h * f.function("maxnum", h, 1.0))
+        with f.loop(self.degrees, self.rows - followed, tested=False) as i:
+            j = f.select(i < self.first, i, i + followed)
+            row = f.place("%work", j)
+            rate = self._descend(
+                f, row, self.order - 1, 1, lambda total, c, m: f.fused(total, x, c * m.to_real())
+            )
+            change = f.magnitude(rate) + f.magnitude(f.load(row, self.width))
+            allowed = f.fused(f.magnitude(f.load("%state", j)), inverse, change * SEEN) + nothing
+            with f.when(~(f.magnitude(self._rate(f, j) - rate) <= allowed)):
+                f.give(Bit(f, "true"))
+        f.give(Bit(f, "false"))
+        return f.text()
+
+    def _hidden(self) -> str:
+        """The place in a step of ``h`` at which row ``which`` reveals a force that the series does not
+        contain, or 0."""
+        f = StepFunction("double", "hidden", "i64 %which, double %h")
+        which, h = Integer(f, "%which"), Real(f, "%h")
+        row = f.place("%work", which)
+        signed, growth = (f.load(f"@hidden_{name}", which - self.first) for name in ("powers", "growths"))
+        power, nowhere = f.magnitude(signed), f.constant(0.0)
+        is_base = power > 0.0
+
+        def value(x: Real) -> Real:
+            return f.call(Real, "argument", row, x)
+
+        def falls(x: Real) -> Bit:
+            return f.call(Real, "slope", row, x) < 0.0
+
+        def unseen(x: Real) -> Bit:
+            return f.call(Bit, "unseen", *f.step, x, h)
+
+        def change(highest: int) -> Real:
+            """A bound of the argument's change within the step, from its terms up to that one."""
+            return self._descend(
+                f, row, highest, 2, lambda total, c, m: (total + f.magnitude(c) * m.to_real()) * h
+            )
+
+        start = value(nowhere)
+        near, far = f.magnitude(start), change(self.order - 1)
+        unit = f.select(is_base, near, f.constant(1.0))
+        with f.when(~(f.select(is_base, far * power, far) > unit * CLOSE)):
+            f.give(nowhere)
+        # its own series must have converged
+        reached = near + far
+        tail = f.select(is_base, reached * BASE_TAIL, f.constant(TAIL))
+        with f.when(~(far - change(self.order - 3) <= tail)):
+            f.give(h)
+
+        part, none = h * (1.0 / PARTS), f.count(0)
+        before, most, least, largest = (f.variable(x) for x in (start, start, near, near))
+        at_most, at_least, at_cross = (f.variable(none) for _ in range(3))
+        with f.loop(1, PARTS + 1, tested=False) as k:
+            u = value(part * k.to_real())
+            size = f.magnitude(u)
+            more, less = u > most.get(), size < least.get()
+            crosses = (before.get() < 0.0).compared("ne", u < 0.0) & at_cross.get().equals(0)
+            before.set(u)
+            most.set(f.select(more, u, most.get()))
+            at_most.set(f.select(more, k, at_most.get()))
+            least.set(f.select(less, size, least.get()))
+            at_least.set(f.select(less, k, at_least.get()))
+            largest.set(f.function("maxnum", largest.get(), size))
+            at_cross.set(f.select(crosses, k, at_cross.get()))
+        with f.when(largest.get() < least.get() * growth):
+            f.give(nowhere)
+
+        def around(k: Integer) -> tuple[Real, Real, Real]:
+            """That part's place, and the ends of what is within a part of it."""
+            x = part * k.to_real()
+            return x, f.function("maxnum", x - part, 0.0), f.function("minnum", x + part, h)
+
+        def extremum(k: Integer) -> Real:
+            """The place of an extremum around there, if there is one."""
+            x, begin, end = around(k)
+            found = f.variable(x)
+            with f.when(falls(begin).compared("ne", falls(end))):
+                found.set(crossing(f, falls, begin, end - begin))
+            return found.get()
+
+        def look(x: Real) -> None:
+            """Whether it is this place, or where the function is about 3 times smaller or larger: at its
+            maximum a force may be 0."""
+            here, back = value(x), f.variable(x)
+            enough = f.select(is_base, f.magnitude(here) / power, f.constant(1.0))
+            with f.section() as search, f.loop(0, HALVINGS, tested=False):
+                back.set(back.get() * 0.5)
+                with f.when(~(f.magnitude(value(x - back.get()) - here) > enough)):
+                    search.leave()
+            for place in (x - back.get(), x):
+                with f.when(unseen(place)):
+                    f.give(x)
+
+        def look_in_place(sign: int) -> Real:
+            """Where it is largest (``sign`` 1) or nearest to 0, as it is computed there: a place before which
+            the accelerations differ, or 0."""
+
+            def shown(x: Real) -> Real:
+                f.call(Bit, "expand_at", *f.step, x)
+                u = self._rate(f, which)
+                return u if sign > 0 else -f.magnitude(u)
+
+            best, at = f.variable(f.constant(float("-inf"))), f.variable(none)
+            with f.loop(0, PARTS + 1, tested=False) as k:
+                found = shown(part * k.to_real())
+                more = found > best.get()
+                best.set(f.select(more, found, best.get()))
+                at.set(f.select(more, k, at.get()))
+            _, begin, end = around(at.get())
+            there = greatest(f, shown, begin, end - begin)
+            back, result = f.variable(there), f.variable(nowhere)
+            with f.section() as search, f.loop(0, HALVINGS + 1, tested=False):
+                back.set(back.get() * 0.5)
+                with f.when(unseen(there - back.get())):
+                    result.set(there)
+                    search.leave()
+            return result.get()
+
+        any_cross, nearest = at_cross.get() > 0, extremum(at_least.get())
+        rounded = reached * SHARP
+        cancels = any_cross | (f.magnitude(value(nearest)) < rounded)
+        with f.when(f.select(is_base, (signed < 0.0) & cancels, rounded > ARGUMENT_SHARP)):
+            found = look_in_place(-1)
+            with f.when((found > 0.0) | is_base):
+                f.give(found)
+            f.give(look_in_place(1))
+        with f.when(any_cross):
+            look(crossing(f, lambda x: value(x) < 0.0, part * (at_cross.get() - 1).to_real(), part))
+        largest_at = extremum(at_most.get())
+        with f.when(largest_at > 0.0):
+            look(largest_at)
+        with f.when(at_least.get().compared("ne", at_most.get()) & ~any_cross & (nearest > 0.0)):
+            look(nearest)
+        f.give(nowhere)
+        return f.text()
+
+    def _detected(self) -> str:
+        f = StepFunction("double", "detected", "double %h")
+        length = f.variable(Real(f, "%h"))
+        with f.loop(0, TRIES, tested=False), f.section() as shorter:
+            with f.loop(self.first, self.first + len(self.powers), tested=False) as which:
+                place = f.call(Real, "hidden", *f.step, which, length.get())
+                with f.when(~place.equals(0.0)):
+                    length.set(place * 0.5)
+                    shorter.leave()
+            f.give(length.get())
+        f.give(length.get())
+        return f.text()
+
+
+def _table(name: str, row: Sequence[float]) -> str:
+    listed = ", ".join(f"double {operand(literal(x))}" for x in row)
+    return f"@{name} = private constant [{len(row)} x double] [{listed}]\n"
