@@ -9,8 +9,8 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.ending import State
 from lagrange_cli.integrate.method import Snapshot
-from lagrange_cli.integrate.outcome import State
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.records import dataclass

@@ -1,8 +1,12 @@
-"""How a motion ended: an enum whose values are sentences for the user."""
+"""How a motion ended: an enum whose values are sentences for the user, and the state there."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import Enum
+from typing import Any
+
+from lagrange_cli.records import dataclass
 
 
 class Ending(Enum):
@@ -39,3 +43,16 @@ WAYS_OUT = {
     "root or logarithm of a negative number",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
+
+
+@dataclass(frozen=True)
+class State:
+    """The state of a motion at time ``t``: coordinates and velocities, both by coordinate."""
+
+    t: float
+    q: Mapping[str, float]
+    v: Mapping[str, float]
+
+    def as_data(self) -> dict[str, Any]:
+        """The fields in terms of JSON."""
+        return {"t": self.t, "q": dict(self.q), "v": dict(self.v)}

@@ -3,26 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ending import Ending, State
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.checkpoint import Progress
-
-
-@dataclass(frozen=True)
-class State:
-    """The state of a motion at time ``t``: coordinates and velocities, both by coordinate."""
-
-    t: float
-    q: Mapping[str, float]
-    v: Mapping[str, float]
-
-    def as_data(self) -> dict[str, Any]:
-        """The fields in terms of JSON."""
-        return {"t": self.t, "q": dict(self.q), "v": dict(self.v)}
 
 
 @dataclass(frozen=True)

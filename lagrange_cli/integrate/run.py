@@ -12,9 +12,9 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Pipelined
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
-from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ending import Ending, State
 from lagrange_cli.integrate.method import CheckpointSink, End, Snapshot
-from lagrange_cli.integrate.outcome import Outcome, State
+from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.samples import samples_of
 from lagrange_cli.integrate.times import Times

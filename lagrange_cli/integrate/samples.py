@@ -17,8 +17,8 @@ from lagrange_cli.native.interface import low
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.ending import State
     from lagrange_cli.integrate.method import Snapshot
-    from lagrange_cli.integrate.outcome import State
     from lagrange_cli.integrate.prepared import Prepared
 
 LOW = "low/"

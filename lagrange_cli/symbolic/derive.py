@@ -14,20 +14,13 @@ import sympy
 from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.model.model import Model
+from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.conservation import balance
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.grouping import LONGEST, group, neat, tidy
 from lagrange_cli.symbolic.linear import solve
+from lagrange_cli.symbolic.monomials import Terms, TooLargeError, common_factor, divide, term
 from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.terms import (
-    Terms,
-    TooLargeError,
-    common_factor,
-    divide,
-    term,
-    to_terms,
-)
-from lagrange_cli.symbolic.trigonometry import contract
 from lagrange_cli.symbolic.work import check_size, size_of
 
 

@@ -7,19 +7,17 @@ from fractions import Fraction
 
 import sympy
 
-from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.terms import (
+from lagrange_cli.symbolic.canonical import contract, settled, to_terms
+from lagrange_cli.symbolic.monomials import (
     Monomial,
     Terms,
     TooLargeError,
     common_factor,
     divide,
     from_terms,
-    settled,
     term,
-    to_terms,
 )
-from lagrange_cli.symbolic.trigonometry import contract
+from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.work import check_size, size_of
 
 LONGEST = 5000

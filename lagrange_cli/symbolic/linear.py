@@ -7,9 +7,9 @@ from fractions import Fraction
 
 import sympy
 
+from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
 from lagrange_cli.symbolic.grouping import group
-from lagrange_cli.symbolic.order import Order
-from lagrange_cli.symbolic.terms import (
+from lagrange_cli.symbolic.monomials import (
     ONE,
     Terms,
     TooLargeError,
@@ -17,11 +17,9 @@ from lagrange_cli.symbolic.terms import (
     combine,
     common_factor,
     divide,
-    multiply,
     term,
-    to_terms,
 )
-from lagrange_cli.symbolic.trigonometry import contract
+from lagrange_cli.symbolic.order import Order
 
 LARGEST_BLOCK = 3
 """The largest number of coupled unknowns with an explicit solution: with four, it fills pages."""

@@ -5,8 +5,8 @@ import sympy
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from lagrange_cli.symbolic.terms import LARGEST, TooLargeError, from_terms, to_terms
-from lagrange_cli.symbolic.trigonometry import contract
+from lagrange_cli.symbolic.canonical import contract, to_terms
+from lagrange_cli.symbolic.monomials import LARGEST, TooLargeError, from_terms
 from tests.support.systems import agree_at_random, expression
 
 

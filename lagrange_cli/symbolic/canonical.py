@@ -1,35 +1,57 @@
-"""Expressions as sums of monomials, in which like terms are collected.
+"""The canonical form of an expression: an expanded sum of monomials, shortened by trigonometric identities.
 
-A monomial maps bases (symbols, functions, sums under a root or in a denominator) to rational exponents;
-``Terms`` maps monomials to rational coefficients. The change of form is exact.
+    sin^2 + cos^2 = 1        1 - sin^2 = cos^2        1 - cos^2 = sin^2
+    cosh^2 - sinh^2 = 1
+    cos a cos b + sin a sin b = cos(a - b)            cos a cos b - sin a sin b = cos(a + b)
+    sin a cos b - cos a sin b = sin(a - b)            sin a cos b + cos a sin b = sin(a + b)
+
+Each is applied only where it makes the sum shorter (or as long but of lower degree), so the process ends.
+The partner of a term is looked up, not searched for: the work is proportional to the number of terms.
+
+The change of form is exact. Expanding and shortening need each other: the argument of a function or a root is
+shortened when it is expanded.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator
 from fractions import Fraction
-from math import gcd
-from typing import TypeAlias
 
 import sympy
 
+from lagrange_cli.symbolic.monomials import (
+    LARGEST,
+    ONE,
+    Monomial,
+    Terms,
+    TooLargeError,
+    add_into,
+    combine,
+    common_factor,
+    divide,
+    from_terms,
+    raised,
+    term,
+)
 from lagrange_cli.symbolic.work import COUNTER, charge, size_of
 
-Monomial: TypeAlias = frozenset[tuple[sympy.Expr, Fraction]]
-Terms: TypeAlias = dict[Monomial, Fraction]
-
-ONE: Monomial = frozenset()
-LARGEST = 4000
-"""The largest number of terms of a sum: longer ones are not expanded."""
 FACTORS = 16
 """The largest number of factors of the terms of the longest sums."""
 
 HIGHEST_POWER = 4
 """The highest power of a sum that is expanded; (x - l)**12 would be unreadable."""
 
-
-class TooLargeError(Exception):
-    """The expanded form would have more than ``LARGEST`` terms."""
+TWO = Fraction(2)
+WAVES = (sympy.sin, sympy.cos)
+PARTNERS = {
+    sympy.sin: (sympy.cos, 1),
+    sympy.cos: (sympy.sin, 1),
+    sympy.cosh: (sympy.sinh, -1),
+    sympy.sinh: (sympy.cosh, -1),
+}
+"""f(x)^2 + sign * partner(x)^2 is a constant."""
+MOST_WAVES = 8
+"""Sines and cosines in one term up to which addition theorems are looked for: there are w**2/2 pairs."""
 
 
 def to_terms(expression: sympy.Expr) -> Terms:
@@ -98,41 +120,11 @@ def settled(expression: sympy.Expr) -> sympy.Expr:
 
 def settle(expression: sympy.Expr) -> sympy.Expr:
     """``settled``, found for the first time."""
-    from lagrange_cli.symbolic.trigonometry import contract
-
     if expression.is_Function:
         arguments = tuple(settled(argument) for argument in expression.args)
         return expression if arguments == expression.args else expression.func(*arguments)
     shorter = from_terms(contract(to_terms(expression)))
     return shorter if size_of(shorter) < size_of(expression) else expression
-
-
-def from_terms(terms: Mapping[Monomial, Fraction]) -> sympy.Expr:
-    """The sum of the terms as an expression."""
-    return sympy.Add(*(term(monomial, coefficient) for monomial, coefficient in terms.items()))
-
-
-def term(monomial: Monomial, coefficient: Fraction = Fraction(1)) -> sympy.Expr:
-    """One term as an expression."""
-    return sympy.Mul(rational(coefficient), *(base ** rational(exponent) for base, exponent in monomial))
-
-
-def rational(value: Fraction) -> sympy.Rational:
-    """A fraction as a sympy number."""
-    return sympy.Rational(value.numerator, value.denominator)
-
-
-def add_into(total: Terms, terms: Mapping[Monomial, Fraction], factor: Fraction = Fraction(1)) -> None:
-    """Add ``factor * terms`` to ``total`` in place, without terms that cancel. Raises ``TooLargeError``."""
-    charge(6 * len(terms))
-    for monomial, coefficient in terms.items():
-        value = total.get(monomial, 0) + factor * coefficient
-        if value:
-            total[monomial] = value
-        else:
-            total.pop(monomial, None)
-    if len(total) > LARGEST:
-        raise TooLargeError
 
 
 def multiply(left: Terms, right: Terms) -> Terms:
@@ -164,55 +156,77 @@ def is_reducible(base: sympy.Expr, exponent: Fraction) -> bool:
     return bool(base.is_Rational or base.is_Mul or (base.is_Pow and base.exp.is_Rational))
 
 
-def combine(left: Monomial, right: Monomial) -> Monomial:
-    """The product of two monomials."""
-    if not left or not right:
-        return left or right
-    charge(2 * (1 + len(left) + len(right)))
-    exponents = dict(left)
-    for base, exponent in right:
-        exponents[base] = exponents.get(base, Fraction(0)) + exponent
-    return frozenset(item for item in exponents.items() if item[1])
+def contract(terms: Terms) -> Terms:
+    """The sum, contracted until no rule shortens it."""
+    terms = dict(terms)
+    for rule in (contract_squares, contract_angles):
+        changed = True
+        while changed:
+            changed = False
+            for monomial in list(terms):
+                while monomial in terms and rule(terms, monomial):
+                    changed = True
+    return terms
 
 
-def raised(monomial: Monomial, exponent: Fraction) -> Monomial:
-    """A monomial to an integer power."""
-    return frozenset((base, own * exponent) for base, own in monomial)
+def contract_squares(terms: Terms, monomial: Monomial) -> bool:
+    """Apply a rule for squares to one term, in place."""
+    for base, exponent in monomial:
+        if type(base) not in PARTNERS or exponent < TWO:
+            continue
+        partner_type, sign = PARTNERS[type(base)]
+        coefficient = terms[monomial]
+        rest = combine(monomial, frozenset({(base, -TWO)}))
+        partner = combine(rest, frozenset({(partner_type(*base.args), TWO)}))
+        other = terms.get(partner)
+        if other is not None and (coefficient < 0) == (sign * other < 0):
+            # a f^2 + b g^2 = s (f^2 + sign g^2) + ..., with the smaller coefficient s wholly used up
+            shared = min(coefficient, sign * other, key=abs)
+            constant = -shared if base.func is sympy.sinh else shared
+            add_into(terms, {monomial: -shared, partner: -sign * shared})
+            add_into(terms, {rest: constant})
+            return True
+        if terms.get(rest) == -coefficient and base.func in WAVES:
+            add_into(terms, {monomial: -coefficient, rest: coefficient})
+            add_into(terms, {partner: -coefficient})
+            return True
+    return False
 
 
-def divide(terms: Terms, monomial: Monomial, number: Fraction = Fraction(1)) -> Terms:
-    """The terms, each divided by ``number * monomial``."""
-    inverse = raised(monomial, Fraction(-1))
-    return {combine(own, inverse): coefficient / number for own, coefficient in terms.items()}
+def contract_angles(terms: Terms, monomial: Monomial) -> bool:
+    """Apply an addition theorem to one term, in place."""
+    for first, second in wave_pairs(monomial):
+        coefficient = terms[monomial]
+        rest = combine(monomial, frozenset({(first, Fraction(-1)), (second, Fraction(-1))}))
+        swapped = tuple(PARTNERS[type(base)][0](*base.args) for base in (first, second))
+        partner = combine(rest, frozenset({(swapped[0], Fraction(1)), (swapped[1], Fraction(1))}))
+        other = terms.get(partner)
+        if other is None or abs(other) != abs(coefficient) or partner == monomial:
+            continue
+        alike = other == coefficient
+        factor = coefficient
+        a, b = first.args[0], second.args[0]
+        if type(first) is type(second):
+            wave = sympy.cos(a - b if alike else a + b)
+            if type(first) is sympy.sin:
+                factor = other
+        else:
+            if type(first) is sympy.cos:
+                a, b = b, a
+            wave = sympy.sin(a + b if alike else a - b)
+        add_into(terms, {monomial: -coefficient, partner: -other})
+        add_into(terms, multiply({rest: factor}, to_terms(wave)))
+        return True
+    return False
 
 
-def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fraction]:
-    """The largest monomial and number that divide every term; exponents of both signs are taken out."""
-    monomials = iter(terms)
-    shared = dict(next(monomials, ONE))
-    for monomial in monomials:
-        own = dict(monomial)
-        for base in {*shared, *own}:
-            # a base that one term lacks has the power 0 there
-            exponent = min(shared.get(base, Fraction(0)), own.get(base, Fraction(0)))
-            shared[base] = exponent
-    content = frozenset(item for item in shared.items() if item[1])
-    return content, common_number(terms.values())
-
-
-def common_number(numbers: Iterable[Fraction]) -> Fraction:
-    """The number to factor out of a sum: that of fractions such as 1/2 and 1/3, but 1 if the sum contains
-    decimals, which would become long integers; negative if every term is."""
-    numbers = list(numbers)
-    if not numbers:
-        return Fraction(1)
-    sign = -1 if all(number < 0 for number in numbers) else 1
-    if len(set(map(abs, numbers))) == 1:
-        return sign * abs(numbers[0])
-    if any(144 % number.denominator for number in numbers):
-        return Fraction(sign)
-    numerator, denominator = 0, 1
-    for number in numbers:
-        numerator = gcd(numerator, number.numerator)
-        denominator = denominator * number.denominator // gcd(denominator, number.denominator)
-    return Fraction(sign * numerator, denominator)
+def wave_pairs(monomial: Monomial) -> Iterator[tuple[sympy.Expr, sympy.Expr]]:
+    """Pairs of different sines and cosines of different angles in a monomial."""
+    waves = [base for base, exponent in monomial if type(base) in WAVES and exponent >= 1]
+    if len(waves) > MOST_WAVES:
+        return
+    waves.sort(key=sympy.default_sort_key)  # a set has no order, but the result must not depend on chance
+    for index, first in enumerate(waves):
+        for second in waves[index + 1 :]:
+            if first.args != second.args:
+                yield first, second

@@ -1,0 +1,109 @@
+"""Sums of monomials, in which like terms are collected.
+
+A monomial maps bases (symbols, functions, sums under a root or in a denominator) to rational exponents;
+``Terms`` maps monomials to rational coefficients. How an expression becomes such a sum: ``canonical``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
+from math import gcd
+from typing import TypeAlias
+
+import sympy
+
+from lagrange_cli.symbolic.work import charge
+
+Monomial: TypeAlias = frozenset[tuple[sympy.Expr, Fraction]]
+Terms: TypeAlias = dict[Monomial, Fraction]
+
+ONE: Monomial = frozenset()
+LARGEST = 4000
+"""The largest number of terms of a sum: longer ones are not expanded."""
+
+
+class TooLargeError(Exception):
+    """The expanded form would have more than ``LARGEST`` terms."""
+
+
+def from_terms(terms: Mapping[Monomial, Fraction]) -> sympy.Expr:
+    """The sum of the terms as an expression."""
+    return sympy.Add(*(term(monomial, coefficient) for monomial, coefficient in terms.items()))
+
+
+def term(monomial: Monomial, coefficient: Fraction = Fraction(1)) -> sympy.Expr:
+    """One term as an expression."""
+    return sympy.Mul(rational(coefficient), *(base ** rational(exponent) for base, exponent in monomial))
+
+
+def rational(value: Fraction) -> sympy.Rational:
+    """A fraction as a sympy number."""
+    return sympy.Rational(value.numerator, value.denominator)
+
+
+def add_into(total: Terms, terms: Mapping[Monomial, Fraction], factor: Fraction = Fraction(1)) -> None:
+    """Add ``factor * terms`` to ``total`` in place, without terms that cancel. Raises ``TooLargeError``."""
+    charge(6 * len(terms))
+    for monomial, coefficient in terms.items():
+        value = total.get(monomial, 0) + factor * coefficient
+        if value:
+            total[monomial] = value
+        else:
+            total.pop(monomial, None)
+    if len(total) > LARGEST:
+        raise TooLargeError
+
+
+def combine(left: Monomial, right: Monomial) -> Monomial:
+    """The product of two monomials."""
+    if not left or not right:
+        return left or right
+    charge(2 * (1 + len(left) + len(right)))
+    exponents = dict(left)
+    for base, exponent in right:
+        exponents[base] = exponents.get(base, Fraction(0)) + exponent
+    return frozenset(item for item in exponents.items() if item[1])
+
+
+def raised(monomial: Monomial, exponent: Fraction) -> Monomial:
+    """A monomial to an integer power."""
+    return frozenset((base, own * exponent) for base, own in monomial)
+
+
+def divide(terms: Terms, monomial: Monomial, number: Fraction = Fraction(1)) -> Terms:
+    """The terms, each divided by ``number * monomial``."""
+    inverse = raised(monomial, Fraction(-1))
+    return {combine(own, inverse): coefficient / number for own, coefficient in terms.items()}
+
+
+def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fraction]:
+    """The largest monomial and number that divide every term; exponents of both signs are taken out."""
+    monomials = iter(terms)
+    shared = dict(next(monomials, ONE))
+    for monomial in monomials:
+        own = dict(monomial)
+        for base in {*shared, *own}:
+            # a base that one term lacks has the power 0 there
+            exponent = min(shared.get(base, Fraction(0)), own.get(base, Fraction(0)))
+            shared[base] = exponent
+    content = frozenset(item for item in shared.items() if item[1])
+    return content, common_number(terms.values())
+
+
+def common_number(numbers: Iterable[Fraction]) -> Fraction:
+    """The number to factor out of a sum: that of fractions such as 1/2 and 1/3, but 1 if the sum contains
+    decimals, which would become long integers; negative if every term is."""
+    numbers = list(numbers)
+    if not numbers:
+        return Fraction(1)
+    sign = -1 if all(number < 0 for number in numbers) else 1
+    if len(set(map(abs, numbers))) == 1:
+        return sign * abs(numbers[0])
+    if any(144 % number.denominator for number in numbers):
+        return Fraction(sign)
+    numerator, denominator = 0, 1
+    for number in numbers:
+        numerator = gcd(numerator, number.numerator)
+        denominator = denominator * number.denominator // gcd(denominator, number.denominator)
+    return Fraction(sign * numerator, denominator)
