@@ -1,6 +1,7 @@
 """Write what the commands say into the pages: ``python docs/make.py``. A test fails when they differ.
 
-``docs/cli.md`` is made whole, from the commands' options. In the other pages the blocks of ``sh`` and
+``docs/cli.md`` is made whole, from the commands' options. The table of keys in ``docs/system-file.md`` is
+made from ``lagrange_cli/spec/sections.py``. In the other pages the blocks of ``sh`` and
 ``python`` are run in their order, as if they were pasted, and the ``text`` block after one is what it prints.
 ``--renew`` renews times and step counts as well, which are otherwise kept where nothing else has changed.
 """
@@ -20,6 +21,7 @@ from textwrap import fill
 import click
 
 from lagrange_cli.cli.main import lagrange
+from lagrange_cli.spec.sections import SECTIONS
 
 RENEWED = "--renew" in sys.argv
 """Whether what depends on the machine, such as times, is written anew as well."""
@@ -226,6 +228,19 @@ def made() -> Iterator[tuple[Path, str]]:
     yield ROOT / "docs" / "cli.md", page()
     for path in SESSIONS:
         yield path, run_sessions(path.read_text(encoding="utf-8"))
+    path = ROOT / "docs" / "system-file.md"
+    yield path, with_keys(path.read_text(encoding="utf-8"))
+
+
+def with_keys(text: str) -> str:
+    """The page of the system file with the table of its keys."""
+    words = (
+        (" or ".join(f"`{word}`" for word in (row.key, row.alias) if word), row) for row in SECTIONS.rows
+    )
+    rows = "".join(f"| {word} | {row.meaning} |\n" for word, row in words)
+    return re.sub(
+        r"(?<=^\| key \| meaning \|\n\|---\|---\|\n)(?:\|.*\n)+", lambda _: rows, text, flags=re.MULTILINE
+    )
 
 
 def masked(text: str) -> str:

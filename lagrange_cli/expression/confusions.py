@@ -189,61 +189,25 @@ _HINTS = {
     "solve": "it belongs under 'solve', as in 'solve: {stop: 10, step: 0.01}'",
     "outputs": "what is written is listed under 'solve', as in 'solve: {outputs: [q, v]}'",
 }
-_SECTIONS = """
-    parameters: constants consts params param constant values
-    coordinates: variables vars coords coord dof dofs degrees_of_freedom generalized_coordinates unknowns q
-    masses: mass m
-    embedding: position r kinematics trajectories
-    potential: U V potential_energy potentials Epot E_pot pot
-    lagrangian: L lagrange Lagrangian lagrangean
-    forces: force external_forces applied_forces F
-    generalized_forces: Q generalised_forces torques torque
-    definitions: defs definition expressions functions let where
-    solve: integration integrator solver simulation run integrate settings
-    name: title system
-    description: comment comments notes doc
-    observables: observable quantities
-    dissipation: rayleigh Rayleigh dissipation_function D
-    !state: initial initials initial_conditions initial_condition initial_state initial_values init ics ic
-    !state: start velocity velocities speed q0 v0 x0 y0 state
-    !friction: friction damping drag viscosity resistance losses
-    !kinetic: T K kinetic kinetic_energy Ekin E_kin energy energies
-    !particles: particles particle points objects point_masses
-    !interaction: springs spring gravity interactions field
-    !stop: t_end tmax t_max tstop duration time_span tspan t_span end
-    !step: dt timestep time_step
-    !solve: stop step samples method tolerance
-    !outputs: outputs output plot write
+_ELSEWHERE = """
+    state: initial initials initial_conditions initial_condition initial_state initial_values init ics ic
+    state: start velocity velocities speed q0 v0 x0 y0 state
+    friction: friction damping drag viscosity resistance losses
+    kinetic: T K kinetic kinetic_energy Ekin E_kin energy energies
+    particles: particles particle point objects point_masses
+    interaction: springs spring gravity interactions field
+    stop: t_end tmax t_max tstop duration time_span tspan t_span end
+    step: dt timestep time_step
+    solve: stop step samples method tolerance
+    outputs: outputs output plot write
 """
-_COORDINATE = """
-    initial: value start init initial_value initial_position position x0 q0 at initially
-    velocity: v0 speed initial_velocity initial_speed dot rate v vel qdot q_dot velocity0
-    unit: units
-    description: comment
-"""
-_PARAMETER = """
-    value: val default number is initial
-    unit: units
-    description: comment
-"""
-_SOLVE = """
-    stop: end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t
-    start: t0 begin t_start tstart start_time from
-    step: dt h timestep time_step step_size stepsize interval
-    samples: n N points n_samples num count steps n_steps sample
-    tolerance: tol rtol atol eps accuracy precision error
-    method: solver integrator scheme algorithm
-    outputs: output write save
-"""
-_TABLES = {"": _SECTIONS, "coordinate": _COORDINATE, "parameter": _PARAMETER, "solve": _SOLVE}
-"""What is here called as before the colon; after '!' stands which hint helps where no section is meant."""
+"""Sections of other programs that are none here; before the colon stands which hint helps."""
 
 
-def meant_key(table: str, key: str) -> tuple[str, str]:
-    """The key that ``key`` stands for in a kind of table (the file's own is called ''), and a hint;
-    nothing where there is none."""
-    for line in _TABLES.get(table, "").splitlines():
-        meant, _, words = line.strip().partition(":")
-        if key in words.split():
-            return ("", _HINTS[meant[1:]]) if meant.startswith("!") else (meant, f"write '{meant}'")
-    return "", ""
+def elsewhere(section: str) -> str:
+    """The hint for a section that other programs have; nothing for any other word."""
+    for line in _ELSEWHERE.splitlines():
+        hint, _, words = line.strip().partition(":")
+        if section in words.split():
+            return _HINTS[hint]
+    return ""

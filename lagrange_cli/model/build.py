@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Generic
+from collections.abc import Iterable
 
-from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.algebra import Algebra, E, Value
-from lagrange_cli.expression.build import Builder
-from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.model.forces.law import Action
+from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Expression, Spec
+from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.spec import Spec
 
 
 def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
@@ -22,7 +20,10 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
     """
     scope = Scope(spec, algebra)
     zero = algebra.number("0")
-    particles = tuple(scope.particle(name, zero) for name in spec.embedding)
+    bodies = [(name, scope.scalar(spec.masses[name]), scope.velocity(name)) for name in spec.embedding]
+    potential = scope.total([scope.scalar(term) for term in spec.potential.values()])
+    lagrangian = None if spec.lagrangian is None else scope.scalar(spec.lagrangian)
+    action = added(scope, (FORCES[key].act(scope, given) for key, given in spec.forces.items()))
     return Model(
         name=spec.name,
         algebra=algebra,
@@ -31,85 +32,30 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         q=scope.q,
         v=scope.v,
         parameters=scope.parameters,
-        particles=particles,
-        potential=scope.total([scope.scalar(term) for term in spec.potential.values()]),
-        lagrangian=None if spec.lagrangian is None else scope.scalar(spec.lagrangian),
-        generalized_forces=tuple(
-            scope.scalar(spec.generalized_forces[coordinate.name])
-            if coordinate.name in spec.generalized_forces
-            else zero
-            for coordinate in spec.coordinates
+        particles=tuple(
+            Particle(name, mass, scope.values[name], velocity, action.on_particles.get(name, ()))
+            for name, mass, velocity in bodies
         ),
-        dissipation=zero if spec.dissipation is None else scope.scalar(spec.dissipation),
+        potential=potential,
+        lagrangian=lagrangian,
+        generalized_forces=tuple(action.generalized.get(one.name, zero) for one in spec.coordinates),
+        dissipation=zero if action.dissipation is None else action.dissipation,
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
     )
 
 
-class Scope(Generic[E]):
-    """The values of names: symbols, definitions, and the particles once all of them are built."""
-
-    def __init__(self, spec: Spec, algebra: Algebra[E]) -> None:
-        self.spec = spec
-        self.algebra = algebra
-        self.time = algebra.symbol(TIME)
-        self.q = tuple(algebra.symbol(coordinate.name) for coordinate in spec.coordinates)
-        self.v = tuple(algebra.symbol(velocity_name(coordinate.name)) for coordinate in spec.coordinates)
-        self.parameters = {one.name: algebra.symbol(one.name) for one in spec.parameters}
-        self.values: dict[str, Value] = {TIME: self.time, **self.parameters}
-        for coordinate, q, v in zip(spec.coordinates, self.q, self.v, strict=True):
-            self.values |= {coordinate.name: q, velocity_name(coordinate.name): v}
-        self.rates = dict(zip(self.q, self.v, strict=True))
-        self.velocities: dict[str, tuple[E, ...]] = {}
-        self.builder = Builder(self, algebra, spec.sizes)
-        for name, definition in spec.definitions.items():  # each uses only earlier ones
-            self.values[name] = self.build(definition)
-        positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
-        self.values |= positions
-
-    def __call__(self, identifier: str) -> Value:
-        base, _, component = identifier.partition(".")
-        if component in VELOCITY_COMPONENTS:
-            return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
-        value = self.values[base]
-        return value[COMPONENTS.index(component)] if component else value
-
-    def velocity(self, particle: str) -> tuple[E, ...]:
-        """dr/dt = sum_k dr/dq_k q_dot_k + dr/dt, built when it is first asked for."""
-        if particle not in self.velocities:
-            self.velocities[particle] = tuple(self._rate(component) for component in self.values[particle])
-        return self.velocities[particle]
-
-    def _rate(self, component: E) -> E:
-        terms: list[E] = []
-        for symbol in self.algebra.symbols(component):
-            if symbol in self.rates:
-                terms.append(self.algebra.diff(component, symbol) * self.rates[symbol])  # type: ignore[operator]
-            elif symbol == self.time:
-                terms.append(self.algebra.diff(component, symbol))
-        return self.total(terms)
-
-    def total(self, terms: list[E]) -> E:
-        """The sum of any number of elements."""
-        return self.algebra.total(terms) if terms else self.algebra.number("0")
-
-    def particle(self, name: str, zero: E) -> Particle[E]:
-        position = self.values[name]
-        force = self.vector(self.spec.forces[name]) if name in self.spec.forces else ()
-        return Particle(name, self.scalar(self.spec.masses[name]), position, self.velocity(name), force)
-
-    def scalar(self, expression: Expression) -> E:
-        value: E = self.build(expression)
-        return value
-
-    def vector(self, expression: Expression) -> tuple[E, ...]:
-        value = self.build(expression)
-        return value if isinstance(value, tuple) else (value,)
-
-    def build(self, expression: Expression) -> Value:
-        try:
-            return self.builder.build(expression.tree, expression.indices)
-        except ExpressionError as error:
-            source = Source(self.spec.filename, self.spec.text)
-            place = expression.at(error.span)
-            raise SpecError(source.filename, [source.problem(place, error.message, error.hint)]) from error
+def added(scope: Scope[E], actions: Iterable[Action[E]]) -> Action[E]:
+    """All that acts, together."""
+    on_particles: dict[str, tuple[E, ...]] = {}
+    generalized: dict[str, E] = {}
+    dissipation: list[E] = []
+    for action in actions:
+        for name, force in action.on_particles.items():
+            before = on_particles.get(name)
+            pairs = zip(before, force, strict=True) if before else ()
+            on_particles[name] = tuple(scope.total([*pair]) for pair in pairs) or force
+        for name, given in action.generalized.items():
+            generalized[name] = scope.total([generalized[name], given]) if name in generalized else given
+        dissipation += [] if action.dissipation is None else [action.dissipation]
+    return Action(on_particles, generalized, scope.total(dissipation) if dissipation else None)

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.bounds import BoundsAlgebra
-from lagrange_cli.model.build import Scope
+from lagrange_cli.model.scope import Scope
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Place, Spec
 
@@ -32,9 +32,10 @@ def largest_expression(spec: Spec) -> Largest | None:
 
 def expressions(spec: Spec) -> Iterator[Expression]:
     """What the equations are derived from."""
-    for section in (spec.embedding, spec.potential, spec.forces, spec.generalized_forces):
+    for section in (spec.embedding, spec.potential, *spec.forces.values()):
         yield from section.values()
-    yield from (one for one in (spec.lagrangian, spec.dissipation) if one is not None)
+    if spec.lagrangian is not None:
+        yield spec.lagrangian
 
 
 def size_of(value: Value) -> int:

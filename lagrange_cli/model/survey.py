@@ -26,8 +26,10 @@ from lagrange_cli.model.dimensions import (
     total,
     vector,
 )
+from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.units import RADIAN, Unit, is_energy, known, meaning, read_unit
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec
 
@@ -193,23 +195,15 @@ class Survey:
 
     def _forces(self) -> None:
         """Forces say nothing new, but may contradict."""
-        spec = self.spec
-        for name, several in by_family(spec.forces.items()).items():
-            for expression in distinct(several):
-                for value in vector(self.value(expression, f"force '{name}'")):
-                    self._due(self.positions[name], value, expression, f"the force on '{name}'")
-        for name, several in by_family(spec.generalized_forces.items()).items():
-            for expression in distinct(several):
-                value = self.scalar(expression, f"generalized force '{name}'")
-                self._due(self.coordinates[name], value, expression, f"the generalized force '{name}'")
-        if spec.dissipation is not None:
-            value = self.scalar(spec.dissipation, "dissipation")
-            self._due(self.time, value, spec.dissipation, "the dissipation")
-
-    def _due(self, divisor: Quantity, value: Quantity, expression: Expression, what: str) -> None:
-        """Note where a quantity is not the energy over ``divisor``."""
-        message = f"{what} is in {{}}, and should be in {{}}"
-        self.agree(self.energy / divisor, named(value), expression.place, message)
+        for key, given in self.spec.forces.items():
+            row = SECTIONS.by_word[key]
+            for name, several in by_family(given.items()).items():
+                what = key if name == key else f"{row.label} '{name}'"
+                expected = FORCES[key].unit(name, self)
+                message = f"the {what} is in {{}}, and should be in {{}}"
+                for expression in distinct(several):
+                    for value in vector(self.value(expression, what)):
+                        self.agree(expected, named(value), expression.place, message)
 
 
 T = TypeVar("T")

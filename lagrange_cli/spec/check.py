@@ -11,12 +11,15 @@ from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name, velocity_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
-from lagrange_cli.spec.names import Kind, Names, range_hint, scalar
+from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
+from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.names import Names, range_hint, scalar
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.sections import Declared, Draft, Entry, Written
+from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE, Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec
+from lagrange_cli.spec.table import Row
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -27,25 +30,23 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     definitions = checker.definitions()
     coordinates = checker.coordinates()
     checker.formulation()
-    masses = checker.scalars("masses", "mass of")
+    masses = checker.expressions("masses")
     embedding = checker.embedding()
-    forces = checker.forces()
+    forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
     return Spec(
         filename=problems.source.filename,
         text=problems.source.text,
-        name=draft.name or _stem(problems.source.filename),
-        description=draft.description,
+        name=draft.text("name") or _stem(problems.source.filename),
+        description=draft.text("description"),
         parameters=parameters,
         coordinates=coordinates,
         definitions=definitions,
         masses=masses,
         embedding=embedding,
-        potential=checker.potential(),
-        lagrangian=checker.one("lagrangian"),
-        forces=forces,
-        generalized_forces=checker.generalized_forces(),
-        dissipation=checker.one("dissipation"),
-        observables=checker.scalars("observables", "observable"),
+        potential=checker.expressions("potential"),
+        lagrangian=checker.expressions("lagrangian").get("lagrangian"),
+        forces={key: given for key, given in forces.items() if given},
+        observables=checker.expressions("observables"),
         solve=solve_defaults(draft, problems),
         sizes=sizes,
         families=draft.families,
@@ -62,18 +63,18 @@ class _Checker:
     problems: Problems
 
     def __post_init__(self) -> None:
-        self.names = Names(self.problems, self.sizes)
+        self.names = Names(self.problems, self.sizes, {row.key: row.rule for row in SECTIONS.rows})
         self._settling = Settling(self.names, self.draft.families)
 
     def declare(self) -> None:
         """Enter all names, so that a later one can be told from one that does not exist."""
         draft = self.draft
         self.names.declare(TIME, Kind.TIME, None, scalar())
-        for size in draft.sizes:
+        for size in draft.entries("sizes"):
             value = Bounds(float(self.sizes.get(size.name, 1)))
             if self.names.declare(size.name, Kind.SIZE, size.place, value):
                 self.names.settle(size.name, frozenset(), value)  # a plain number, wherever it stands
-        coordinates = list(self._named("coordinates", draft.coordinates))
+        coordinates = list(self._named("coordinates", draft.declared("coordinates")))
         for name, place, family in coordinates:
             self.names.declare(name, Kind.COORDINATE, place, scalar(), family)
         for name, place, family in coordinates:
@@ -81,11 +82,13 @@ class _Checker:
                 members = tuple(map(velocity_name, family.members))
                 family = replace(family, name=velocity_name(family.name), members=members)
             self.names.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
-        for name, place, family in self._named("parameters", draft.parameters):
+        for name, place, family in self._named("parameters", draft.declared("parameters")):
             self._declare_free(name, Kind.PARAMETER, place, family)
-        for name, place, family in self._named("definitions", draft.definitions):
+        for name, place, family in self._named("definitions", draft.entries("definitions")):
             self._declare_free(name, Kind.DEFINITION, place, family)
-        for name, place, family in self._named("embedding", (*draft.masses, *draft.embedding)):
+        for name, place, family in self._named(
+            "embedding", (*draft.entries("masses"), *draft.entries("embedding"))
+        ):
             self._declare_free(name, Kind.PARTICLE, place, family)
         for index, place in draft.indices:
             try:
@@ -117,10 +120,12 @@ class _Checker:
         self.names.declare(name, what, place, None, family)
 
     def parameters(self) -> tuple[Parameter, ...]:
-        declared = {one.name: one for one in self.draft.parameters}
+        declared = {one.name: one for one in self.draft.declared("parameters")}
         values = {name: one.fields.get("value") for name, one in declared.items()}
         found = []
-        for name in self._settling.settle_all(self.draft.parameters, values, Kind.PARAMETER, "parameters"):
+        for name in self._settling.settle_all(
+            self.draft.declared("parameters"), values, Kind.PARAMETER, "parameters"
+        ):
             value, fields = values[name], declared[name].fields
             if value is not None:
                 unit, description = fields.get("unit", ""), fields.get("description", "")
@@ -128,12 +133,12 @@ class _Checker:
         return tuple(found)
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        if not self.draft.coordinates and not self.problems.found:
+        if not self.draft.declared("coordinates") and not self.problems.found:
             place = self.draft.places.get("coordinates", WHOLE_FILE)
             self.problems.add(
                 place, "the system has no coordinates", "write 'coordinates: {x: {initial: 0}}'"
             )
-        return tuple(self._coordinate(coordinate) for coordinate in self.draft.coordinates)
+        return tuple(self._coordinate(coordinate) for coordinate in self.draft.declared("coordinates"))
 
     def _coordinate(self, declared: Declared) -> Coordinate:
         initial, velocity = declared.fields.get("initial"), declared.fields.get("velocity")
@@ -152,8 +157,10 @@ class _Checker:
         )
 
     def definitions(self) -> dict[str, Expression]:
-        values = {entry.name: entry.value for entry in self.draft.definitions}
-        order = self._settling.settle_all(self.draft.definitions, values, Kind.DEFINITION, "definitions")
+        values = {entry.name: entry.value for entry in self.draft.entries("definitions")}
+        order = self._settling.settle_all(
+            self.draft.entries("definitions"), values, Kind.DEFINITION, "definitions"
+        )
         return {name: value for name in order if (value := values[name]) is not None}
 
     def formulation(self) -> None:
@@ -162,7 +169,7 @@ class _Checker:
         if "lagrangian" in places:
             for other in ("masses", "embedding", "potential"):
                 if other in places:
-                    word = draft.positions if other == "embedding" else other
+                    word = draft.words.get("embedding", "positions") if other == "embedding" else other
                     self.problems.add(
                         places[other],
                         f"'{word}' cannot be given together with 'lagrangian'",
@@ -178,8 +185,9 @@ class _Checker:
                 "write 'masses' with 'positions' (or 'embedding'), or 'lagrangian'",
             )
             return
-        masses, embedding = _by_name(draft.masses), _by_name(draft.embedding)
-        self._partners(masses, embedding, "a mass but no position", f"{draft.positions}: {{%s: [x, y]}}")
+        word = draft.words.get("embedding", "positions")
+        masses, embedding = _by_name(draft.entries("masses")), _by_name(draft.entries("embedding"))
+        self._partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}")
         self._partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}")
         if not masses and not embedding and not self.problems.found:
             place = places.get("masses", places.get("embedding", WHOLE_FILE))
@@ -201,7 +209,7 @@ class _Checker:
 
     def embedding(self) -> dict[str, Expression]:
         found = {}
-        for entry in self.draft.embedding:
+        for entry in self.draft.entries("embedding"):
             bounds = None
             if entry.value is not None:
                 _, bounds = self.names.check(entry.value, "embedding", f"position of '{entry.key.label}'")
@@ -218,48 +226,50 @@ class _Checker:
             self._settling.settle(entry.name, Kind.PARTICLE, frozenset({Kind.PARTICLE}), vector)
         return found
 
-    def forces(self) -> dict[str, Expression]:
-        particles = {entry.name for entry in self.draft.embedding}
-        found = {}
-        for entry in self.draft.forces:
-            if entry.name not in particles:
-                hint = self._other_hint(entry.name, [one.name for one in self.draft.embedding])
-                self.problems.add_once(
-                    entry.place,
-                    f"unknown particle '{entry.name}' in forces",
-                    hint or "with a 'lagrangian', forces are written under 'generalized_forces'",
-                )
+    def expressions(self, section: str) -> dict[str, Expression]:
+        """The expressions of a section by name, each checked by what the section's row says of them."""
+        row, found = SECTIONS.by_word[section], {}
+        owners = dict.fromkeys(self._owners(row))
+        for entry in self.draft.entries(section):
+            if row.of is not None and entry.name not in owners:
+                self._no_owner(row, entry, list(owners))
             if entry.value is None:
                 continue
-            where = f"force on '{entry.key.label}'"
-            _, bounds = self.names.check(entry.value, "forces", where)
+            alone = entry.passage is None and entry.name == section  # one expression in place of a mapping
+            where = section if alone else f"{row.label} '{entry.key.label}'"
             found[entry.name] = entry.value
-            position = self.names.values.get(entry.name)
-            if bounds is None or entry.name not in particles or not isinstance(position, tuple):
-                continue
-            given, due = len(bounds) if isinstance(bounds, tuple) else 1, len(position)
-            if given != due:
-                self.problems.add_once(
-                    entry.value.place,
-                    f"{where} has {_components(given)}, its position {due}",
-                    f"write {_components(due)}",
-                )
+            if row.vector:
+                self._vector(entry, entry.value, section, where)
+            else:
+                check_scalar(self.names, entry.value, section, where)
         return found
 
-    def potential(self) -> dict[str, Expression]:
-        alone = len(self.draft.potential) == 1 and self.draft.potential[0].name == "potential"
-        return self.scalars("potential", "potential", named=not alone)
+    def _owners(self, row: Row) -> Iterator[str]:
+        """The names that the entries of a section may have, where they are names of something else."""
+        if row.of is Kind.PARTICLE:
+            yield from (entry.name for entry in self.draft.entries("embedding"))
+        elif row.of is Kind.COORDINATE:
+            yield from (declared.name for declared in self.draft.declared("coordinates"))
 
-    def generalized_forces(self) -> dict[str, Expression]:
-        known = {coordinate.name: None for coordinate in self.draft.coordinates}
-        for entry in self.draft.generalized_forces:
-            if entry.name not in known:
-                self.problems.add_once(
-                    entry.place,
-                    f"unknown coordinate '{entry.name}' in generalized_forces",
-                    self._other_hint(entry.name, list(known)),
-                )
-        return self.scalars("generalized_forces", "generalized force")
+    def _no_owner(self, row: Row, entry: Entry, known: list[str]) -> None:
+        """Note an entry for a particle or a coordinate that does not exist."""
+        hint = self._other_hint(entry.name, known)
+        if row.of is Kind.PARTICLE:
+            hint = hint or "with a 'lagrangian', forces are written under 'generalized_forces'"
+        assert row.of is not None
+        message = f"unknown {row.of.value} '{entry.name}' in {row.key}"
+        self.problems.add_once(entry.place, message, hint)
+
+    def _vector(self, entry: Entry, value: Expression, section: str, where: str) -> None:
+        """Note a vector that has not as many components as the position of its particle."""
+        _, bounds = self.names.check(value, section, where)
+        position = self.names.values.get(entry.name)
+        if bounds is None or not isinstance(position, tuple):
+            return
+        given, expected = len(bounds) if isinstance(bounds, tuple) else 1, len(position)
+        if given != expected:
+            message = f"{where} has {_components(given)}, its position {expected}"
+            self.problems.add_once(value.place, message, f"write {_components(expected)}")
 
     def _other_hint(self, name: str, known: list[str]) -> str:
         meaning = self.names.table.get(family_name(name))
@@ -268,22 +278,6 @@ class _Checker:
                 return f"write {meaning.family.label} for its members"
             return range_hint(name, meaning.family)
         return near_hint(name, known) or known_hint(known)
-
-    def scalars(self, section: str, what: str, named: bool = True) -> dict[str, Expression]:
-        found = {}
-        for entry in getattr(self.draft, section):
-            if entry.value is not None:
-                check_scalar(
-                    self.names, entry.value, section, f"{what} '{entry.key.label}'" if named else what
-                )
-                found[entry.name] = entry.value
-        return found
-
-    def one(self, section: str) -> Expression | None:
-        value: Expression | None = getattr(self.draft, section)
-        if value is not None:
-            check_scalar(self.names, value, section, section)
-        return value
 
 
 def _components(count: int) -> str:

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from lagrange_cli.spec.draft import Draft
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.sections import Draft
 from lagrange_cli.spec.source import WHOLE_FILE, Place
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -47,7 +47,7 @@ def place_of(key: str, draft: Draft) -> Place:
 
 def time_unit(draft: Draft, problems: Problems) -> str:
     """The unit of t, which may stand in either of two places."""
-    unit, other = draft.time, draft.solve.get("unit", "")
+    unit, other = draft.text("time"), draft.solve.get("unit", "")
     if unit and other and unit != other:
         problems.add(
             place_of("unit", draft),

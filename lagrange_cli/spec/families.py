@@ -16,19 +16,15 @@ from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, pl
 from lagrange_cli.expression.vocabulary import RESERVED, member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.draft import Declared, Draft, Entry
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.sections import Declared, Draft, Entry
+from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Family
 
 MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
-
-COMPLETE = ("parameters", "coordinates", "definitions", "masses", "embedding", "observables")
-"""Sections that must give every member of a family."""
-PARTIAL = ("forces", "generalized_forces")
-"""Sections that may give some."""
 
 One = TypeVar("One", Entry, Declared)
 
@@ -39,7 +35,7 @@ def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems
     Raises:
         UsageError: an override of an unknown size, or one that is no whole number greater than 0.
     """
-    entries = {entry.name: entry for entry in draft.sizes if entry.name not in RESERVED}
+    entries = {entry.name: entry for entry in draft.entries("sizes") if entry.name not in RESERVED}
     trees = {name: entry.value.tree for name, entry in entries.items() if entry.value is not None}
     for name, text in overrides.items():
         if name not in entries:
@@ -86,9 +82,12 @@ def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
     expander = _Expander(sizes, problems)
     expanded: dict[str, Any] = {}
     families: dict[str, dict[str, Family]] = {}
-    for section in (*COMPLETE, *PARTIAL):
-        expanded[section], families[section] = expander.section(getattr(draft, section), section in COMPLETE)
-    return replace(draft, **expanded, families=families, indices=tuple(expander.indices))
+    for row in SECTIONS.rows:
+        if row.family:
+            pieces: Sequence[Any] = draft.sections.get(row.key, ())
+            expanded[row.key], families[row.key] = expander.section(pieces, row.family == "all")
+    sections = {**draft.sections, **expanded}
+    return replace(draft, sections=sections, families=families, indices=tuple(expander.indices))
 
 
 @dataclass

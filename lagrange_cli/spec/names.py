@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from enum import Enum
 from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
@@ -23,80 +22,27 @@ from lagrange_cli.expression.vocabulary import (
     member_name,
     velocity_name,
 )
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import replace
+from lagrange_cli.spec.kinds import Kind, Meaning, Rule
 from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Family
 
 
-class Kind(Enum):
-    """What an expression may depend on; the value is the word for it in messages."""
-
-    SIZE = "size"
-    PARAMETER = "parameter"
-    TIME = "time"
-    COORDINATE = "coordinate"
-    VELOCITY = "velocity"
-    PARTICLE = "particle"
-    DEFINITION = "definition"
-
-
-@dataclass(frozen=True)
-class Meaning:
-    """What a name stands for.
-
-    ``what`` is the word for it, ``kinds`` what it comes down to, ``value`` its ``Bounds`` or a tuple of
-    them for a vector (of a family: that of any member), and None where its own expression is wrong (that has
-    been said, and nothing more is). ``family`` is there if the name is that of a family.
-    """
-
-    what: Kind
-    kinds: frozenset[Kind]
-    value: Any
-    place: Place | None = None
-    family: Family | None = None
-
-
 class Unsound(Exception):
     """Raised where an expression uses something that is wrong: nothing more is said of it."""
 
 
-@dataclass(frozen=True)
-class Rule:
-    """What the expressions of a section may depend on, and what to say when they do not keep to it."""
-
-    allowed: frozenset[Kind]
-    hint: str
-
-
-_CONSTANT = frozenset({Kind.PARAMETER})
-_CONFIGURATION = _CONSTANT | {Kind.COORDINATE, Kind.TIME}
-_STATE = _CONFIGURATION | {Kind.VELOCITY}
-_ALL = _STATE | {Kind.PARTICLE}
-RULES: dict[str, Rule] = {
-    "parameters": Rule(_CONSTANT, "parameters may use numbers and other parameters"),
-    "coordinates": Rule(_CONSTANT, "initial values may use numbers and parameters"),
-    "masses": Rule(_CONSTANT, "masses may use numbers and parameters"),
-    "definitions": Rule(
-        _STATE,
-        "definitions may use coordinates, velocities, t, parameters and other definitions, but no particles",
-    ),
-    "embedding": Rule(_CONFIGURATION, "a position is r(q, t): coordinates, t and parameters only"),
-    "lagrangian": Rule(_STATE, "a Lagrangian is L(q, q_dot, t): coordinates, velocities, t and parameters"),
-    "potential": Rule(_ALL, ""),
-    "forces": Rule(_ALL, ""),
-    "generalized_forces": Rule(_ALL, ""),
-    "dissipation": Rule(_ALL, ""),
-    "observables": Rule(_ALL, ""),
-}
-
-
 class Names:
-    """The table of names of one file; ``values`` are the bounds by name, or by the name of a member."""
+    """The table of names of one file; ``values`` are the bounds by name, or by the name of a member.
 
-    def __init__(self, problems: Problems, sizes: Mapping[str, int]) -> None:
+    ``rules`` say what the expressions of each section may depend on.
+    """
+
+    def __init__(self, problems: Problems, sizes: Mapping[str, int], rules: Mapping[str, Rule]) -> None:
         self.problems = problems
+        self.rules = rules
         self.table: dict[str, Meaning] = {}
         self.values: dict[str, Any] = {}
         self._members: set[str] = set()
@@ -231,7 +177,7 @@ class Names:
         meaning = self.table.get(base)
         if meaning is None:
             raise ExpressionError(name.span, *self._unknown(base, section, expression.indices))
-        rule = RULES[section]
+        rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]
         if forbidden:
             via = ""
@@ -306,7 +252,11 @@ class Names:
         if name in NAMES:
             return message, f"write {NAMES[name]}"
         particles = [one for one, meaning in self.table.items() if meaning.what is Kind.PARTICLE]
-        if name in COMPONENTS + VELOCITY_COMPONENTS and particles and Kind.PARTICLE in RULES[section].allowed:
+        if (
+            name in COMPONENTS + VELOCITY_COMPONENTS
+            and particles
+            and Kind.PARTICLE in self.rules[section].allowed
+        ):
             return message, f"write {particles[0]}.{name} for that of {particles[0]}"
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])
         known = known_hint(self._words(section))
@@ -315,7 +265,7 @@ class Names:
 
     def _words(self, section: str) -> list[str]:
         """All names that may be used in a section, as they are written there: families with an index."""
-        allowed = RULES[section].allowed
+        allowed = self.rules[section].allowed
         return [
             one.family.label if one.family else name
             for name, one in self.table.items()

@@ -4,12 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 
+from lagrange_cli.expression.confusions import STATE
+from lagrange_cli.expression.near import known_hint
+from lagrange_cli.records import replace
+from lagrange_cli.spec import nodes
 from lagrange_cli.spec.check import check
+from lagrange_cli.spec.draft import Draft
 from lagrange_cli.spec.families import expand, resolve_sizes
-from lagrange_cli.spec.nodes import compose, decode
+from lagrange_cli.spec.fields import unreadable, words_of
+from lagrange_cli.spec.nodes import Node, compose, decode
 from lagrange_cli.spec.problems import Problems
-from lagrange_cli.spec.sections import read_draft
+from lagrange_cli.spec.sections import SECTIONS, SOLVE
+from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Spec
+from lagrange_cli.spec.table import read_table
 
 
 def read_spec(text: bytes | str, filename: str, sizes: Mapping[str, str] | None = None) -> Spec:
@@ -40,3 +48,42 @@ def examine(
     draft = read_draft(compose(source, problems), problems)
     numbers = resolve_sizes(draft, sizes or {}, problems)
     return check(expand(draft, numbers, problems), numbers, problems), problems
+
+
+def read_draft(root: Node, problems: Problems) -> Draft:
+    """The sections of the file; whatever is wrong with their form is added to ``problems``."""
+    if not isinstance(root, nodes.Mapping):
+        problems.add(
+            root.place,
+            "a system file is a list of sections, 'key: value'",
+            known_hint(SECTIONS.keys, limit=8),
+        )
+        problems.stop_if_any()
+        raise AssertionError("unreachable")
+    sections = read_table(root, SECTIONS, "", problems)
+    words = [key.text for key, _ in root.entries]
+    if any(SECTIONS.meant(word)[1] == STATE for word in words if word not in SECTIONS.by_word):
+        sections["coordinates"] = tuple(  # their initial values are not missing
+            replace(one, fields={"initial": unreadable(one.place, problems), **one.fields})
+            for one in sections.get("coordinates", ())
+        )
+    return Draft(
+        sections,
+        places={SECTIONS.key_of(key.text): key.place for key, _ in root.entries},
+        words={SECTIONS.key_of(word): word for word in reversed(words)},
+        strange=any(word not in SECTIONS.by_word for word in words),
+        solve_places=solve_places(root),
+    )
+
+
+def solve_places(root: nodes.Mapping) -> dict[str, Place]:
+    """Where the ``solve`` section gives what: by its keys, and by ``outputs NAME`` for each output."""
+    solve = next((node for key, node in root.entries if key.text == "solve"), None)
+    found: dict[str, Place] = {}
+    outputs: dict[str, Place] = {}
+    for key, node in solve.entries if isinstance(solve, nodes.Mapping) else ():
+        meant = SOLVE.meant(key.text)[0] or key.text
+        found[key.text if key.text in SOLVE.by_word else meant] = node.place
+        if meant == "outputs":
+            outputs |= {f"outputs {word}": place for word, place in words_of(node)}
+    return found | outputs

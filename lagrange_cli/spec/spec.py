@@ -105,7 +105,9 @@ class Spec:
     ``potential`` maps term names to expressions that are summed (one term named ``potential`` when the
     file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
     ``definitions`` and ``parameters`` are sorted so that each uses only
-    earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``text`` is the file as read.
+    earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by the keys of the
+    file that give forces (``model.forces`` says how each acts), then by what they act on. ``text`` is the
+    file as read.
 
     Families are written out: everything goes by the names of members, such as ``theta[3]``, and
     ``families`` has them by section and name. ``sizes`` are the whole numbers they were written with.
@@ -123,9 +125,7 @@ class Spec:
     embedding: Mapping[str, Expression]
     potential: Mapping[str, Expression]
     lagrangian: Expression | None
-    forces: Mapping[str, Expression]
-    generalized_forces: Mapping[str, Expression]
-    dissipation: Expression | None
+    forces: Mapping[str, Mapping[str, Expression]]
     observables: Mapping[str, Expression]
     solve: SolveDefaults
     sizes: Mapping[str, int] = field(default_factory=dict)

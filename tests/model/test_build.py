@@ -12,8 +12,11 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.model.build import build_model
+from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import replace
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.values import resolve_values
 
 SYSTEMS = Path(__file__).parents[2] / "systems"
@@ -108,3 +111,25 @@ def test_what_an_algebra_refuses_is_shown_at_its_place() -> None:
     (problem,) = caught.value.problems
     assert (problem.line, problem.column, problem.length) == (2, 17, 7)
     assert problem.message == "division by zero"
+
+
+def test_every_key_that_gives_forces_says_how_they_act():
+    assert set(FORCES) == {row.key for row in SECTIONS.rows if row.force}
+
+
+def test_the_actions_of_several_keys_add_up(monkeypatch):
+    """Each key given twice doubles all that it does."""
+    spec = read_spec(
+        "coordinates: {x: {initial: 1}}\nparameters: {c: 3}\nmasses: {a: 1}\nembedding: {a: [x]}\n"
+        "forces: {a: [c]}\ngeneralized_forces: {x: c*x}\ndissipation: c*x_dot**2\n",
+        "a.yaml",
+    )
+    once = build_model(spec, SympyAlgebra())
+    for key, law in list(FORCES.items()):
+        monkeypatch.setitem(FORCES, f"{key} again", law)
+    again = {f"{key} again": given for key, given in spec.forces.items()}
+    twice = build_model(replace(spec, forces={**spec.forces, **again}), SympyAlgebra())
+    assert twice.particles[0].force == (2 * once.particles[0].force[0],)
+    assert twice.generalized_forces == (2 * once.generalized_forces[0],)
+    assert twice.dissipation == 2 * once.dissipation
+    assert all(expression.free_symbols for expression in (*once.generalized_forces, once.dissipation))

@@ -48,7 +48,7 @@ def test_sections_become_fields() -> None:
     assert spec.coordinates[0].initial is not None
     assert spec.coordinates[0].velocity is None
     assert list(spec.definitions) == ["speed", "at"]
-    assert isinstance(spec.forces["bob"].tree, Vector)
+    assert isinstance(spec.forces["forces"]["bob"].tree, Vector)
     assert list(spec.potential) == ["potential"]
     assert spec.solve.start == 1
     assert spec.solve.stop == pytest.approx(6.283185307179586, rel=1e-15)

@@ -1,0 +1,50 @@
+"""What a key of the system file that gives forces must say: how its entries act, and what their unit is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Generic, Protocol
+
+from lagrange_cli.expression.algebra import E
+from lagrange_cli.model.scope import Scope
+from lagrange_cli.records import dataclass, field
+from lagrange_cli.spec.spec import Expression
+
+if TYPE_CHECKING:
+    from lagrange_cli.model.dimensions import Quantity
+
+
+@dataclass(frozen=True)
+class Action(Generic[E]):
+    """What acts on the system besides its potential: Q_k = sum_i F_i . dr_i/dq_k + (given) - dD/dq_dot_k.
+
+    ``on_particles`` has the components of F_i by particle, ``generalized`` what is given by coordinate, and
+    ``dissipation`` is Rayleigh's function D, None where there is none.
+    """
+
+    on_particles: Mapping[str, tuple[E, ...]] = field(default_factory=dict)
+    generalized: Mapping[str, E] = field(default_factory=dict)
+    dissipation: E | None = None
+
+
+class Quantities(Protocol):
+    """The quantities whose units are known before those of the forces; members of a family have one."""
+
+    @property
+    def energy(self) -> Quantity: ...
+    @property
+    def time(self) -> Quantity: ...
+    @property
+    def coordinates(self) -> Mapping[str, Quantity]: ...
+    @property
+    def positions(self) -> Mapping[str, Quantity]: ...
+
+
+class Law(Protocol):
+    """A module of this package: one key of the system file."""
+
+    def act(self, scope: Scope[E], given: Mapping[str, Expression]) -> Action[E]:
+        """What the entries ``given``, by name, do."""
+
+    def unit(self, name: str, known: Quantities) -> Quantity:
+        """What the entry of that name, or those of a family, must be a quantity of."""

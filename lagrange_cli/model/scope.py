@@ -1,0 +1,77 @@
+"""``Scope``: the values of a system file's names over any algebra."""
+
+from __future__ import annotations
+
+from typing import Generic
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.algebra import Algebra, E, Value
+from lagrange_cli.expression.build import Builder
+from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.spec import Expression, Spec
+
+
+class Scope(Generic[E]):
+    """The values of names: symbols, definitions, and the particles once all of them are built."""
+
+    def __init__(self, spec: Spec, algebra: Algebra[E]) -> None:
+        self.spec = spec
+        self.algebra = algebra
+        self.time = algebra.symbol(TIME)
+        self.q = tuple(algebra.symbol(coordinate.name) for coordinate in spec.coordinates)
+        self.v = tuple(algebra.symbol(velocity_name(coordinate.name)) for coordinate in spec.coordinates)
+        self.parameters = {one.name: algebra.symbol(one.name) for one in spec.parameters}
+        self.values: dict[str, Value] = {TIME: self.time, **self.parameters}
+        for coordinate, q, v in zip(spec.coordinates, self.q, self.v, strict=True):
+            self.values |= {coordinate.name: q, velocity_name(coordinate.name): v}
+        self.rates = dict(zip(self.q, self.v, strict=True))
+        self.velocities: dict[str, tuple[E, ...]] = {}
+        self.builder = Builder(self, algebra, spec.sizes)
+        for name, definition in spec.definitions.items():  # each uses only earlier ones
+            self.values[name] = self.build(definition)
+        positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
+        self.values |= positions
+
+    def __call__(self, identifier: str) -> Value:
+        base, _, component = identifier.partition(".")
+        if component in VELOCITY_COMPONENTS:
+            return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
+        value = self.values[base]
+        return value[COMPONENTS.index(component)] if component else value
+
+    def velocity(self, particle: str) -> tuple[E, ...]:
+        """dr/dt = sum_k dr/dq_k q_dot_k + dr/dt, built when it is first asked for."""
+        if particle not in self.velocities:
+            self.velocities[particle] = tuple(self._rate(component) for component in self.values[particle])
+        return self.velocities[particle]
+
+    def _rate(self, component: E) -> E:
+        terms: list[E] = []
+        for symbol in self.algebra.symbols(component):
+            if symbol in self.rates:
+                terms.append(self.algebra.diff(component, symbol) * self.rates[symbol])  # type: ignore[operator]
+            elif symbol == self.time:
+                terms.append(self.algebra.diff(component, symbol))
+        return self.total(terms)
+
+    def total(self, terms: list[E]) -> E:
+        """The sum of any number of elements."""
+        return self.algebra.total(terms) if terms else self.algebra.number("0")
+
+    def scalar(self, expression: Expression) -> E:
+        value: E = self.build(expression)
+        return value
+
+    def vector(self, expression: Expression) -> tuple[E, ...]:
+        value = self.build(expression)
+        return value if isinstance(value, tuple) else (value,)
+
+    def build(self, expression: Expression) -> Value:
+        try:
+            return self.builder.build(expression.tree, expression.indices)
+        except ExpressionError as error:
+            source = Source(self.spec.filename, self.spec.text)
+            place = expression.at(error.span)
+            raise SpecError(source.filename, [source.problem(place, error.message, error.hint)]) from error

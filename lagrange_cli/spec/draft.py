@@ -1,0 +1,90 @@
+"""``Draft``: what a system file says, section by section, before any name has been looked up."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from lagrange_cli.expression.syntax import Key, Span
+from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.spec.source import Passage, Place
+from lagrange_cli.spec.spec import Expression, Family
+
+
+@dataclass(frozen=True)
+class Written:
+    """Something of a section that has a name: ``key`` is what was written, in ``passage``.
+
+    Before families are written out ``name`` is that of the family, then that of the member.
+    """
+
+    name: str
+    place: Place
+    key: Key
+    passage: Passage | None
+
+    def at(self, span: Span) -> Place:
+        """The place of a piece of the key."""
+        return self.place if self.passage is None else self.passage.place(span)
+
+
+@dataclass(frozen=True)
+class Entry(Written):
+    """``name: expression`` of a section; ``value`` is None where the expression could not be read."""
+
+    value: Expression | None = None
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Entry:
+        """The entry of one member."""
+        return replace(self, name=name, value=_with(self.value, indices))
+
+
+@dataclass(frozen=True)
+class Declared(Written):
+    """A parameter or a coordinate: its name, and the fields given for it."""
+
+    fields: Mapping[str, Any] = field(default_factory=dict)
+
+    def member(self, name: str, indices: Mapping[str, int]) -> Declared:
+        """The declaration of one member."""
+        return replace(self, name=name, fields={key: _with(x, indices) for key, x in self.fields.items()})
+
+
+def _with(value: Any, indices: Mapping[str, int]) -> Any:
+    return replace(value, indices=indices) if isinstance(value, Expression) else value
+
+
+@dataclass(frozen=True)
+class Draft:
+    """A system file's sections as written.
+
+    ``sections`` has what was read of each that the file gives, by key; ``places`` the place of each key, and
+    ``words`` the word that stands there. ``families`` and ``indices`` (of keys, with their places) are known
+    once families are written out.
+    """
+
+    sections: Mapping[str, Any]
+    places: Mapping[str, Place]
+    words: Mapping[str, str] = field(default_factory=dict)
+    strange: bool = False
+    """Whether there are unknown sections, which may be meant to be those that are missing."""
+    solve_places: Mapping[str, Place] = field(default_factory=dict)
+    families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
+    indices: tuple[tuple[str, Place], ...] = ()
+
+    def text(self, key: str) -> str:
+        """The text of a section, empty where it is not given."""
+        return str(self.sections.get(key, ""))
+
+    def entries(self, key: str) -> tuple[Entry, ...]:
+        """What a section gives by name."""
+        return tuple(self.sections.get(key, ()))
+
+    def declared(self, key: str) -> tuple[Declared, ...]:
+        """What ``parameters`` or ``coordinates`` declare."""
+        return tuple(self.sections.get(key, ()))
+
+    @property
+    def solve(self) -> Mapping[str, Any]:
+        """The ``solve`` section, by its keys."""
+        return dict(self.sections.get("solve", {}))

@@ -1,0 +1,124 @@
+"""A mapping of the system file read by a table of its keys, a row each.
+
+The tables themselves are in ``spec.sections``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any
+
+from lagrange_cli.expression.confusions import elsewhere
+from lagrange_cli.expression.near import known_hint, near_match, shown
+from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX
+from lagrange_cli.records import dataclass, field
+from lagrange_cli.spec import nodes
+from lagrange_cli.spec.fields import Reader
+from lagrange_cli.spec.kinds import ANYTHING, Kind, Rule
+from lagrange_cli.spec.nodes import Node, Scalar
+from lagrange_cli.spec.problems import Problems
+
+
+@dataclass(frozen=True)
+class Row:
+    """One key: what it means, and how its value is read and checked.
+
+    ``meaning`` is its line in the documentation, in Markdown. ``alias`` is a second word for the same key,
+    ``also`` has words that other programs use for it: a message names the key for them.
+
+    The rest concerns keys with expressions. ``label`` stands before an entry's name in messages ("force on").
+    ``rule`` says what the expressions may depend on; each is a ``vector`` like its particle's position, or a
+    scalar. ``of`` is what the entries' names must belong to, None
+    where an entry declares a name. ``family`` is "all" where each member of a family must be given, "some"
+    where some may be, and empty where there are no families. A ``force`` is one of the keys that add to the
+    generalized forces (see ``model.forces``).
+    """
+
+    key: str
+    read: Reader
+    meaning: str = ""
+    alias: str = ""
+    also: str = ""
+    label: str = ""
+    rule: Rule = ANYTHING
+    vector: bool = False
+    of: Kind | None = None
+    family: str = ""
+    force: bool = False
+
+
+@dataclass(frozen=True)
+class Table:
+    """The keys of one kind of mapping: the file itself (``name`` is empty), a coordinate, ``solve``, ...
+
+    ``later`` are keys that are not supported yet, with what can be done instead.
+    """
+
+    name: str
+    rows: tuple[Row, ...]
+    later: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def by_word(self) -> dict[str, Row]:
+        """The rows by their keys, and by the aliases of these."""
+        return {word: row for row in self.rows for word in (row.key, row.alias) if word}
+
+    @property
+    def keys(self) -> tuple[str, ...]:
+        """All keys."""
+        return tuple(row.key for row in self.rows)
+
+    def key_of(self, word: str) -> str:
+        """The key that a word of the file is; an unknown word as it is."""
+        return self.by_word[word].key if word in self.by_word else word
+
+    def meant(self, word: str) -> tuple[str, str]:
+        """The key that another program calls ``word``, and a hint; nothing where there is none."""
+        for row in self.rows:
+            if word in row.also.split():
+                return row.key, f"write '{row.key}'"
+        return "", elsewhere(word) if not self.name else ""
+
+
+def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems) -> dict[str, Any]:
+    """Each key by the reader its row has for it; an unknown one as the key that was probably meant."""
+    found: dict[str, Any] = {}
+    written = {table.key_of(key.text) for key, _ in node.entries}
+    for key, value in node.entries:
+        name = table.key_of(key.text)
+        if name not in table.by_word:
+            name = _unknown_key(key, value, table, where, problems)
+            if name in written:
+                name = ""
+            if not name and isinstance(value, nodes.Mapping):  # what it declares may be used elsewhere
+                problems.broken |= {inner.text.partition("[")[0].strip() for inner, _ in value.entries}
+        elif name in found:
+            message = f"'{name}' and '{table.by_word[name].alias}' are two words for the same section"
+            problems.add(key.place, message, "leave one of them out")
+            found[name] += table.by_word[name].read(value, key.text, problems)
+            name = ""
+        if name:
+            label = key.text if key.text in table.by_word else name
+            read = table.by_word[name].read
+            found[name] = read(value, f"{label} of {where}" if where else label, problems)
+    return found
+
+
+def _unknown_key(key: Scalar, value: Node, table: Table, where: str, problems: Problems) -> str:
+    """Note an unknown key; the key that was meant, or nothing."""
+    text = key.text
+    if text in table.later:
+        problems.add(key.place, f"'{text}' is not supported yet", table.later[text])
+        return ""
+    if text.isdecimal() and isinstance(value, Scalar) and value.text == "":
+        meant, hint = "", "a decimal point is a point: write 0.5, not 0,5"
+    elif "velocity" in table.keys and text.endswith(VELOCITY_SUFFIX):
+        meant, hint = "velocity", "write 'velocity'"
+    else:
+        meant, hint = table.meant(text)
+    if not hint:
+        meant = table.key_of(near_match(text, table.by_word))
+        hint = f"did you mean '{meant}'?" if meant else known_hint(table.keys)
+    problems.add(key.place, f"unknown key {shown(text)}{f' in {where}' if where else ''}", hint)
+    return meant
