@@ -9,7 +9,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
-from lagrange_cli.native.linear.cholesky import definite
+from lagrange_cli.native.linear.cholesky import factor_definite
 from lagrange_cli.native.linear.triangular import solve_definite
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Emitter, Value, literal, operand
@@ -78,7 +78,7 @@ def write_program(
     degrees = len(model.q)
     work = LANES * -(-(layout.doubles + expansion.scratch) // LANES)
     if expansion.scratch:
-        parts += [fill_in("linear", {}), definite()]
+        parts += [fill_in("linear", {}), factor_definite()]
         parts += map(solve_definite, sorted(expansion.strides))
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, work, tolerance, list(hidden.values())))

@@ -1,201 +1,137 @@
 """Factorization of a large definite block of the mass matrix, eight rows at a time.
 
-``@factor_definite`` leaves D L^T in the upper triangle; what earlier rows take off eight others is taken off
-in registers, so that each is read and written once. ``@arrange_definite`` makes of it what the solution
-(``definite_solve``) reads. With blocks L_JK of eight by eight and W_J the inverse of L_JJ, those above the
-diagonal become -(L_JK W_K)^T, and those on it W_J^T; the W_J are behind the matrix.
+With blocks L_JK of eight by eight and W_J the inverse of L_JJ, the matrix becomes what the solution
+(``triangular``) reads: the blocks above the diagonal -(L_JK W_K)^T, those on it W_J^T; the W_J are behind the
+matrix.
 """
 
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.template import fill_in
-from lagrange_cli.native.numbers.eights import VECTOR, fma, splat
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+
+PANEL = range(LANES)
 
 
-def definite() -> str:
-    """IR of ``@factor_definite`` and ``@arrange_definite``."""
-    return fill_in(
-        "definite",
-        {
-            "eliminate_diagonal": _eliminate("d", "%rows_at"),
-            "pivots": _pivots(),
-            "eliminate": _eliminate("c", "%place"),
-            "within": _within(),
-            "inverse": _inverse(),
-            "scale": _scale(),
-        },
-    )
+def factor_definite() -> str:
+    """IR of ``i1 @factor_definite(a, reciprocal, n, stride, floor)``: whether the block is regular.
 
-
-def _eliminate(name: str, place: str) -> str:
-    """``%NAME.R``: rows R of the block at ``place`` less what all the rows above the panel take off them.
-
-    It ends in a loop over these rows, k: their numbers are at ``%factors``, and their columns are those of
-    ``place``.
+    ``a`` has ``stride`` rows of ``stride`` doubles, a multiple of 8, and behind them 8 doubles a row.
+    ``reciprocal`` holds the diagonal, and becomes the 1/d_j; what is beyond ``n`` is left out.
     """
-    rows = range(LANES)
-    lines = []
-    for r in rows:
-        lines += [
-            f"  %{name}.o{r} = mul i64 %stride, {r}",
-            f"  %{name}.p{r} = getelementptr inbounds double, ptr {place}, i64 %{name}.o{r}",
-            f"  %{name}.a{r} = load {VECTOR}, ptr %{name}.p{r}, align 64",
-        ]
-    lines += [f"  br i1 %above, label %{name}.loop, label %{name}.done", f"{name}.loop:"]
-    before = f"%{name}.before"
-    lines.append(f"  %{name}.k = phi i64 [ 0, {before} ], [ %{name}.kn, %{name}.loop ]")
-    lines += [
-        f"  %{name}.s{r} = phi {VECTOR} [ %{name}.a{r}, {before} ], [ %{name}.n{r}, %{name}.loop ]"
-        for r in rows
-    ]
-    lines += [
-        f"  %{name}.ko = mul i64 %{name}.k, %stride",
-        f"  %{name}.kc = add i64 %{name}.ko, %{name}.column",
-        f"  %{name}.kp = getelementptr inbounds double, ptr %a, i64 %{name}.kc",
-        f"  %{name}.v = load {VECTOR}, ptr %{name}.kp, align 64",
-        f"  %{name}.fo = mul i64 %{name}.k, {LANES}",
-        f"  %{name}.fp = getelementptr inbounds double, ptr %factors, i64 %{name}.fo",
-    ]
-    for r in rows:
-        lines += _broadcast(f"{name}.f{r}", f"%{name}.fp", r)
-        lines.append(f"  %{name}.n{r} = {fma(f'%{name}.f{r}', f'%{name}.v', f'%{name}.s{r}')}")
-    lines += [
-        f"  %{name}.kn = add nuw nsw i64 %{name}.k, 1",
-        f"  %{name}.more = icmp ult i64 %{name}.kn, %j",
-        f"  br i1 %{name}.more, label %{name}.loop, label %{name}.done",
-        f"{name}.done:",
-    ]
-    lines += [
-        f"  %{name}.{r} = phi {VECTOR} [ %{name}.a{r}, {before} ], [ %{name}.n{r}, %{name}.loop ]"
-        for r in rows
-    ]
-    return "\n".join(lines)
+    return _factor() + _arrange()
 
 
-def _pivots() -> str:
-    """The block on the diagonal, ``%d.R``: its pivots, what its rows take off those below, and ``%fine``."""
-    lines, fine = [], "%regular"
-    rows = [f"%d.{r}" for r in range(LANES)]
-    for r, row in enumerate(rows):
-        lines += [
-            f"  %p{r} = extractelement {VECTOR} {row}, i64 {r}",
-            f"  %p{r}.i = add i64 %j, {r}",
-            f"  %p{r}.rp = getelementptr inbounds double, ptr %reciprocal, i64 %p{r}.i",
-            f"  %p{r}.given = load double, ptr %p{r}.rp, align 8",
-            f"  %p{r}.least = fmul double %p{r}.given, %floor",
-            f"  %p{r}.good = fcmp ogt double %p{r}, %p{r}.least",
-            f"  %p{r}.outside = icmp uge i64 %p{r}.i, %n",
-            f"  %p{r}.fine = or i1 %p{r}.good, %p{r}.outside",
-            f"  %p{r}.all = and i1 {fine}, %p{r}.fine",
-            f"  %p{r}.q = fdiv double 1.0, %p{r}",
-            f"  %p{r}.r = select i1 %p{r}.outside, double 0.0, double %p{r}.q",
-            f"  store double %p{r}.r, ptr %p{r}.rp, align 8",
-            f"  %p{r}.m = fneg double %p{r}.r",
-            f"  %p{r}.ms = insertelement {VECTOR} poison, double %p{r}.m, i64 0",
-            f"  %p{r}.mv = {splat(f'%p{r}.ms', 0)}",
-            f"  %p{r}.f = fmul {VECTOR} {row}, %p{r}.mv",
-            f"  %p{r}.fo = mul i64 %p{r}.i, {LANES}",
-            f"  %p{r}.fp = getelementptr inbounds double, ptr %factors, i64 %p{r}.fo",
-            f"  store {VECTOR} %p{r}.f, ptr %p{r}.fp, align 64",
-        ]
-        fine = f"%p{r}.all"
-        for below in range(r + 1, LANES):
-            here = f"%p{r}.{below}"
-            lines += [
-                f"  {here}.s = {splat(f'%p{r}.f', below)}",
-                f"  {here} = {fma(here + '.s', row, rows[below])}",
-            ]
-            rows[below] = here
-        upper = ", ".join(f"i1 {str(lane >= r).lower()}" for lane in range(LANES))
-        lines += [
-            f"  %p{r}.kept = select <{LANES} x i1> <{upper}>, {VECTOR} {row}, {VECTOR} zeroinitializer",
-            f"  store {VECTOR} %p{r}.kept, ptr %d.p{r}, align 64",
-        ]
-    lines.append(f"  %fine = and i1 {fine}, true")
-    return "\n".join(lines)
+def _function(result: str, name: str, sizes: str) -> tuple[Function, Pointer, Pointer, Integer, Pointer]:
+    """A function with ``a``, ``reciprocal``, ``stride``, and what is behind the matrix."""
+    given = f"ptr noalias %a, ptr noalias %reciprocal, {sizes}"
+    f = Function(f"define internal {result} @{name}({given}) #0")
+    a, reciprocal, stride = f.pointer("%a"), f.pointer("%reciprocal"), Integer(f, "%stride")
+    return f, a, reciprocal, stride, f.place(a, stride * stride)
 
 
-def _within() -> str:
-    """The rows ``%c.R`` of a block beside that on the diagonal, less what the ones above in it take off."""
-    lines = []
-    rows = [f"%c.{r}" for r in range(LANES)]
-    for r in range(LANES):
-        lines += [
-            f"  %t{r}.i = add i64 %j, {r}",
-            f"  %t{r}.o = mul i64 %t{r}.i, {LANES}",
-            f"  %t{r}.p = getelementptr inbounds double, ptr %factors, i64 %t{r}.o",
-        ]
-        for below in range(r + 1, LANES):
-            lines += _broadcast(f"t{r}.f{below}", f"%t{r}.p", below)
-            lines.append(f"  %t{r}.{below} = {fma(f'%t{r}.f{below}', rows[r], rows[below])}")
-            rows[below] = f"%t{r}.{below}"
-        lines.append(f"  store {VECTOR} {rows[r]}, ptr %c.p{r}, align 64")
-    return "\n".join(lines)
+def _factor() -> str:
+    """It leaves D L^T in the upper triangle. What earlier rows take off eight others is taken off in
+    registers, so that each is read and written once. Behind the matrix are their factors, the panel's -L."""
+    f, a, reciprocal, stride, factors = _function(
+        "i1", "factor_definite", "i64 %n, i64 %stride, double %floor"
+    )
+    n, floor, none = Integer(f, "%n"), Real(f, "%floor"), f.constant(0.0)
+    regular = f.variable(Bit(f, "true"))
+
+    def rows_at(place: Pointer) -> tuple[list[Pointer], list[Real]]:
+        places = [f.place(place, stride * r) for r in PANEL]
+        return places, [f.load_row(each, 0, LANES, aligned=True) for each in places]
+
+    def less_above(rows: list[Real], column: Integer, j: Integer) -> list[Real]:
+        """Rows of the block there, less what all rows above the panel take off them."""
+        totals = [f.variable(row) for row in rows]
+        with f.loop(0, j) as k:
+            row = f.load_row(a, k * stride + column, LANES, aligned=True)
+            of_row = f.place(factors, k * LANES)
+            for r, total in enumerate(totals):
+                total.set(f.fused(f.splat(f.load(of_row, r), LANES), row, total.get()))
+        return [total.get() for total in totals]
+
+    with f.loop(0, stride, step=LANES, tested=False) as j:
+        with f.loop(0, j) as k:
+            inverse = f.splat(-f.load(reciprocal, k), LANES)
+            row = f.load_row(a, k * stride + j, LANES, aligned=True)
+            f.store_row(row * inverse, factors, k * LANES, aligned=True)
+        places, rows = rows_at(f.place(a, j * stride + j))
+        rows = less_above(rows, j, j)
+        for r, (place, row) in enumerate(zip(places, rows)):
+            pivot, i = f.lane(row, r), j + r
+            outside = i >= n
+            regular.set(regular.get() & ((pivot > f.load(reciprocal, i) * floor) | outside))
+            inverse = f.select(outside, none, f.constant(1.0) / pivot)
+            f.store(inverse, reciprocal, i)
+            taken = row * f.splat(-inverse, LANES)
+            f.store_row(taken, factors, i * LANES, aligned=True)
+            for below in range(r + 1, LANES):
+                rows[below] = f.fused(f.shuffle(taken, [below] * LANES), row, rows[below])
+            upper = ", ".join(f"i1 {str(lane >= r).lower()}" for lane in PANEL)
+            kept = f.select(Bit(f, f"<{upper}>", LANES), row, f.vector([0.0] * LANES))
+            f.store_row(kept, place, 0, aligned=True)
+        with f.loop(j + LANES, stride, step=LANES) as column:
+            places, rows = rows_at(f.place(a, j * stride + column))
+            rows = less_above(rows, column, j)
+            for r in PANEL:
+                of_row = f.place(factors, (j + r) * LANES)
+                for below in range(r + 1, LANES):
+                    rows[below] = f.fused(f.splat(f.load(of_row, below), LANES), rows[r], rows[below])
+                f.store_row(rows[r], places[r], 0, aligned=True)
+    f.call(None, "arrange_definite", a, reciprocal, stride)
+    f.give(regular.get())
+    return f.text()
 
 
-def _broadcast(name: str, place: str, offset: int) -> list[str]:
-    """``%NAME``: the double there in all lanes."""
-    return [
-        f"  %{name}.p = getelementptr inbounds double, ptr {place}, i64 {offset}",
-        f"  %{name}.x = load double, ptr %{name}.p, align 8",
-        f"  %{name}.i = insertelement {VECTOR} poison, double %{name}.x, i64 0",
-        f"  %{name} = {splat(f'%{name}.i', 0)}",
-    ]
+def _arrange() -> str:
+    f, a, reciprocal, stride, blocks = _function("void", "arrange_definite", "i64 %stride")
+    with f.loop(0, stride, tested=False) as j:
+        inverse, row = -f.load(reciprocal, j), f.place(a, j * stride)
+        f.store(f.constant(0.0), row, j)
+        first = j & -LANES
+        with f.loop(first, stride, tested=False) as i:
+            lower = f.load(row, i) * inverse
+            f.store(lower, row, i)
+            with f.when((i & -LANES).equals(first)):
+                f.store(lower, blocks, i * LANES + (j & LANES - 1))
+    with f.loop(0, stride, step=LANES, tested=False) as j:
+        _invert(f, f.place(blocks, j * LANES), f.place(a, j * stride + j), stride)
+    with f.loop(0, stride - LANES, step=LANES) as k:
+        inverse_at = f.place(a, k * stride + k)
+        with f.loop(k + LANES, stride, step=LANES, tested=False) as column:
+            _multiply(f, f.place(a, k * stride + column), inverse_at, stride)
+    f.give()
+    return f.text()
 
 
-def _inverse() -> str:
-    """From the rows of -L in the block at ``%block`` those of its inverse, columns at ``%corner_at``.
+def _invert(f: Function, block: Pointer, columns: Pointer, stride: Integer) -> None:
+    """From the rows of -L in the block those of its inverse, in place, and its columns.
 
     Row i of it is that of the unit matrix less the sum over j < i of L_ij times row j.
     """
-    lines = []
-    for i in range(LANES):
-        unit = ", ".join(f"double {float(lane == i)}" for lane in range(LANES))
-        current = f"<{unit}>"
-        if i:
-            lines += [
-                f"  %b{i}.p = getelementptr inbounds double, ptr %block, i64 {LANES * i}",
-                f"  %b{i} = load {VECTOR}, ptr %b{i}.p, align 64",
-            ]
+    inverse: list[Real] = []
+    for i in PANEL:
+        row = f.vector([float(lane == i) for lane in PANEL])
+        lower = f.load_row(block, LANES * i, LANES, aligned=True)
         for j in range(i):
-            here = f"%w{i}.{j}"
-            lines += [
-                f"  {here}.s = {splat(f'%b{i}', j)}",
-                f"  {here} = {fma(here + '.s', f'%w{j}', current)}",
-            ]
-            current = here
-        lines.append(f"  %w{i} = fadd {VECTOR} {current}, zeroinitializer")
-    for i in range(LANES):
-        lines += [
-            f"  %s{i}.p = getelementptr inbounds double, ptr %block, i64 {LANES * i}",
-            f"  store {VECTOR} %w{i}, ptr %s{i}.p, align 64",
-        ]
-        for j in range(LANES):
-            here = f"%e{i}.{j}"
-            lines += [
-                f"  {here} = extractelement {VECTOR} %w{i}, i64 {j}",
-                f"  {here}.o = mul i64 %stride, {j}",
-                f"  {here}.c = add i64 {here}.o, {i}",
-                f"  {here}.p = getelementptr inbounds double, ptr %corner_at, i64 {here}.c",
-                f"  store double {here}, ptr {here}.p, align 8",
-            ]
-    return "\n".join(lines)
+            row = f.fused(f.shuffle(lower, [j] * LANES), inverse[j], row)
+        inverse.append(row)
+    for i, row in enumerate(inverse):
+        f.store_row(row, block, LANES * i, aligned=True)
+        for j in PANEL:
+            f.store(f.lane(row, j), columns, stride * j + i)
 
 
-def _scale() -> str:
-    """The block at ``%upper``, of -L^T, times W^T, which stands at ``%of_rows``, from the left."""
-    lines = []
-    for lane in range(LANES):
-        lines.append(f"  %o{lane} = mul i64 %stride, {lane}")
-        for name, place in (("u", "%upper"), ("f", "%of_rows")):
-            lines.append(f"  %{name}{lane}.p = getelementptr inbounds double, ptr {place}, i64 %o{lane}")
-        lines.append(f"  %u{lane} = load {VECTOR}, ptr %u{lane}.p, align 64")
-    for row in range(LANES):
-        total = f"%u{row}"
-        for lane in range(row + 1, LANES):
-            lines += _broadcast(f"f{row}.{lane}", f"%f{row}.p", lane)
-            lines.append(f"  %u{row}.{lane} = {fma(f'%f{row}.{lane}', f'%u{lane}', total)}")
-            total = f"%u{row}.{lane}"
-        lines.append(f"  store {VECTOR} {total}, ptr %u{row}.p, align 64")
-    return "\n".join(lines)
+def _multiply(f: Function, upper: Pointer, inverse: Pointer, stride: Integer) -> None:
+    """The block at ``upper``, of -L^T, times W^T, which is at ``inverse``, from the left."""
+    places = [f.place(upper, stride * r) for r in PANEL]
+    rows = [f.load_row(place, 0, LANES, aligned=True) for place in places]
+    for r in PANEL:
+        total, factors = rows[r], f.place(inverse, stride * r)
+        for lane in range(r + 1, LANES):
+            total = f.fused(f.splat(f.load(factors, lane), LANES), rows[lane], total)
+        f.store_row(total, places[r], 0, aligned=True)

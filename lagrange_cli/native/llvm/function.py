@@ -214,20 +214,16 @@ class Function(Body):
         """``i`` = first, first + step, .. below last; if not ``tested``, one round is certain."""
         number = self.variable(first if isinstance(first, Integer) else self.count(first))
         head, after = self._new(), self._new()
-        self.jump(head)
+        if tested:
+            self.branch(number.get() < last, head, after)
+        else:
+            self.jump(head)
         self._enter(head)
         i = number.get()
-        if tested:
-            inside = self._new(sealed=True)
-            self.branch(i < last, inside, after)
-            self._enter(inside)
         yield i
         following = i.operation("add nuw nsw", step)
         number.set(following)
-        if tested:
-            self.jump(head)
-        else:
-            self.branch(following < last, head, after)
+        self.branch(following < last, head, after)
         head.sealed = True
         self._enter(after)
         after.sealed = True
@@ -308,16 +304,21 @@ class Function(Body):
         place = self.place(base, index, value.kind)
         self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {8 * value.lanes}")
 
-    def load_row(self, base: Pointer | str, index: Integer | int, lanes: int) -> Real:
+    def load_row(
+        self, base: Pointer | str, index: Integer | int, lanes: int, *, aligned: bool = False
+    ) -> Real:
         """``lanes`` doubles side by side from ``base[index]`` on, where ``base`` counts single ones."""
         place = self.place(base, index, "double")
-        text = f"load {kind('double', lanes)}, ptr {place.name}, align 8"
+        text = f"load {kind('double', lanes)}, ptr {place.name}, align {8 * lanes if aligned else 8}"
         return Real(self, self.define(text), lanes)
 
-    def store_row(self, value: Real, base: Pointer | str, index: Integer | int) -> None:
+    def store_row(
+        self, value: Real, base: Pointer | str, index: Integer | int, *, aligned: bool = False
+    ) -> None:
         """The same, stored."""
         place = self.place(base, index, "double")
-        self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align 8")
+        align = 8 * value.lanes if aligned else 8
+        self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {align}")
 
     def load_integer(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
         """One integer."""

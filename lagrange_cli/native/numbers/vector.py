@@ -154,6 +154,16 @@ class Body:
         text = f"extractelement {vector.kind} {vector.name}, i64 {at}"
         return type(vector)(self, self.define(text), 1)
 
+    def vector(self, values: Sequence[float]) -> Real:
+        """A constant vector."""
+        return Real(self, f"<{', '.join(f'double {operand(literal(x))}' for x in values)}>", len(values))
+
+    def shuffle(self, a: V, lanes: Sequence[int], b: V | None = None) -> V:
+        """Lanes of two vectors, those of the second one behind those of the first."""
+        listed, other = ", ".join(f"i32 {lane}" for lane in lanes), "poison" if b is None else b.name
+        text = f"shufflevector {a.kind} {a.name}, {a.kind} {other}, <{len(lanes)} x i32> <{listed}>"
+        return type(a)(self, self.define(text), len(lanes))
+
     def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
         """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960): little has to wait."""
         terms: list[Real | float] = list(coefficients)

@@ -64,7 +64,9 @@ def test_no_phi_is_left_that_has_one_value():
         with f.otherwise():
             changed.set(changed.get() + 2)
     f.give(changed.get() + kept.get())
-    assert f.text().count("phi") == 3  # i, and what changes: in the loop and behind the branch
+    assert (
+        f.text().count("phi") == 4
+    )  # i, and what changes: in the loop, behind the branch and behind the loop
     assert compiled(f, ctypes.c_uint64, ctypes.c_uint64)(5) == 20
 
 

@@ -9,7 +9,7 @@ from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import UNROLLED, InMemory, factor_block
-from lagrange_cli.native.linear.cholesky import definite
+from lagrange_cli.native.linear.cholesky import factor_definite
 from lagrange_cli.native.linear.triangular import solve_definite
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Emitter, literal
@@ -38,7 +38,7 @@ def solver(size, level):
         DECLARATIONS,
         GLOBALS,
         fill_in("linear", {}),
-        definite(),
+        factor_definite(),
         solve_definite(block.stride) if isinstance(block, InMemory) else "",
         f"{head} {{\n{body}\n  ret i1 {regular}\n}}",
     ]
