@@ -11,8 +11,10 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
 from lagrange_cli.native.linear.cholesky import factor_definite
 from lagrange_cli.native.linear.triangular import solve_definite
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Emitter, Value, literal, operand
+from lagrange_cli.native.numbers.vector import Bit, Real
 from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, Constants, emit_prepare, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.jet import write_jet
@@ -82,8 +84,7 @@ def write_program(
         parts += map(solve_definite, sorted(expansion.strides))
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, work, tolerance, list(hidden.values())))
-    numbers = {"slot": layout.width + degrees, "rates": len(layout.state) - degrees}
-    parts.append(fill_in("accelerate", numbers))
+    parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
     symbols = [*model.q, *model.v]
     observe, observe_operations = _values("observe", model.time, symbols, list(observed.values()), constants)
     parts.append(observe)
@@ -107,6 +108,19 @@ def write_program(
         series=series,
         operations={"jet": expansion.emitter.operations, "observe": observe_operations},
     )
+
+
+def _accelerate(first: int, rates: int) -> str:
+    """Rates of the velocities and integrals at one state, whose low parts are zeros: ``%work[first]`` and on.
+    It returns 0 where the mass matrix is singular."""
+    given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out"
+    f = Function(f"define i64 @accelerate({given}) #0")
+    constants, state, work = (f.pointer(f"%{name}") for name in ("constants", "state", "work"))
+    regular = f.call(Bit, "jet", constants, Real(f, "%t"), state, work)
+    with f.loop(0, rates, tested=False) as i:
+        f.store(f.load(work, i + first), "%out", i)
+    f.give(regular.to_integer())
+    return f.text()
 
 
 def _values(

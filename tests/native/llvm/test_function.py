@@ -64,9 +64,7 @@ def test_no_phi_is_left_that_has_one_value():
         with f.otherwise():
             changed.set(changed.get() + 2)
     f.give(changed.get() + kept.get())
-    assert (
-        f.text().count("phi") == 4
-    )  # i, and what changes: in the loop, behind the branch and behind the loop
+    assert f.text().count("phi") == 4  # i; what changes: in the loop, behind branch and loop
     assert compiled(f, ctypes.c_uint64, ctypes.c_uint64)(5) == 20
 
 
