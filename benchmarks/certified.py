@@ -27,8 +27,8 @@ from lagrange_cli.cli.options.certify import DIGITS, companion_settings
 from lagrange_cli.cli.source import derive_system, read_system
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.methods.names import DOUBLE_DOUBLE
 from lagrange_cli.integrate.outcome import Outcome
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.integrate.prepare import prepare, prepare_system
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate

@@ -21,8 +21,8 @@ from benchmarks.motions import GRAVITY, double_pendulum_by_hand
 from benchmarks.report import ROOT, Report, Requirement, markdown_table
 from lagrange_cli.cli.source import derive_system, read_system
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import compile_program

@@ -47,13 +47,14 @@ def lagrange(problem: Problem, *, tolerance: float | None = None) -> Engine:
     import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.precision import FULL_PRECISION
     from lagrange_cli.integrate.prepare import prepare
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.run import integrate
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
-    from lagrange_cli.run.settings import DEFAULT_OUTPUTS, FULL_PRECISION
+    from lagrange_cli.run.settings import DEFAULT_OUTPUTS
     from lagrange_cli.spec.read import read_spec
     from lagrange_cli.spec.values import Values
 

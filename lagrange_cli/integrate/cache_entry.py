@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.integrate.methods.names import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.native.interface import Interface
 from lagrange_cli.outputs.recording import Recording
 from lagrange_cli.spec.structure import structure
@@ -27,12 +27,10 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
     except OSError:
         return None
     asked = compilation
-    kind = (
-        ["taylor", asked.tolerance.hex(), asked.ensemble, asked.precision, asked.portable, asked.order]
-        if asked.method == TAYLOR
-        else ["rates", asked.method in IMPLICIT]
-    )
-    return json.dumps([structure(spec), kind, asked.backward, sorted(asked.outputs), made_by])
+    needs, kind = METHODS[asked.method].needs, list[Any]()
+    if needs is Needs.SERIES:  # the other programs serve several methods, at any tolerance
+        kind = [asked.tolerance.hex(), asked.ensemble, asked.precision, asked.portable, asked.order]
+    return json.dumps([structure(spec), needs.value, kind, asked.backward, sorted(asked.outputs), made_by])
 
 
 def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:

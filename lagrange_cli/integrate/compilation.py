@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lagrange_cli.integrate.methods.names import DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
 
 

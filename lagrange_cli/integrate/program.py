@@ -6,7 +6,8 @@ from typing import Any
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE, IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods.table import METHODS, Needs
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.hidden_forces import hidden_forces
@@ -32,8 +33,8 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     Raises:
         TooLarge: where the code would be too large to be compiled.
     """
-    method, precision = compilation.method, compilation.precision
-    if method == TAYLOR:
+    method, precision = METHODS[compilation.method], compilation.precision
+    if method.needs is Needs.SERIES:
         check_convolutions(residual, precision)
     plan = make_plan(residual, compilation.outputs)
     if compilation.backward:
@@ -41,7 +42,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    undetected = (method != TAYLOR or precision == DOUBLE_DOUBLE) and bool(hidden_forces(residual))
+    undetected = precision not in method.detects and bool(hidden_forces(residual))
     program = program_of(residual, plan, compilation)
     if compilation.portable:
         from lagrange_cli.native.functions.portable import portable
@@ -52,7 +53,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
 def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Program:
     """The program for the method, as text."""
-    method, tolerance = compilation.method, compilation.tolerance
+    needs, tolerance = METHODS[compilation.method].needs, compilation.tolerance
     if compilation.precision == DOUBLE_DOUBLE:
         from lagrange_cli.native import program_double_double as double_double
 
@@ -60,18 +61,18 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
         return double_double.write_double_double_program(
             residual, order, plan.integrands, plan.observed, tolerance
         )
-    if compilation.ensemble and method == TAYLOR:
+    if compilation.ensemble and needs is Needs.SERIES:
         from lagrange_cli.native.program_lanes import suits_lanes, with_lanes
 
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual):
             return with_lanes(program, residual, tolerance)
-    if method == TAYLOR:
+    if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
         return write_program(
             residual, order, plan.integrands, plan.observed, tolerance=tolerance, store_momenta=True
         )
-    if method in IMPLICIT:
+    if needs is Needs.JACOBIAN:
         linear = linearize(residual)
         nodes = jacobian_nodes(residual, linear, plan)
         return write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
@@ -83,7 +84,8 @@ def check_convolutions(residual: Residual, precision: str) -> None:
     most = whole("convolutions") // (1 if precision == DOUBLE else LONGER)
     found = residual.costs[residual.formulation]
     if found > most:
-        another = "choose --method DOP853, which needs none, " if precision == DOUBLE else ""
+        without = next(name for name, row in METHODS.items() if row.needs is Needs.RATES)
+        another = f"choose --method {without}, which needs none, " if precision == DOUBLE else ""
         raise TooLarge(
             f"the Taylor series of this system take {found} convolutions per order; "
             f"at most {most} are compiled",

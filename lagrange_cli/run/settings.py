@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-import sys
 from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.integrate.methods.names import DOUBLE
+from lagrange_cli.integrate.methods.table import METHODS, MethodRow
+from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 
@@ -18,9 +18,6 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import SolveDefaults, Spec
-
-METHODS = ("taylor", "DOP853", "Radau", "BDF", "LSODA")
-"""The project's own Taylor series, and scipy's methods."""
 
 OUTPUTS = ("q", "v", "p", "h", "T", "U", "energy", "positions", "ledger", "action", "observables")
 """What can be written; the sample times ``t`` always are."""
@@ -32,19 +29,7 @@ PARTICLE_OUTPUTS = frozenset({"T", "U", "energy", "positions"})
 
 DEFAULT_SAMPLES = 1001
 MOST_SAMPLES = whole("samples")
-FULL_PRECISION = sys.float_info.epsilon
-"""The default tolerance of ``taylor``: it pays about twice for full double precision, not ten times."""
-
 LOOSEST_TOLERANCE = 0.1
-TIGHTEST_TOLERANCE = {"taylor": 1e-16}
-TIGHTEST_OF_SCIPY = 100 * FULL_PRECISION
-"""scipy's methods raise smaller relative tolerances to this one, with a warning."""
-
-FULL_DOUBLE_DOUBLE = 2.0**-104
-"""The default tolerance of double-double."""
-
-DEFAULT_TOLERANCE = {"taylor": FULL_PRECISION}
-DEFAULT_OF_SCIPY = 1e-10
 
 
 @dataclass(frozen=True)
@@ -112,15 +97,9 @@ def resolve_settings(
     start = 0.0 if asked.start is None else asked.start
     count, step = sample_times(start, asked.stop, asked.samples, asked.step)
     method = resolve_method(asked.method)
-    if precision != DOUBLE and method != METHODS[0]:
-        raise UsageError(
-            f"--precision {precision} needs method {METHODS[0]}, not {method}: add --method {METHODS[0]}"
-        )
-    if portable and method != METHODS[0]:
-        raise UsageError(
-            f"--portable needs method {METHODS[0]}, not {method}, whose bits depend on scipy's libraries: "
-            f"add --method {METHODS[0]}"
-        )
+    check_method(method, f"--precision {precision}", lambda row: precision in row.tolerances)
+    if portable:
+        check_method(method, "--portable", lambda row: row.portable)
     return Settings(
         start=start,
         stop=asked.stop,
@@ -214,21 +193,27 @@ def check_count(count: float) -> None:
 
 
 def resolve_method(name: str | None) -> str:
-    """The method's proper name, whatever case it was written in."""
+    """The method's proper name, whatever case it was written in; the default where there is none."""
     if name is None:
-        return METHODS[0]
+        return next(iter(METHODS))
     for method in METHODS:
         if method.lower() == name.lower():
             return method
     raise UsageError(f"unknown method {name!r}; {suggest(name, METHODS)}")
 
 
+def check_method(method: str, option: str, can: Callable[[MethodRow], bool]) -> None:
+    """Refuse an option that a method cannot be used with, and say which it can."""
+    if not can(METHODS[method]):
+        able = [name for name, row in METHODS.items() if can(row)]
+        raise UsageError(f"{option} needs method {' or '.join(able)}, not {method}: add --method {able[0]}")
+
+
 def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOUBLE) -> float:
     """The tolerance asked for, if the method can take it; else the method's default."""
-    double = precision == DOUBLE
+    tightest, default = METHODS[method].tolerances[precision]
     if tolerance is None:
-        return DEFAULT_TOLERANCE.get(method, DEFAULT_OF_SCIPY) if double else FULL_DOUBLE_DOUBLE
-    tightest = TIGHTEST_TOLERANCE.get(method, TIGHTEST_OF_SCIPY) if double else FULL_DOUBLE_DOUBLE / 4
+        return default
     if not tightest <= tolerance <= LOOSEST_TOLERANCE:
         raise UsageError(
             f"the tolerance {tolerance:g} is out of range; "

@@ -14,7 +14,8 @@ from click.shell_completion import ShellComplete
 from lagrange_cli.cli.completion.offers import names_in, register
 from lagrange_cli.cli.completion.shells import Bash, Zsh
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
-from lagrange_cli.run.settings import METHODS, OUTPUTS
+from lagrange_cli.integrate.methods.table import METHODS
+from lagrange_cli.run.settings import OUTPUTS
 from tests.support.command import ENVIRONMENT, SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")
@@ -42,7 +43,7 @@ def asked(monkeypatch, *words: str, kind: type[ShellComplete] = Bash) -> list[st
         (["solve", HOOP, "--outputs", ""], [*OUTPUTS, "all"]),
         (["sweep", HOOP, "--outputs", "q,e"], ["q,energy"]),
         (["sweep", HOOP, "--outputs", "q,energy,e"], [""]),
-        (["bench", HOOP, "--methods", "taylor,"], [f"taylor,{name}" for name in METHODS[1:]]),
+        (["bench", HOOP, "--methods", "taylor,"], [f"taylor,{name}" for name in list(METHODS)[1:]]),
         (["equations", HOOP, "--form", "h"], ["hamilton"]),
         (["systems", "pe"], ["pendulum"]),
         (["cache", "i"], ["info"]),

@@ -7,10 +7,10 @@ from dataclasses import dataclass
 import pytest
 
 from lagrange_cli.errors import SpecError, UsageError
+from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.run.settings import (
     DEFAULT_OUTPUTS,
     DEFAULT_SAMPLES,
-    FULL_PRECISION,
     OUTPUTS,
     PARTICLE_OUTPUTS,
     check_defaults,

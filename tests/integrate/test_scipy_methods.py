@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+
 import numpy as np
 import pytest
 
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.methods.scipy import Equations
+from lagrange_cli.integrate.methods import table
+from lagrange_cli.integrate.methods.equations import Equations
+from lagrange_cli.integrate.precision import PRECISIONS
 from tests.support.motion import NAMES, follow, prepared, values_of
 
 METHODS = ("DOP853", "Radau", "BDF", "LSODA")
@@ -108,3 +112,10 @@ def test_explicit_methods_carry_no_jacobian() -> None:
     assert prepared("pendulum", "Radau", 1e-8).machine.linearize is not None
     assert prepared("pendulum", "DOP853", 1e-8).machine.advance is None
     assert aligned(3).ctypes.data % 64 == 0
+
+
+def test_every_method_has_a_module_that_follows_motions():
+    for row in table.METHODS.values():
+        assert callable(import_module(f"lagrange_cli.integrate.methods.{row.module}").follower)
+        assert all(tightest <= default <= 0.1 for tightest, default in row.tolerances.values())
+        assert set(row.detects) <= set(row.tolerances) <= set(PRECISIONS)

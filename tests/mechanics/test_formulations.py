@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.methods.scipy import Equations
+from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.mechanics.residual import Residual

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from lagrange_cli.expression.exact import ExactGraphAlgebra, PortableGraphAlgebra
 from lagrange_cli.expression.vocabulary import FUNCTIONS
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model

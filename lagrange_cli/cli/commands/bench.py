@@ -15,16 +15,10 @@ from lagrange_cli.cli.report.progress import ContestProgress, Waiting
 from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.cli.source import derive_system, read_bytes, read_run
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods.names import IMPLICIT, TAYLOR
+from lagrange_cli.integrate.methods.table import METHODS, TAYLOR, Needs
+from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.records import replace
-from lagrange_cli.run.settings import (
-    DEFAULT_OUTPUTS,
-    FULL_PRECISION,
-    METHODS,
-    resolve_method,
-    resolve_settings,
-    resolve_tolerance,
-)
+from lagrange_cli.run.settings import DEFAULT_OUTPUTS, resolve_method, resolve_settings, resolve_tolerance
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -183,14 +177,20 @@ def enter(
     left_out = []
     names = [resolve_method(name.strip()) for name in methods.split(",")] if methods else list(METHODS)
     if methods is None and degrees > MOST_WITH_JACOBIAN:
-        names = [name for name in names if name not in IMPLICIT]
-        implicit = [name for name in METHODS if name in IMPLICIT]
+        implicit = [name for name in names if METHODS[name].needs is Needs.JACOBIAN]
+        names = [name for name in names if name not in implicit]
         left_out = [
             f"  left out: {', '.join(implicit)}, as the dense Jacobian of {degrees} coordinates takes long "
             f"to compile; add them with --methods {','.join(implicit)}"
         ]
-    own: dict[str, Sequence[float]] = {TAYLOR: (*TOLERANCES, FULL_PRECISION)}
-    return {name: own.get(name, TOLERANCES) if tolerances is None else tolerances for name in names}, left_out
+    own = {name: (*TOLERANCES, *full_precision_of(name)) for name in names}
+    return {name: own[name] if tolerances is None else tolerances for name in names}, left_out
+
+
+def full_precision_of(method: str) -> tuple[float, ...]:
+    """The tolerance of full double precision, for a method that has it by default."""
+    _, default = METHODS[method].tolerances[DOUBLE]
+    return (default,) if default == FULL_PRECISION else ()
 
 
 def count(entries: Mapping[str, Sequence[float]]) -> int:
@@ -256,17 +256,17 @@ def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:
     from lagrange_cli.integrate.prepare import prepare
 
     residual = derive_system(spec)
-    compiled: dict[bool, Prepared] = {}
+    compiled: dict[Needs, Prepared] = {}
 
     def prepared(method: str, tolerance: float) -> Prepared:
         asked = Compilation(method, tolerance, frozenset(DEFAULT_OUTPUTS), backward=backward)
-        if method == TAYLOR:
+        needs = METHODS[method].needs
+        if needs is Needs.SERIES:
             return prepare(residual, asked)
-        implicit = method in IMPLICIT  # scipy's methods share a program, whatever the tolerance
-        if implicit not in compiled:
-            compiled[implicit] = prepare(residual, asked)
-        following = follower(compiled[implicit].machine, asked)
-        return replace(compiled[implicit], compilation=asked, follower=following)
+        if needs not in compiled:  # these programs serve several methods, at any tolerance
+            compiled[needs] = prepare(residual, asked)
+        following = follower(compiled[needs].machine, asked)
+        return replace(compiled[needs], compilation=asked, follower=following)
 
     return prepared
 

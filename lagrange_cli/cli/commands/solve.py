@@ -37,7 +37,7 @@ from lagrange_cli.cli.report.progress import Waiting
 from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.cli.source import read_bytes, read_run
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods.names import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.records import replace
 from lagrange_cli.run.extend import samples_before, spaced_as_before
 from lagrange_cli.run.formats import CSV, FORMATS, HDF5, format_of

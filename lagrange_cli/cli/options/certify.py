@@ -11,8 +11,9 @@ import click
 
 from lagrange_cli.cli.options.shared import Command
 from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.methods.table import TAYLOR
+from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.settings import FULL_PRECISION, METHODS
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.options.run import Request
@@ -102,7 +103,7 @@ def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:
     from lagrange_cli.native.program import order_for
 
     tolerance = max(FULL_PRECISION, BETTER * settings.tolerance)
-    chosen = replace(settings, method=METHODS[0], tolerance=tolerance, outputs=frozenset({"q", "v"}))
+    chosen = replace(settings, method=TAYLOR, tolerance=tolerance, outputs=frozenset({"q", "v"}))
     limit = order_for(tolerance)
     return chosen, ORDERS if tolerance <= FULL_PRECISION else (min(ORDERS[0], limit),)
 

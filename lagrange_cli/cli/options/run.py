@@ -17,14 +17,14 @@ from lagrange_cli.cli.console import INTERRUPTED, STANDARD_INPUT, stem
 from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
 from lagrange_cli.cli.source import derive_system, located
 from lagrange_cli.errors import MotionError, UsageError
-from lagrange_cli.integrate.methods.names import DOUBLE
+from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.formats import ENDINGS, HDF5
 from lagrange_cli.run.settings import (
     ALL,
     DEFAULT_OUTPUTS,
     DEFAULT_SAMPLES,
-    METHODS,
     OUTPUTS,
     resolve_settings,
 )
@@ -70,7 +70,7 @@ OPTIONS = (
         "--method",
         metavar="NAME",
         shell_complete=word(METHODS),
-        help=f"The integration method: one of {', '.join(METHODS)} [{METHODS[0]}].",
+        help=f"The integration method: one of {', '.join(METHODS)} [{TAYLOR}].",
     ),
     click.option(
         "--resume",

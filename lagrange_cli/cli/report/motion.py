@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.cli.console import count_of, finite
 from lagrange_cli.cli.options.certify import Demand, certified_shown
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.integrate.methods.names import DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.outcome import Outcome

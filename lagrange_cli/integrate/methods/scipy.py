@@ -1,7 +1,4 @@
-"""scipy's methods (Hairer, Norsett and Wanner's DOP853, Radau; BDF; LSODA) on the compiled equations.
-
-The right-hand side is the compiled series' first stage; the implicit methods get the compiled Jacobian.
-"""
+"""scipy's methods (Hairer, Norsett and Wanner's DOP853, Radau; BDF; LSODA) on the compiled equations."""
 
 from __future__ import annotations
 
@@ -11,10 +8,11 @@ from collections.abc import Callable
 import numpy as np
 import scipy.integrate
 
-from lagrange_cli.integrate.arrays import Array, aligned, chunk_size
+from lagrange_cli.integrate.arrays import Array, chunk_size
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt
-from lagrange_cli.integrate.methods.names import IMPLICIT
+from lagrange_cli.integrate.methods.equations import Equations, Singular
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.records import dataclass
@@ -22,70 +20,6 @@ from lagrange_cli.records import dataclass
 STILL = 100
 """The number of consecutive steps without a change of t after which a method counts as stuck. (LSODA would go
 on for ever.)"""
-
-
-class Singular(ArithmeticError):
-    """The mass matrix cannot be inverted here."""
-
-
-class NotFinite(ArithmeticError):
-    """The equations have no finite value here. (Some of scipy's solvers would go on for ever.)"""
-
-
-@dataclass(frozen=True)
-class Equations:
-    """y' = f(t, y) for y = (q, v, integrals) of shape (rows,), on compiled code."""
-
-    machine: Machine
-    constants: Array
-    work: Array
-
-    @classmethod
-    def of(cls, machine: Machine, parameters: Array) -> Equations:
-        """The equations at the values ``parameters``."""
-        constants = aligned(max(1, machine.program.constants))
-        machine.prepare(np.ascontiguousarray(parameters).ctypes.data, constants.ctypes.data)
-        return cls(machine, constants, aligned(machine.program.work))
-
-    def rates(self, t: float, y: Array) -> Array:
-        """y'; raises ``Singular`` or ``NotFinite``."""
-        program, accelerate = self.machine.program, self.machine.accelerate
-        layout = program.state
-        state = np.zeros(layout.memory)
-        state[: len(y)] = y
-        result = np.empty(program.rows)
-        result[layout.q] = y[layout.v]
-        regular = accelerate(
-            self.constants.ctypes.data,
-            t,
-            state.ctypes.data,
-            self.work.ctypes.data,
-            result[layout.rates].ctypes.data,
-        )
-        if not regular:
-            raise Singular
-        if not np.all(np.isfinite(result)):
-            raise NotFinite
-        return result
-
-    def jacobian(self, t: float, y: Array) -> Array:
-        """df/dy of shape (rows, rows); raises ``Singular``."""
-        program, evaluate = self.machine.program, self.machine.linearize
-        assert evaluate is not None
-        n, layout = program.degrees, program.state
-        states = np.concatenate([y[layout.motion], self.rates(t, y)[layout.v]])
-        count = 3 * n * n + len(program.integrals) * 2 * n
-        values, when = np.empty(count), np.array([t])
-        evaluate(self.constants.ctypes.data, when.ctypes.data, states.ctypes.data, values.ctypes.data, 1, 1)
-        by_q, by_v, mass = values[: 3 * n * n].reshape(3, n, n)
-        result = np.zeros((layout.rows, layout.rows))
-        result[layout.q, layout.v] = np.eye(n)
-        try:
-            result[layout.v, layout.motion] = -np.linalg.solve(mass, np.concatenate([by_q, by_v], axis=1))
-        except np.linalg.LinAlgError as error:
-            raise Singular from error
-        result[layout.integrals, layout.motion] = values[3 * n * n :].reshape(-1, 2 * n)
-        return result
 
 
 class Collector:
@@ -172,14 +106,9 @@ class ScipyMethod:
         return End(ending, t, np.array(y), steps, evaluations, detail)
 
     def _solver(self, equations: Equations, times: Times, state: Array) -> scipy.integrate.OdeSolver:
-        solvers: dict[str, Callable[..., scipy.integrate.OdeSolver]] = {
-            "DOP853": scipy.integrate.DOP853,
-            "Radau": scipy.integrate.Radau,
-            "BDF": scipy.integrate.BDF,
-            "LSODA": scipy.integrate.LSODA,
-        }
-        options = {"jac": equations.jacobian} if self.name in IMPLICIT else {}
-        return solvers[self.name](
+        solver: Callable[..., scipy.integrate.OdeSolver] = getattr(scipy.integrate, self.name)
+        options = {} if self.machine.linearize is None else {"jac": equations.jacobian}
+        return solver(
             equations.rates,
             times.start,
             state,
@@ -188,3 +117,10 @@ class ScipyMethod:
             atol=self.tolerance,
             **options,
         )
+
+
+def follower(
+    machine: Machine, compilation: Compilation, improve: Callable[[], Machine] | None
+) -> ScipyMethod:
+    """The solver of scipy that has the method's name; better code than this would make no difference."""
+    return ScipyMethod(machine, compilation.method, compilation.tolerance)

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import TYPE_CHECKING, Protocol
 
-from lagrange_cli.integrate.methods.names import TAYLOR
+from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
@@ -14,6 +15,15 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.native.compilation.machine import Machine
+
+
+class MethodModule(Protocol):
+    """What a module named in ``METHODS`` offers."""
+
+    def follower(
+        self, machine: Machine, compilation: Compilation, improve: Callable[[], Machine] | None
+    ) -> Method:
+        """The method on equations compiled for it; ``improve`` makes better code for a long run, if any."""
 
 
 def follower(
@@ -25,14 +35,8 @@ def follower(
 
         forward = replace(compilation, backward=False)
         return Backward(follower(machine, forward, improve), machine.program)
-    if compilation.method == TAYLOR:
-        from lagrange_cli.integrate.methods.recompilation import Recompilation
-        from lagrange_cli.integrate.methods.taylor import TaylorMethod
-
-        return TaylorMethod(machine, None if improve is None else Recompilation(improve))
-    from lagrange_cli.integrate.methods.scipy import ScipyMethod
-
-    return ScipyMethod(machine, compilation.method, compilation.tolerance)
+    module: MethodModule = import_module(f"{__package__}.{METHODS[compilation.method].module}")
+    return module.follower(machine, compilation, improve)
 
 
 def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> EnsembleMethod:
@@ -43,4 +47,4 @@ def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> Ensemble
         return LanesMethod(prepared.machine, alone, prepared.compilation.backward)
     from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 
-    return OneByOne(prepared.follower, parallel=prepared.compilation.method == TAYLOR)
+    return OneByOne(prepared.follower, parallel=METHODS[prepared.compilation.method].parallel)

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import Array, aligned, chunk_size
+from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt, Snapshot
 from lagrange_cli.integrate.methods.recompilation import Recompilation
@@ -228,3 +230,10 @@ class Stepper:
             self._pause = int(
                 max(FEWEST, min(4 * self._pause, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
+
+
+def follower(
+    machine: Machine, compilation: Compilation, improve: Callable[[], Machine] | None
+) -> TaylorMethod:
+    """The method on a compiled program; ``improve`` makes better code for a long run, if any."""
+    return TaylorMethod(machine, None if improve is None else Recompilation(improve))

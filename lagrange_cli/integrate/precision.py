@@ -1,14 +1,17 @@
-"""The methods' names, where what they have in common is decided."""
+"""What numbers a motion is computed in, and how precise they are."""
 
-TAYLOR = "taylor"
-"""The project's own; all others are scipy's."""
+from __future__ import annotations
 
-IMPLICIT = frozenset({"Radau", "BDF", "LSODA"})
-"""Those of scipy's methods that want the Jacobian."""
+import sys
 
 DOUBLE, DOUBLE_DOUBLE = "double", "double-double"
 PRECISIONS = (DOUBLE, DOUBLE_DOUBLE)
 """What numbers are: one double, or the sum of two."""
+
+FULL_PRECISION = sys.float_info.epsilon
+"""The relative error per step at which a double is used in full."""
+FULL_DOUBLE_DOUBLE = 2.0**-104
+"""The same of a double-double, about."""
 
 DOUBLE_DOUBLE_COST = "20 to 50"
 """The time of a run in double-double, in times that in doubles: measured for the shipped systems of a few

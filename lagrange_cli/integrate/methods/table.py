@@ -1,0 +1,65 @@
+"""The integration methods: a row for each, with what it needs of compiled code and what it can do.
+
+A new method is a row and a module of this package with a function ``follower``, as in ``taylor``.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
+from lagrange_cli.records import dataclass
+
+
+class Needs(Enum):
+    """What the program of a method has to offer."""
+
+    SERIES = "series"  # whole steps: Taylor series of q, with the control of their size
+    RATES = "rates"  # the accelerations
+    JACOBIAN = "jacobian"  # and their derivatives by q and q_dot
+
+
+@dataclass(frozen=True)
+class MethodRow:
+    """A method: its ``name`` in ``--method``, and the ``module`` that is imported when it is used.
+
+    ``tolerances`` are, for each precision that it can compute in, its tightest one and its default. In the
+    precisions of ``detects`` its steps do not pass over forces that act for a short time only. A
+    ``portable`` method gives the same bits on every machine. A ``parallel`` one spends its time in compiled
+    code, so that several motions are followed at once. Whether a run can be resumed is no property of the
+    row: a method that gives no snapshots is started again.
+    """
+
+    name: str
+    module: str
+    needs: Needs
+    tolerances: dict[str, tuple[float, float]]
+    detects: tuple[str, ...] = ()
+    portable: bool = False
+    parallel: bool = False
+
+
+TAYLOR = "taylor"
+"""The project's own method, and the default."""
+OF_SCIPY = {DOUBLE: (100 * FULL_PRECISION, 1e-10)}
+"""scipy's methods raise smaller relative tolerances to this one, with a warning."""
+
+METHODS = {
+    row.name: row
+    for row in (
+        MethodRow(
+            TAYLOR,
+            "taylor",
+            Needs.SERIES,
+            # it pays about twice for full double precision, not ten times
+            {DOUBLE: (1e-16, FULL_PRECISION), DOUBLE_DOUBLE: (FULL_DOUBLE_DOUBLE / 4, FULL_DOUBLE_DOUBLE)},
+            detects=(DOUBLE,),
+            portable=True,
+            parallel=True,
+        ),
+        MethodRow("DOP853", "scipy", Needs.RATES, OF_SCIPY),
+        MethodRow("Radau", "scipy", Needs.JACOBIAN, OF_SCIPY),
+        MethodRow("BDF", "scipy", Needs.JACOBIAN, OF_SCIPY),
+        MethodRow("LSODA", "scipy", Needs.JACOBIAN, OF_SCIPY),
+    )
+}
