@@ -20,10 +20,10 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
 
     It holds no number of a run: neither parameters nor the initial state are part of a program.
     """
-    from lagrange_cli.native.compilation.fingerprint import identity
+    from lagrange_cli.native.compilation.fingerprint import fingerprint
 
     try:
-        made_by = identity()
+        made_by = fingerprint()
     except OSError:
         return None
     asked = compilation

@@ -17,7 +17,7 @@ from lagrange_cli.cli.commands import solve as solving
 from lagrange_cli.cli.main import main
 from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.cli.source import derive_system
-from lagrange_cli.native.compilation import fingerprint as identity
+from lagrange_cli.native.compilation import fingerprint
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 from tests.support.command import SYSTEMS
@@ -127,7 +127,7 @@ def test_it_goes_on_on_another_machine(options, code, tmp_path, monkeypatch):
     assert main([*run, "--force"]) == 130
     assert (tmp_path / "out.h5").read_bytes() != expected
     monkeypatch.setattr(solving, "Interrupts", Interrupts)
-    monkeypatch.setattr(identity, "processor", lambda: ["another one"])
+    monkeypatch.setattr(fingerprint, "processor", lambda: ["another one"])
     assert main([*run, "--resume"]) == code
     assert ((tmp_path / "out.h5").read_bytes() == expected) == (code == 0)
 

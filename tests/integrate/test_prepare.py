@@ -19,7 +19,7 @@ from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.compilation import fingerprint as identity_module
+from lagrange_cli.native.compilation import fingerprint
 from lagrange_cli.native.compilation.cache import Cache
 from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
@@ -172,27 +172,27 @@ def test_whatever_a_spec_holds_is_part_of_its_structure_or_known_to_be_none():
 
 def test_the_key_holds_code_llvm_and_processor(monkeypatch):
     spec = read_spec(PENDULUM, "pendulum.yaml")
-    known = identity_module.identity()
+    known = fingerprint.fingerprint()
     assert {"version", "code", "llvm", "processor", "python"} == set(known)
     assert all(known.values())
     key = key_of(spec, RUN)
     for name in known:
         with monkeypatch.context() as patched:
-            patched.setattr(identity_module, "identity", lambda name=name: {**known, name: "another"})
+            patched.setattr(fingerprint, "fingerprint", lambda name=name: {**known, name: "another"})
             assert key_of(spec, RUN) != key
 
 
 def test_the_processor_is_described_without_its_speed_of_the_moment(monkeypatch):
-    assert not [line for line in identity_module.described() if "MHz" in line or "processor\t" in line]
-    monkeypatch.setattr(identity_module, "described", list)
-    assert len(identity_module.processor()) == 2  # LLVM's name for it, and what it can do
+    assert not [line for line in fingerprint.described() if "MHz" in line or "processor\t" in line]
+    monkeypatch.setattr(fingerprint, "described", list)
+    assert len(fingerprint.processor()) == 2  # LLVM's name for it, and what it can do
 
 
 def test_where_the_code_cannot_be_examined_nothing_is_cached(monkeypatch, cache):
     def fails():
         raise OSError("in an archive")
 
-    monkeypatch.setattr(identity_module, "identity", fails)
+    monkeypatch.setattr(fingerprint, "fingerprint", fails)
     spec = read_spec(PENDULUM, "pendulum.yaml")
     for _ in range(2):
         assert not prepare_system(spec, residual_of, cache, RUN).cached

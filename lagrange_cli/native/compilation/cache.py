@@ -1,10 +1,9 @@
-"""``Cache``: compiled programs in a folder of the user's own, found again by all that they depend on.
+"""``Cache``: compiled programs in a folder of the user, by a key of all that they depend on.
 
-An entry is machine code that will be run. So the folder, and each entry in it, must belong to the user who
-runs the program and be writable by nobody else; what is not is treated as if it were not there. A digest over
-the key and the content finds damage. Entries come into being whole, under a temporary name that is then
-changed, so that any number of processes may share the folder without waiting for each other. Nothing
-here fails: where the folder cannot be used, nothing is found and nothing is kept.
+An entry is machine code that will be run. The folder and its entries must therefore belong to the user and be
+writable by nobody else; others are ignored. A digest of key and content detects damage. An entry is written
+under a temporary name and then renamed, so that any number of processes can share the folder without locks.
+If the folder cannot be used, nothing is found or stored, and no error is raised.
 """
 
 from __future__ import annotations
@@ -21,22 +20,22 @@ from typing import Any
 from lagrange_cli.records import dataclass
 
 FOLDER, SWITCH = "LAGRANGE_CACHE_DIR", "LAGRANGE_NO_CACHE"
-"""Environment variables: the folder to use, and whether (``1``) to use none."""
+"""Environment variables: the folder, and a switch (``1``) that turns the cache off."""
 
 MAGIC = b"lagrange compiled program 1\n"
 DIGEST = 32
 SUFFIX, UNFINISHED = ".code", ".part"
 LARGEST = 256 * 2**20
-"""Bytes that all entries together may take."""
+"""Bytes of all entries together."""
 AFTERWARDS = 3 / 4
-"""The part of them that is left once the oldest have had to go."""
+"""When they are exceeded, the oldest entries are removed until this part is left."""
 ABANDONED = 3600.0
-"""Seconds after which an unfinished file is taken to be nobody's."""
+"""Seconds after which an unfinished file is taken to be abandoned."""
 OTHERS_MAY_WRITE = stat.S_IWGRP | stat.S_IWOTH
 
 
 class Refused(OSError):
-    """The folder, or a file in it, is not the user's alone; the message says why."""
+    """The folder or a file in it is not private to the user; the message says why."""
 
 
 @dataclass(frozen=True)
@@ -50,14 +49,14 @@ class Entry:
 
 @dataclass(frozen=True)
 class Cache:
-    """Contents by key, in ``folder``, in at most ``largest`` bytes; ``suffix`` tells kinds of them apart."""
+    """Contents by key in ``folder``, at most ``largest`` bytes, with a ``suffix`` for what they are."""
 
     folder: str
     largest: int = LARGEST
     suffix: str = SUFFIX
 
     def load(self, key: str) -> bytes | None:
-        """What was kept under ``key``, if it is there and sound."""
+        """What was stored under ``key``, if it is there and undamaged."""
         name = name_of(key, self.suffix)
         with suppress(OSError), self._opened() as place, place.open(name, os.O_RDONLY) as descriptor:
             check_private(os.fstat(descriptor), stat.S_ISREG)
@@ -69,7 +68,7 @@ class Cache:
         return None
 
     def store(self, key: str, payload: bytes) -> None:
-        """Keep ``payload`` under ``key``, if that is possible; the oldest entries make room for it."""
+        """Store ``payload`` under ``key`` if possible; the oldest entries are removed to make room."""
         content = pack(key, payload)
         if len(content) > self.largest:
             return
@@ -80,15 +79,15 @@ class Cache:
                 self._evict(place)
 
     def entries(self) -> list[Entry]:
-        """What is there, the least recently used first.
+        """All entries, the least recently used first.
 
-        Raises ``OSError`` where the folder cannot be used (``Refused`` with the reason), or is not there.
+        Raises ``OSError`` if the folder does not exist or cannot be used, ``Refused`` if it is not private.
         """
         with self._opened() as place:
             return place.entries(self.suffix)
 
     def clear(self) -> int:
-        """Remove every entry; how many there were. Raises ``OSError`` as ``entries`` does."""
+        """Remove all entries and return their number. Raises ``OSError`` as ``entries`` does."""
         with self._opened() as place:
             found = place.entries(self.suffix)
             for entry in (*found, *place.entries(UNFINISHED)):
@@ -110,7 +109,7 @@ class Cache:
 
     @contextmanager
     def _opened(self) -> Iterator[_Place]:
-        """The folder, found to be the user's alone; what is done in it is done in that very folder."""
+        """The folder, checked to be private; names are looked up in the folder that was checked."""
         if os.open not in os.supports_dir_fd:  # Windows, where a user's folders are private by default
             yield _Place(self.folder, None)
             return
@@ -174,7 +173,7 @@ class _Place:
 
 
 def find_cache(*, wanted: bool = True) -> Cache | None:
-    """The user's cache, or None where it is switched off or there is no place for it."""
+    """The user's cache, or None if it is switched off or has no folder."""
     folder = cache_folder()
     if not wanted or switched_off() or folder is None:
         return None
@@ -182,12 +181,12 @@ def find_cache(*, wanted: bool = True) -> Cache | None:
 
 
 def switched_off() -> bool:
-    """Whether the environment says that nothing is to be kept or found."""
+    """Whether the environment switches the cache off."""
     return os.environ.get(SWITCH, "") not in ("", "0")
 
 
 def cache_folder() -> str | None:
-    """Where this platform keeps what programs may lose: the folder for compiled programs."""
+    """The folder for compiled programs, in the platform's place for caches."""
     if chosen := os.environ.get(FOLDER):
         return os.path.abspath(chosen)
     if sys.platform == "win32":
@@ -202,7 +201,7 @@ def cache_folder() -> str | None:
 
 
 def check_private(status: os.stat_result, kind: Any) -> None:
-    """Raise ``Refused`` unless this is of that kind, the user's own, and writable by nobody else."""
+    """Raise ``Refused`` unless this is of that kind and only the user owns and can write to it."""
     if not kind(status.st_mode):
         raise Refused("it is not a directory or file of the expected kind")
     if hasattr(os, "geteuid"):
@@ -213,7 +212,7 @@ def check_private(status: os.stat_result, kind: Any) -> None:
 
 
 def read(descriptor: int, largest: int) -> bytes:
-    """All of an open file, if it is not too large to be an entry."""
+    """The content of an open file, or nothing if it is larger than an entry."""
     size = os.fstat(descriptor).st_size
     content = os.read(descriptor, size) if size <= largest else b""
     while len(content) < size and (more := os.read(descriptor, size - len(content))):
@@ -234,7 +233,7 @@ def pack(key: str, payload: bytes) -> bytes:
 
 
 def unpack(key: str, content: bytes) -> bytes | None:
-    """The payload, if this is the content of that key's entry, to the last bit."""
+    """The payload, if this is the undamaged content of that key's entry."""
     start = len(MAGIC) + DIGEST
     known = content[:start] == MAGIC + digest(content[start:])
     head = len(key.encode()).to_bytes(8, "little") + key.encode()
@@ -242,7 +241,7 @@ def unpack(key: str, content: bytes) -> bytes | None:
 
 
 def digest(content: bytes) -> bytes:
-    """SHA-256, by the interpreter's own code: what ``hashlib`` loads takes longer than all the rest here."""
+    """SHA-256 from the interpreter's own module: importing ``hashlib`` takes longer than all else here."""
     for module in ("_sha2", "_sha256", "hashlib"):
         with suppress(ImportError):
             value: bytes = import_module(module).sha256(content).digest()

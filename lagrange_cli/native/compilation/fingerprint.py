@@ -1,6 +1,6 @@
-"""What compiled code depends on besides its program: this code, LLVM, Python and the processor.
+"""What compiled code depends on besides its program: this package's code, LLVM, Python and the processor.
 
-It is found out without loading LLVM's library, which would take longer than all the rest of a short run.
+LLVM's library is not loaded for this: loading takes longer than the rest of a short run.
 """
 
 from __future__ import annotations
@@ -10,19 +10,19 @@ import sys
 from importlib import import_module
 
 STAGES = ("expression", "spec", "model", "series", "mechanics", "native", "outputs", "integrate")
-"""The parts of this package that have a say in what is compiled."""
+"""The packages that compiled code depends on."""
 PROCESSOR = (
     "vendor_id", "cpu family", "model", "model name", "stepping", "flags",
     "CPU implementer", "CPU architecture", "CPU variant", "CPU part", "CPU revision", "Features",
 )  # fmt: skip
-"""The lines of Linux's /proc/cpuinfo that say which processor it is and what it can do."""
+"""The lines of Linux's /proc/cpuinfo that identify the processor and its instruction sets."""
 ABILITIES = frozenset({"flags", "Features"})
 FIRST_PROCESSOR = 16384
 """Bytes that hold the lines about the first processor, however many there are."""
 
 
-def identity() -> dict[str, object]:
-    """All of it in terms of JSON; raises ``OSError`` where files that it is made of cannot be examined."""
+def fingerprint() -> dict[str, object]:
+    """All of it, as JSON data. Raises ``OSError`` if a file's status cannot be read."""
     import llvmlite
 
     package = import_module(__name__.partition(".")[0])
@@ -38,14 +38,14 @@ def identity() -> dict[str, object]:
 
 
 def machine() -> list[object]:
-    """What the last bits of a result depend on besides the version, in terms of JSON."""
+    """What the last bits of a result depend on besides the version, as JSON data."""
     import llvmlite
 
     return [llvmlite.__version__, *processor()]
 
 
 def files(folder: str) -> list[list[object]]:
-    """Name, size and time of change of each file: an edit or another version makes them differ."""
+    """Name, size and modification time of each file."""
     found: list[list[object]] = []
     with os.scandir(folder) as entries:
         for entry in sorted(entries, key=lambda entry: entry.name):
@@ -58,7 +58,7 @@ def files(folder: str) -> list[list[object]]:
 
 
 def processor() -> list[str]:
-    """Which processor this is and what it can do: in Linux's words, elsewhere in LLVM's."""
+    """The processor and its instruction sets, as Linux describes them, or LLVM on other systems."""
     lines = described()
     if any(line.partition(":")[0].rstrip() in ABILITIES for line in lines):
         return lines
@@ -68,7 +68,7 @@ def processor() -> list[str]:
 
 
 def described() -> list[str]:
-    """The lines about the first processor that matter, or none."""
+    """Those lines for the first processor, or none."""
     try:
         with open("/proc/cpuinfo", "rb") as file:
             text = file.read(FIRST_PROCESSOR).decode("utf-8", "replace")

@@ -19,14 +19,12 @@ QUICK, FULL = 0, 1
 twice as fast. Both give the same bits."""
 LARGE = 400_000
 """Characters of a program above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
-
-
 LARGE_RATES = 3_000_000
-"""The same for programs without series, which are compiled once and serve the whole run."""
+"""The same for programs without series."""
 LARGEST_IMPROVED = 6_000_000
-"""Bytes of ``QUICK`` code beyond which ``FULL`` code is never made: that takes minutes and gigabytes."""
+"""Bytes of ``QUICK`` code above which ``FULL`` code is never made: compiling takes minutes and gigabytes."""
 STACK_PER_BYTE = 4
-"""Bytes of stack that a byte of code may take: to compute and store a vector of 64 takes 16 at least."""
+"""Bytes of stack for a byte of code. Computing and storing a vector of 64 bytes takes at least 16 of code."""
 SMALL = 2**20
 """Bytes of code that runs on the caller's stack."""
 COMPILER_STACK = 2**28
@@ -55,13 +53,13 @@ class Machine:
 
 
 def first_level(program: Program) -> int:
-    """The level to compile ``program`` with when nothing is known of the run."""
+    """The level to compile ``program`` with first, however long the run is."""
     large = LARGE if program.order >= STEPPING else LARGE_RATES
     return QUICK if len(program.text) > large else FULL
 
 
 def worth_improving(code: bytes) -> bool:
-    """Whether better code than this, which was compiled quickly, is to be had at a reasonable price."""
+    """Whether a ``QUICK`` program is small enough to be compiled again with ``FULL``."""
     return len(code) <= LARGEST_IMPROVED
 
 
@@ -111,7 +109,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
 
 
 def load(code: bytes) -> Loaded:
-    """Object code in memory: by the short way where there is one, else by LLVM."""
+    """Object code in memory: by this package's loader where it can, else by LLVM."""
     try:
         return load_image(code)
     except Unsupported:

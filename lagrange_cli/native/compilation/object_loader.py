@@ -1,8 +1,8 @@
-"""Object code into memory without LLVM, whose library takes longer to load than a short motion to compute.
+"""A loader of object code that does without LLVM: its library takes longer to load than a short run.
 
-LLVM's code for immediate execution refers to everything by its full address (the large code model), so that
-on x86-64 all there is to do is to add up addresses: relocations of type R_X86_64_64 (System V Application
-Binary Interface, AMD64 Architecture Processor Supplement, sec. 4.4; the file's form: System V ABI, ch. 4).
+LLVM's code for immediate execution refers to everything by its full address (the large code model). On x86-64
+all relocations are therefore of type R_X86_64_64, a sum of addresses (System V Application Binary Interface,
+AMD64 Architecture Processor Supplement, sec. 4.4; the format of the file: System V ABI, ch. 4).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ WRITABLE, ALLOCATED = 1, 2
 UNDEFINED = 0
 FULL_ADDRESS = 1
 UNWINDING = b".eh_frame"
-"""What only exceptions need; the code has none."""
+"""Tables that only exceptions need."""
 
 
 class Unsupported(Exception):
-    """This is for LLVM's own loader."""
+    """This object code needs LLVM's loader."""
 
 
 class Section(NamedTuple):
@@ -103,7 +103,7 @@ def _text(code: bytes, start: int) -> bytes:
 
 
 def _arrange(sections: list[Section], names: list[bytes]) -> tuple[dict[int, int], int]:
-    """Where each section that is needed goes, and how large all are together."""
+    """The offset of each section that is needed, and the size of all."""
     places: dict[int, int] = {}
     size = 0
     for index, section in enumerate(sections):
@@ -157,7 +157,7 @@ def _library(name: bytes) -> int:
 
 
 def _protect(start: int, size: int) -> None:
-    """Take the right to write away and give that to execute."""
+    """Make the memory executable and read-only."""
     protect = ctypes.CDLL(None, use_errno=True).mprotect
     protect.argtypes = (ctypes.c_void_p, ctypes.c_size_t, ctypes.c_int)
     if protect(start, size, mmap.PROT_READ | mmap.PROT_EXEC):

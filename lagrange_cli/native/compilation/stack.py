@@ -1,4 +1,4 @@
-"""Calls on a stack of their own, for compiled functions whose values do not fit that of the caller."""
+"""Calls with a larger stack, for compiled functions that need more than the caller's."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _LOCK = threading.Lock()
 
 
 class Call(threading.Thread):
-    """``function`` in a thread with a stack of so many bytes, of which memory holds what is used."""
+    """``function`` in a thread with a stack of ``size`` bytes; only pages that are used take memory."""
 
     def __init__(self, function: Callable[[], Any], size: int) -> None:
         super().__init__(daemon=True)
@@ -34,7 +34,7 @@ class Call(threading.Thread):
     def result(self) -> Any:
         """What the function returned, or the exception that it raised.
 
-        Ctrl-C waits for its end: the function works on memory that the caller would free.
+        Ctrl-C waits until it has returned: it works on memory that the caller would free.
         """
         interrupt: BaseException | None = None
         while self.is_alive():
@@ -50,7 +50,7 @@ class Call(threading.Thread):
 
 
 def with_stack(function: Callable[..., T], size: int) -> Callable[..., T]:
-    """``function`` that has ``size`` bytes of stack in each call."""
+    """``function``, each call with ``size`` bytes of stack."""
 
     def call(*arguments: Any) -> T:
         value: T = Call(lambda: function(*arguments), size).result()
