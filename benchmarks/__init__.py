@@ -1,6 +1,11 @@
 """Benchmarks of ``lagrange`` and other programs: ``python -m benchmarks`` runs all of them, and
-``python -m benchmarks.NAME`` one.
+``python -m benchmarks.NAME`` or ``python -m benchmarks NAME`` one.
 
-Programs are measured in turns, so that a busy machine affects all of them alike. Every number is a median
-over the turns.
+``harness/`` measures and reports, ``peers/`` adapts other programs, each once, ``motions/`` says what is
+integrated, and ``suites/`` what is measured. ``stress/`` makes docs/stability.md. ``tools/`` makes constants,
+and compares the code of two versions.
 """
+
+from pathlib import Path
+
+__path__.append(str(Path(__file__).parent / "suites"))  # benchmarks.NAME is a suite

@@ -14,14 +14,16 @@ import h5py
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.brouwer import binned, growth_exponent
-from benchmarks.stress.limits import run_limited
+from benchmarks.harness.growth import binned, growth_exponent
+from benchmarks.harness.processes import OURS, Ended, run_process
 from benchmarks.stress.scene import Scene
 from lagrange_cli import read_spec
 
 Array = NDArray[np.float64]
 SECONDS = 300.0
 PEER_SECONDS = 10.0
+MEMORY = 4 << 30
+"""Bytes of address space of a process, so that a crash or a hang is a result like others."""
 REFERENCE_SECONDS = 120.0
 ROUNDINGS = 1000.0
 """How many times the effect of one rounding of the initial values an error may be."""
@@ -113,7 +115,7 @@ def judge(scene: Scene, folder: Path, *, peers: bool) -> Judged:
     file.write_text(scene.text + begun(scene), encoding="utf-8")
     outputs = OUTPUTS.replace("T,U,", "") if "lagrangian:" in scene.text else OUTPUTS
     ended = run_limited(
-        ("-m", "lagrange_cli", "solve", file.name, "-o", output.name, "--json", "--outputs", outputs,
+        (*OURS, "solve", file.name, "-o", output.name, "--json", "--outputs", outputs,
          "--stop", repr(scene.stop), "--samples", str(scene.samples),
          *(word for setting in scene.settings for word in ("--set", setting))),
         folder, SECONDS,
@@ -128,6 +130,12 @@ def judge(scene: Scene, folder: Path, *, peers: bool) -> Judged:
     found = judged(scene, told, read_kept(output, scene), reference_of(scene, folder))
     beside = tuple((engine, run_peer(scene, engine, folder)) for engine in scene.peers) if peers else ()
     return replace(found, seconds=told["seconds"]["integrate"], peers=beside)
+
+
+def run_limited(arguments: tuple[str, ...], folder: Path, seconds: float) -> Ended:
+    """A process with limits, in a folder with a cache of its own."""
+    environment = {"LAGRANGE_CACHE_DIR": str(folder / "cache")}
+    return run_process(arguments, folder, environment, seconds=seconds, memory=MEMORY)
 
 
 def begun(scene: Scene) -> str:
@@ -211,7 +219,7 @@ def reference_of(scene: Scene, folder: Path) -> Known | None:
         return None
     path = folder / f"{scene.name}.reference.npz"
     ended = run_limited(
-        ("-m", "benchmarks.stress.peers", scene.name, "reference", str(path)), folder, REFERENCE_SECONDS
+        ("-m", "benchmarks.stress.beside", scene.name, "reference", str(path)), folder, REFERENCE_SECONDS
     )
     if ended.status != 0:
         print(f"no reference for {scene.name}: {ended.status} {ended.errors[-300:]}", file=sys.stderr)
@@ -224,7 +232,7 @@ def run_peer(scene: Scene, engine: str, folder: Path) -> Beside:
     """Another program, in a process of its own."""
     path = folder / f"{scene.name}.{engine}.npz"
     ended = run_limited(
-        ("-m", "benchmarks.stress.peers", scene.name, engine, str(path)), folder, PEER_SECONDS
+        ("-m", "benchmarks.stress.beside", scene.name, engine, str(path)), folder, PEER_SECONDS
     )
     if ended.status is None:
         return Beside(message=f"over {PEER_SECONDS:g} s")

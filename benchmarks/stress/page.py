@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from math import isnan
-from pathlib import Path
 from textwrap import fill
 
-from benchmarks.report import ROOT, WIDTH, machine, markdown_table
+from benchmarks.harness.figures import figure
+from benchmarks.harness.report import ROOT, WIDTH, machine, markdown_table
 from benchmarks.stress.judge import DRIFT, ROUNDINGS, Judged
 from benchmarks.stress.scene import Scene
 
 DOCUMENT = ROOT / "docs" / "stability.md"
-FIGURES = ROOT / "docs" / "figures"
 LEAST = 1e-17
 """Smaller errors are drawn at this value."""
 CURVES = 10
@@ -125,7 +124,7 @@ def shown(number: float) -> str:
 
 def write_page(results: Sequence[Judged]) -> None:
     """Write the document and its figures."""
-    draw(results, FIGURES)
+    draw(results)
     DOCUMENT.write_text(page(results), encoding="utf-8")
 
 
@@ -209,48 +208,48 @@ def beside(judged: Judged) -> tuple[str, ...]:
     return tuple(cells)
 
 
-def draw(results: Iterable[Judged], folder: Path) -> None:
-    """Draw both figures; the same results give the same bytes."""
-    import matplotlib
+def draw(results: Sequence[Judged]) -> None:
+    """Draw both figures."""
+    draw_errors([each for each in results if each.peers and not isnan(each.error)])
+    most = sorted((each for each in results if each.verdict == "right" and len(each.times) > 5),
+                  key=lambda each: -each.steps)  # fmt: skip
+    draw_growth(most[:CURVES])
 
-    matplotlib.use("svg")
-    matplotlib.rcParams["svg.hashsalt"] = "stress"
-    from matplotlib import pyplot
 
-    results = list(results)
-    folder.mkdir(exist_ok=True)
-    compared = [each for each in results if each.peers and not isnan(each.error)]
-    figure, axes = pyplot.subplots(figsize=(8.0, 0.24 * len(compared) + 1.6), layout="constrained")
-    for engine, marker in zip(ENGINES, "o^sDv"):
-        points = [
-            (max(error, LEAST), place)
-            for place, each in enumerate(compared)
-            for name, error in (("lagrange", each.error), *((n, b.error) for n, b in each.peers))
-            if name == engine and not isnan(error)
-        ]
-        if points:
-            axes.plot(*zip(*points), marker, label=engine, markersize=5, alpha=0.8)
-    axes.plot([max(e.rounding, LEAST) for e in compared], range(len(compared)), "k|", label="one rounding")
-    axes.set_xscale("log")
-    axes.set_xlim(LEAST / 3, 1e3)
-    axes.set_yticks(range(len(compared)), [each.scene.name for each in compared], fontsize=7)
-    axes.invert_yaxis()
-    axes.set(xlabel="largest error of q, relative to its size")
-    axes.grid(alpha=0.3)
-    axes.legend(loc="lower right", fontsize=8)
-    figure.savefig(folder / "stress_errors.svg", metadata={"Date": None})
-    pyplot.close(figure)
+def draw_errors(compared: Sequence[Judged]) -> None:
+    """The errors of q of all programs."""
+    with figure("stress_errors", 8.0, 0.24 * len(compared) + 1.6) as axes:
+        for engine, marker in zip(ENGINES, "o^sDv"):
+            points = [
+                (max(error, LEAST), place)
+                for place, each in enumerate(compared)
+                for name, error in (("lagrange", each.error), *((n, b.error) for n, b in each.peers))
+                if name == engine and not isnan(error)
+            ]
+            if points:
+                axes.plot(*zip(*points), marker, label=engine, markersize=5, alpha=0.8)
+        axes.plot(
+            [max(each.rounding, LEAST) for each in compared], range(len(compared)), "k|", label="one rounding"
+        )
+        axes.set_xscale("log")
+        axes.set_xlim(LEAST / 3, 1e3)
+        axes.set_yticks(range(len(compared)), [each.scene.name for each in compared], fontsize=7)
+        axes.invert_yaxis()
+        axes.set(xlabel="largest error of q, relative to its size")
+        axes.grid(alpha=0.3)
+        axes.legend(loc="lower right", fontsize=8)
 
-    figure, axes = pyplot.subplots(figsize=(8.0, 5.0), layout="constrained")
-    moving = sorted((each for each in results if each.verdict == "right" and len(each.times) > 5),
-                    key=lambda each: -each.steps)[:CURVES]  # fmt: skip
-    for each in moving:
-        whole = each.times[-1]
-        axes.loglog([t / whole for t in each.times], each.drifts, ".-", linewidth=0.8, markersize=3,
-                    label=f"{each.scene.name}, {each.steps} steps: {each.exponent:.2f}")  # fmt: skip
-    if moving:
-        axes.loglog([1e-3, 1], [1e-16, 1e-16 * 1e3**0.5], "k--", linewidth=0.8, label="square root of time")
-    axes.set(xlabel="part of the whole time", ylabel="drift of h or of its ledger, relative, r.m.s.")
-    axes.legend(fontsize=7)
-    figure.savefig(folder / "stress_growth.svg", metadata={"Date": None})
-    pyplot.close(figure)
+
+def draw_growth(moving: Sequence[Judged]) -> None:
+    """The growth of the drift of h."""
+    with figure("stress_growth", 8.0, 5.0) as axes:
+        for each in moving:
+            whole = each.times[-1]
+            called = f"{each.scene.name}, {each.steps} steps: {each.exponent:.2f}"
+            times = [t / whole for t in each.times]
+            axes.loglog(times, each.drifts, ".-", linewidth=0.8, markersize=3, label=called)
+        if moving:
+            law = [1e-16, 1e-16 * 1e3**0.5]
+            axes.loglog([1e-3, 1], law, "k--", linewidth=0.8, label="square root of time")
+        axes.set(xlabel="part of the whole time", ylabel="drift of h or of its ledger, relative, r.m.s.")
+        axes.legend(fontsize=7)

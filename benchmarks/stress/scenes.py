@@ -2,17 +2,12 @@
 
 from __future__ import annotations
 
-from benchmarks.report import ROOT
-from benchmarks.stress import closed
+from benchmarks.motions import closed_forms as closed
+from benchmarks.motions.motion import shipped
 from benchmarks.stress.scene import Scene, bodies, particle
 
 NBODY = ("heyoka", "DOP853", "Radau", "IAS15")
 EXPLICIT = ("heyoka", "DOP853")
-
-
-def shipped(name: str) -> str:
-    """A file of ``systems/``."""
-    return (ROOT / "systems" / f"{name}.yaml").read_text(encoding="utf-8")
 
 
 POLAR = """\

@@ -9,8 +9,8 @@ another checkout's package: everything goes through the command line, which all 
 
 One line for each program has the system, the kind of program, its outputs, LLVM's level of code generation,
 the bytes of code and constants, the number of floating-point instructions in the program's text (those on
-vectors count once), the milliseconds from reading the system to its text, and the digest. The exit status is
-1 if a program differs from that of the compared file.
+vectors count once), the milliseconds of processor time from reading the system to its text, and the digest.
+The exit status is 1 if a program differs from that of the compared file.
 """
 
 from __future__ import annotations
@@ -200,13 +200,13 @@ def program_text(case: Case, folder: str) -> tuple[str, float]:
     said = io.StringIO()
     with tempfile.TemporaryDirectory(dir=folder) as place:
         arguments = [*case.arguments, "--output", str(Path(place, "out.h5"))]
-        began = time.perf_counter()
+        began = time.process_time()
         try:
             with intercepted(), redirect_stdout(said), redirect_stderr(said):
                 command(arguments)
         except Written as written:
             text: str = written.args[0]
-            return text, time.perf_counter() - began
+            return text, time.process_time() - began
     raise NotWritten(said.getvalue().strip())
 
 

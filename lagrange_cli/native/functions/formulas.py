@@ -1,7 +1,7 @@
 """The formulas of the elementary functions, and where they hold: each returns (condition, results).
 
 Argument reduction: W. J. Cody and W. Waite, Software Manual for the Elementary Functions (1980); with fma:
-S. Boldo, M. Daumas and R.-C. Li, IEEE Trans. Comp. 58 (2009). Coefficients: benchmarks/minimax.py.
+S. Boldo, M. Daumas and R.-C. Li, IEEE Trans. Comp. 58 (2009). Coefficients: benchmarks/tools/minimax.py.
 """
 
 from __future__ import annotations

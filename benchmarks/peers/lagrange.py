@@ -1,0 +1,107 @@
+"""This project, as its commands use it, without reading and writing files and with nothing cached."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+import lagrange_cli.integrate.methods.taylor
+import lagrange_cli.integrate.program
+import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
+from benchmarks.harness.turns import timed
+from benchmarks.motions.motion import Motion, shipped
+from benchmarks.peers import Array, Course, Engine
+from lagrange_cli.cli.source import derive_system
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.ensemble.method import Batch, Starts
+from lagrange_cli.integrate.methods.selection import ensemble_method
+from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
+from lagrange_cli.integrate.prepare import prepare
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.run import integrate
+from lagrange_cli.integrate.times import Times
+from lagrange_cli.run.settings import DEFAULT_OUTPUTS
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
+
+
+def engine(motion: Motion, *, tolerance: float = FULL_PRECISION) -> Engine:
+    """``lagrange solve``: default outputs, and the default tolerance if none is given.
+
+    Preparing reads the system file, derives and compiles; a run is all of ``integrate``, its samples
+    and diagnostics included.
+    """
+    text, parameters = motion.text, motion.values.parameters
+    seconds, prepared = timed(lambda: compiled(motion, text, tolerance))
+    times = Times(0.0, motion.stop, motion.samples, motion.stop / (motion.samples - 1))
+    paths = [dataset.path for dataset in prepared.recording.states]
+
+    def follow(initial: Array) -> Course:
+        states: list[Array] = []
+
+        def keep(chunk: dict[str, Array]) -> None:
+            count = len(chunk["t"])
+            states.append(np.concatenate([chunk[path].reshape(count, -1) for path in paths], axis=1))
+
+        q, v = np.split(initial, 2)
+        outcome = integrate(prepared, Values(parameters, tuple(q), tuple(v)), times, keep, lambda: False)
+        if outcome.ending.status != "complete":
+            raise RuntimeError(outcome.message)
+        return Course(np.concatenate(states).T, outcome.steps)
+
+    return Engine(seconds, follow)
+
+
+def compiled(motion: Motion, text: str, tolerance: float) -> Prepared:
+    """The motion for a tolerance, with the default outputs."""
+    residual = derive_system(read_spec(text, motion.system, motion.sizes))
+    return prepare(residual, Compilation("taylor", tolerance, frozenset(DEFAULT_OUTPUTS)))
+
+
+def ensemble(motion: Motion, *, threads: int) -> Engine:
+    """``lagrange sweep``, which writes the end of each motion."""
+    residual = derive_system(read_spec(motion.text, motion.system, motion.sizes))
+    asked = Compilation("taylor", FULL_PRECISION, frozenset({"p", "h"}), ensemble=True)
+    seconds, prepared = timed(lambda: prepare(residual, asked))
+    method = ensemble_method(prepared, lambda: prepared.follower)
+    values, times = [*motion.values.parameters.values()], Times(0.0, motion.stop, 2, motion.stop)
+
+    def follow(states: Array) -> Course:
+        ends, steps = np.empty_like(states), np.empty(states.shape[1])
+
+        def accept(batch: Batch) -> None:
+            ends[:, batch.index], steps[batch.index] = batch.state.T, batch.steps
+
+        parameters = np.tile(values, (states.shape[1], 1))
+        method.follow(Starts(parameters, states.T, times, False), accept, lambda done: False, threads)
+        return Course(ends, float(steps.mean()))
+
+    return Engine(seconds, follow)
+
+
+def steps_of(
+    system: str, stop: float, *, precision: str = DOUBLE, portable: bool = False
+) -> Callable[[], int]:
+    """The integration alone of a shipped system at full precision, compiled before; it returns the steps."""
+    spec = read_spec(shipped(system), system)
+    double = precision == DOUBLE
+    prepared = prepare(
+        derive_system(spec, exact=not double, portable=portable),
+        Compilation(
+            "taylor", FULL_PRECISION if double else FULL_DOUBLE_DOUBLE, frozenset(), precision=precision,
+            portable=portable,
+        ),
+    )  # fmt: skip
+    resolve = resolve_portable_values if portable else resolve_values if double else resolve_long_values
+    values, program = resolve(spec), prepared.machine.program
+    parts = [values] if values.low is None else [values, values.low]
+    parameters = np.array([one.parameters[name] for one in parts for name in program.parameters])
+    state = np.concatenate([x for one in parts for x in (one.q, one.v, np.zeros(len(program.integrals)))])
+
+    def run() -> int:
+        times = Times(0.0, stop, 2, stop)
+        follow = prepared.follower.follow
+        return follow(parameters, state, times, lambda t, x: None, lambda t: False).steps
+
+    return run

@@ -1,0 +1,32 @@
+"""The suites, one a file of this folder: each module has a ``SUITE``, and is run by its name."""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from benchmarks.harness.suite import Suite
+
+SUITES = {
+    "startup": "whole commands, relative to their imports",
+    "shell": "the double pendulum as a whole command",
+    "large": "20 to 100 pendulums as a whole command, with empty caches",
+    "derivation": "the equations of 2, 4 and 6 pendulums",
+    "integration": "five motions, integration alone",
+    "workprecision": "run time against error, for several tolerances: the figures",
+    "chain": "5 to 50 pendulums, integration alone",
+    "ensemble": "ten thousand double pendulums",
+    "samples": "a hundred million samples to disk (4 GB, in the current directory)",
+    "brouwer": "a million periods of an ellipse",
+    "doubledouble": "double-double precision: three motions, integration alone",
+    "portable": "the cost of --portable",
+    "certified": "estimated errors beside true ones",
+}
+"""What each measures, in the order in which they are run."""
+
+
+def suite(name: str) -> Suite:
+    """The suite of that name."""
+    found: Suite = import_module(f"{__name__}.{name}").SUITE
+    return found

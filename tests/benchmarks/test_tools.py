@@ -1,0 +1,49 @@
+"""The tools: digests of object code."""
+
+import json
+import sys
+from pathlib import Path
+
+import pytest
+
+from benchmarks.tools.object_code import Code, code_of, compared, main
+
+PROGRAM = "define double @{name}(double %x) {{\n  %y = fmul double %x, {factor}\n  ret double %y\n}}\n"
+
+
+def program(name: str, factor: str) -> Code:
+    """A function that multiplies."""
+    return code_of(PROGRAM.format(name=name, factor=factor), 3)
+
+
+def test_a_digest_is_that_of_the_code_whatever_its_functions_are_called() -> None:
+    triple = program("triple", "3.0")
+    assert triple.digest == program("threefold", "3.0").digest
+    assert triple.digest != program("triple", "5.0").digest
+    assert (triple.operations, [*triple.functions]) == (1, ["triple"])
+
+
+def test_programs_that_differ_are_listed(capsys: pytest.CaptureFixture[str]) -> None:
+    before = {"a": program("triple", "3.0"), "b": program("triple", "3.0")}
+    after = {"a": program("triple", "3.0"), "b": program("threefold", "5.0"), "c": program("f", "1.0")}
+    assert compared(before, after) == 2
+    assert [line.split(":")[0] for line in capsys.readouterr().out.splitlines()[:2]] == ["b", "c"]
+
+
+def test_the_object_code_of_a_system_is_that_of_the_next_run(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "before.json"
+    chosen = ["object_code", "--systems", "pendulum", "--kinds", "rates"]
+    monkeypatch.setattr(sys, "path", [*sys.path])
+    monkeypatch.setattr(sys, "argv", [*chosen, "--write", str(file)])
+    assert main() == 0
+    monkeypatch.setattr(sys, "argv", [*chosen, "--compare", str(file)])
+    assert main() == 0
+    assert "0 of 4 programs differ" in capsys.readouterr().out
+    data = json.loads(file.read_text(encoding="utf-8"))
+    data["programs"]["pendulum rates q,v 3"]["digest"] = "another"
+    data["made by"] = "another compiler"
+    file.write_text(json.dumps(data), encoding="utf-8")
+    assert main() == 1
+    assert "1 of 4 programs differ" in capsys.readouterr().out
