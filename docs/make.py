@@ -1,8 +1,9 @@
 """Write what the commands say into the pages: ``python docs/make.py``. A test fails when they differ.
 
-``docs/cli.md`` is made whole, from the commands' options. The table of keys in ``docs/system-file.md`` is
-made from ``lagrange_cli/spec/sections.py``. In the other pages the blocks of ``sh`` and
-``python`` are run in their order, as if they were pasted, and the ``text`` block after one is what it prints.
+``docs/cli.md`` is made whole, from the commands' options. The tables of keys and of datasets in
+``docs/system-file.md`` and ``docs/output-file.md`` are made from the tables of the package. In the other
+pages the blocks of ``sh`` and ``python`` are run in their order, as if they were pasted, and the ``text``
+block after one is what it prints.
 ``--renew`` renews times and step counts as well, which are otherwise kept where nothing else has changed.
 """
 
@@ -21,6 +22,7 @@ from textwrap import fill
 import click
 
 from lagrange_cli.cli.main import lagrange
+from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.spec.sections import SECTIONS
 
 RENEWED = "--renew" in sys.argv
@@ -45,6 +47,16 @@ VARYING = re.compile(
 
 MISTAKE = re.compile(r"\S+:\d+:\d+: ")
 """How the output of a command begins that is shown for a mistake in a file."""
+
+TIMES = (
+    "| `/t` | (n,) | sample times; the last is the stop time, even if the duration is not a multiple of "
+    "`step` | always |"
+)
+ERRORS = (
+    "| `/diagnostics/error/q/NAME`, `/diagnostics/error/v/NAME` | (n,) | an estimate of the error of each"
+    " sample of q and v, see [below](#error-estimates) | `--certify` |"
+)
+"""The rows of the datasets that are no outputs."""
 
 EXIT_STATUS = """## Exit status and output streams
 
@@ -228,8 +240,9 @@ def made() -> Iterator[tuple[Path, str]]:
     yield ROOT / "docs" / "cli.md", page()
     for path in SESSIONS:
         yield path, run_sessions(path.read_text(encoding="utf-8"))
-    path = ROOT / "docs" / "system-file.md"
-    yield path, with_keys(path.read_text(encoding="utf-8"))
+    for name, made_in in (("system-file.md", with_keys), ("output-file.md", with_outputs)):
+        path = ROOT / "docs" / name
+        yield path, made_in(path.read_text(encoding="utf-8"))
 
 
 def with_keys(text: str) -> str:
@@ -237,10 +250,26 @@ def with_keys(text: str) -> str:
     words = (
         (" or ".join(f"`{word}`" for word in (row.key, row.alias) if word), row) for row in SECTIONS.rows
     )
-    rows = "".join(f"| {word} | {row.meaning} |\n" for word, row in words)
-    return re.sub(
-        r"(?<=^\| key \| meaning \|\n\|---\|---\|\n)(?:\|.*\n)+", lambda _: rows, text, flags=re.MULTILINE
-    )
+    return with_rows(text, "| key | meaning |", [f"| {word} | {row.meaning} |" for word, row in words])
+
+
+def with_outputs(text: str) -> str:
+    """The page of the output file with the table of its datasets: those of the outputs, and two others."""
+    rows = []
+    for row in OUTPUTS.values():
+        paths = ", ".join(f"`{path}`" for path in row.datasets.split())
+        default = f" (default, if the file has `{row.section}`)" if row.section else " (default)"
+        written_by = f"`{row.name}`{default if row.default else ''}"
+        rows.append(f"| {paths} | {row.shape} | {row.meaning} | {written_by} |")
+    return with_rows(text, "| path | shape | what | written by |", [TIMES, *rows, ERRORS])
+
+
+def with_rows(text: str, head: str, rows: list[str]) -> str:
+    """The page with these rows in the table that begins with ``head``."""
+    start = text.index(f"{head}\n")
+    _, rule, *_ = text[start:].splitlines()
+    stop = text.index("\n\n", start)
+    return "\n".join([text[:start] + head, rule, *rows]) + text[stop:]
 
 
 def masked(text: str) -> str:

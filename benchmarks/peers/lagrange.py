@@ -21,7 +21,7 @@ from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.run.settings import DEFAULT_OUTPUTS
+from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
 

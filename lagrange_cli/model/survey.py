@@ -65,6 +65,15 @@ class Survey:
         self.observables: dict[str, Quantity] = {}
         self._values("observable '{}'", spec.observables, self.observables)
 
+    @property
+    def velocities(self) -> dict[str, Quantity]:
+        """Those of the generalized velocities, by coordinate."""
+        return {name: rate(quantity, self.time) for name, quantity in self.coordinates.items()}
+
+    def momenta(self, energy: Quantity) -> dict[str, Quantity]:
+        """Those of the generalized momenta, by coordinate, where ``energy`` is that of L."""
+        return {name: energy * self.time / quantity for name, quantity in self.coordinates.items()}
+
     # What expressions come to
 
     def value(self, expression: Expression, where: str) -> Value:

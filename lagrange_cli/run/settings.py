@@ -12,6 +12,7 @@ from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.integrate.methods.table import METHODS, MethodRow
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.limits import way_out, whole
+from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
@@ -19,13 +20,8 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import SolveDefaults, Spec
 
-OUTPUTS = ("q", "v", "p", "h", "T", "U", "energy", "positions", "ledger", "action", "observables")
-"""What can be written; the sample times ``t`` always are."""
-
-DEFAULT_OUTPUTS = ("q", "v", "p", "h")
 ALL = "all"
-PARTICLE_OUTPUTS = frozenset({"T", "U", "energy", "positions"})
-"""What a system has only if it is given by particles, not by a Lagrangian."""
+"""Every output that the system has."""
 
 DEFAULT_SAMPLES = 1001
 MOST_SAMPLES = whole("samples")
@@ -223,8 +219,9 @@ def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOU
 
 
 def default_outputs(spec: Spec) -> tuple[str, ...]:
-    """What is written where nobody says otherwise: what a file declares as observables is among it."""
-    return (*DEFAULT_OUTPUTS, *(("observables",) if spec.observables else ()))
+    """What is written where nobody says otherwise; it depends on the sections that the file has."""
+    rows = (row for row in OUTPUTS.values() if row.default)
+    return tuple(row.name for row in rows if not row.section or getattr(spec, row.section))
 
 
 def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[str]:

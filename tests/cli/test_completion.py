@@ -15,7 +15,7 @@ from lagrange_cli.cli.completion.offers import names_in, register
 from lagrange_cli.cli.completion.shells import Bash, Zsh
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
 from lagrange_cli.integrate.methods.table import METHODS
-from lagrange_cli.run.settings import OUTPUTS
+from lagrange_cli.outputs.catalog import OUTPUTS
 from tests.support.command import ENVIRONMENT, SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")

@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from lagrange_cli.expression.vocabulary import FUNCTIONS, VECTOR_FUNCTIONS
-from lagrange_cli.model.quantities import find_units
-from lagrange_cli.run import settings
+from lagrange_cli.outputs.catalog import OUTPUTS
+from lagrange_cli.outputs.units import find_units
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
 
@@ -37,7 +37,7 @@ def test_what_is_made_from_the_commands_is_up_to_date():
 def test_the_page_of_the_output_file_names_every_output():
     page = (ROOT / "docs" / "output-file.md").read_text(encoding="utf-8")
     column = re.findall(r"^\| .*\| (.*?) \|$", page.partition("## Units")[0], re.MULTILINE)
-    assert set(re.findall(r"`(\w+)`", " ".join(column))) == set(settings.OUTPUTS)
+    assert set(re.findall(r"`(\w+)`", " ".join(column))) == set(OUTPUTS)
 
 
 def test_the_examples_of_the_system_file_are_system_files():

@@ -8,15 +8,8 @@ import pytest
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.integrate.precision import FULL_PRECISION
-from lagrange_cli.run.settings import (
-    DEFAULT_OUTPUTS,
-    DEFAULT_SAMPLES,
-    OUTPUTS,
-    PARTICLE_OUTPUTS,
-    check_defaults,
-    resolve_settings,
-    sample_times,
-)
+from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS, PARTICLE_OUTPUTS
+from lagrange_cli.run.settings import DEFAULT_SAMPLES, check_defaults, resolve_settings, sample_times
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine, read_spec

@@ -107,5 +107,5 @@ def test_a_file_without_units_looks_for_none(tmp_path):
         text=True,
         check=True,
     )
-    assert not {"lagrange_cli.model.quantities", "lagrange_cli.model.units"} & set(run.stdout.split())
+    assert not {"lagrange_cli.outputs.units", "lagrange_cli.model.units"} & set(run.stdout.split())
     assert set(attributes(tmp_path / "a.h5").values()) == {(None, None)}

@@ -24,7 +24,7 @@ from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import FULL, QUICK, Machine, compile_program
 from lagrange_cli.native.interface import LANES, Stop
-from lagrange_cli.run.settings import OUTPUTS, PARTICLE_OUTPUTS
+from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
 from tests.support.motion import NAMES, spec_of
 

@@ -24,7 +24,7 @@ from pathlib import Path
 
 import h5py
 
-from lagrange_cli.run.settings import PARTICLE_OUTPUTS
+from lagrange_cli.outputs.catalog import PARTICLE_OUTPUTS
 from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)

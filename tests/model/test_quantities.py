@@ -20,8 +20,8 @@ from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.dimensions import Walk
-from lagrange_cli.model.quantities import Units, find_units
 from lagrange_cli.model.units import WHOLE, meaning, read_unit
+from lagrange_cli.outputs.units import Units, find_units
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import resolve_values

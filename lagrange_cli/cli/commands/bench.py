@@ -17,8 +17,9 @@ from lagrange_cli.cli.source import derive_system, read_bytes, read_run
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR, Needs
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
+from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.records import replace
-from lagrange_cli.run.settings import DEFAULT_OUTPUTS, resolve_method, resolve_settings, resolve_tolerance
+from lagrange_cli.run.settings import resolve_method, resolve_settings, resolve_tolerance
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.spec import SolveDefaults
 

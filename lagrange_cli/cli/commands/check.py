@@ -86,7 +86,7 @@ def check_system(
 
 def contradicting_units(spec: Spec) -> list[Problem]:
     """A warning for each place of the file where units contradict each other."""
-    from lagrange_cli.model.quantities import find_units
+    from lagrange_cli.outputs.units import find_units
     from lagrange_cli.spec.source import Source
 
     conflicts = find_units(spec).conflicts
@@ -124,12 +124,13 @@ def as_object(
 
 def left_out_of(spec: Spec) -> list[str]:
     """The outputs that the system has and that ``solve`` leaves out by default."""
-    from lagrange_cli.run.settings import ALL, OUTPUTS, default_outputs, resolve_outputs
+    from lagrange_cli.outputs.catalog import OUTPUTS
+    from lagrange_cli.run.settings import ALL, default_outputs, resolve_outputs
 
     particles = spec.lagrangian is None
     has = resolve_outputs((ALL,), has_particles=particles)
     asked = resolve_outputs(spec.solve.outputs or default_outputs(spec), has_particles=particles)
-    none = set() if spec.observables else {"observables"}
+    none = {name for name, row in OUTPUTS.items() if row.section and not getattr(spec, row.section)}
     return [name for name in OUTPUTS if name in has - asked - none]
 
 

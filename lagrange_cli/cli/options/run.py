@@ -19,15 +19,10 @@ from lagrange_cli.cli.source import derive_system, located
 from lagrange_cli.errors import MotionError, UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.formats import ENDINGS, HDF5
-from lagrange_cli.run.settings import (
-    ALL,
-    DEFAULT_OUTPUTS,
-    DEFAULT_SAMPLES,
-    OUTPUTS,
-    resolve_settings,
-)
+from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES, resolve_settings
 from lagrange_cli.run.times import TIMES, with_times
 from lagrange_cli.spec.spec import SolveDefaults, has_units
 
@@ -258,7 +253,7 @@ def units_of(spec: Spec) -> Mapping[str, str]:
     """The units of datasets by path; a file without any unit does not even import what finds them."""
     if not has_units(spec):
         return {}
-    from lagrange_cli.model.quantities import find_units
+    from lagrange_cli.outputs.units import find_units
 
     return find_units(spec).texts
 

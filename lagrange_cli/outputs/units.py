@@ -8,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.vocabulary import family_name
-from lagrange_cli.model.dimensions import BROKEN, Quantity, rate
+from lagrange_cli.model.dimensions import BROKEN, Quantity
 from lagrange_cli.model.survey import Conflict, Survey, by_family
 from lagrange_cli.model.units import WHOLE, Unit, read_unit, simplified, times_within
+from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Spec, has_units
@@ -80,16 +81,9 @@ def times_of(texts: Iterable[str]) -> tuple[list[str], bool]:
 def texts_of(survey: Survey) -> dict[str, str]:
     """The unit of each dataset that has one, by its path, and of each parameter."""
     spec, time = survey.spec, survey.time
-    found = {"t": spec.time_unit or told(time), "diagnostics/action": told(survey.energy * time)}
-    found |= dict.fromkeys(("diagnostics/h", "diagnostics/T", "diagnostics/U"), told(survey.energy))
-    found |= {"diagnostics/energy": told(survey.energy), "diagnostics/ledger/h": told(survey.balance)}
-    for name, quantity in survey.coordinates.items():
-        found[f"q/{name}"] = told(quantity)
-        found[f"v/{name}"] = told(rate(quantity, time))
-        found[f"diagnostics/p/{name}"] = told(survey.energy * time / quantity)
-        found[f"diagnostics/ledger/p/{name}"] = told(survey.balance * time / quantity)
-    found |= {f"positions/{name}": told(quantity) for name, quantity in survey.positions.items()}
-    found |= {f"observables/{name}": told(quantity) for name, quantity in survey.observables.items()}
+    found = {"t": spec.time_unit or told(time)}
+    for row in OUTPUTS.values():
+        found |= {path: told(quantity) for path, quantity in row.units(survey).items()}
     for parameter in spec.parameters:
         unit = parameter.unit or told(survey.parameters[family_name(parameter.name)])
         found[f"parameters/{parameter.name}"] = unit

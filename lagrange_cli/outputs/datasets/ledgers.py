@@ -1,0 +1,22 @@
+"""The balances of work and energy, and of force and momentum: zero for an exact solution."""
+
+from __future__ import annotations
+
+from lagrange_cli.outputs.planner import Planner, of_family
+from lagrange_cli.outputs.recording import Dataset, Making
+
+
+def plan(planner: Planner) -> None:
+    """dh/dt = -dL/dt + sum Q_k q_dot_k and dp_k/dt = dL/dq_k + Q_k, integrated from the start."""
+    energetics = planner.energetics
+    text = "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: 0 for an exact solution"
+    source = planner.observe("h", energetics.energy_function)
+    rate = energetics.power - energetics.lagrangian_rate(planner.model.time)
+    planner.add_balance(Dataset("diagnostics/ledger/h", (), text, Making.BALANCE, (source,)), [rate])
+    momenta = dict(zip(planner.model.coordinates, energetics.momenta))
+    torques = dict(zip(planner.model.coordinates, energetics.torques))
+    for family in planner.coordinates:
+        text = f"p(t) - p(0) - int (dL/d{family.label} + Q): 0 for an exact solution"
+        names = tuple(planner.observe(f"p_{name}", momenta[name]) for name in family.members)
+        dataset = of_family("diagnostics/ledger/p/", text, Making.BALANCE, family, names)
+        planner.add_balance(dataset, [torques[name] for name in family.members])

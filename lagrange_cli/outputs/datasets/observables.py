@@ -1,0 +1,13 @@
+"""What the file declares under ``observables``."""
+
+from __future__ import annotations
+
+from lagrange_cli.outputs.planner import Planner
+
+
+def plan(planner: Planner) -> None:
+    """A dataset for each of them, or for a family."""
+    nodes = planner.model.observables
+    for family in planner.families("observables", nodes):
+        names = tuple(planner.observe(f"observable {name}", nodes[name]) for name in family.members)
+        planner.add_family("observables/", f"observable {family.label}", family, names)

@@ -1,0 +1,85 @@
+"""``Planner``: gathers what the requested outputs have computed, and the datasets that are made of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.model.model import Model
+from lagrange_cli.outputs.recording import Dataset, Making
+from lagrange_cli.records import dataclass, field
+from lagrange_cli.spec.spec import Family, grouped
+
+
+@dataclass
+class Planner:
+    """The system, and what has been planned so far.
+
+    ``observed`` quantities are functions of q, q_dot, t that compiled code evaluates at the samples, the
+    ``integrands`` are carried along as quadratures. ``states`` are datasets of q and v, ``made`` all others.
+    ``conserved`` quantities are constant along every motion: their rates are taken to be exactly 0.
+    """
+
+    model: Model[Node]
+    energetics: Energetics
+    conserved: frozenset[str]
+    observed: dict[str, Node] = field(default_factory=dict)
+    integrands: dict[str, Node] = field(default_factory=dict)
+    states: list[Dataset] = field(default_factory=list)
+    made: list[Dataset] = field(default_factory=list)
+
+    def families(self, section: str, names: Iterable[str]) -> tuple[Family, ...]:
+        """The names that a section of the file declares, by family."""
+        return grouped(names, self.model.families.get(section, {}))
+
+    @property
+    def coordinates(self) -> tuple[Family, ...]:
+        """The coordinates by family."""
+        return self.families("coordinates", self.model.coordinates)
+
+    def observe(self, name: str, node: Node) -> str:
+        """Have a quantity observed; what several outputs need is observed once."""
+        self.observed.setdefault(name, node)
+        return name
+
+    def add(self, path: str, long_name: str, *names: str) -> None:
+        """The dataset of a scalar: the sum of the observed quantities ``names``."""
+        self.made.append(Dataset(path, (), long_name, Making.SUM, names))
+
+    def add_family(
+        self, group: str, long_name: str, family: Family, names: tuple[str, ...], components: int = 0
+    ) -> None:
+        """The dataset of a quantity that every member of a family has, observed as ``names``."""
+        self.made.append(of_family(group, long_name, Making.STACK, family, names, components))
+
+    def add_state(self, group: str, long_name: str, family: Family) -> None:
+        """The dataset of coordinates or velocities."""
+        self.states.append(of_family(group, long_name, Making.STATE, family))
+
+    def add_integral(self, path: str, long_name: str, integrand: Node) -> None:
+        """The dataset of a quadrature from the start."""
+        self.integrands[path] = integrand
+        self.made.append(Dataset(path, (), long_name, Making.INTEGRAL))
+
+    def add_balance(self, dataset: Dataset, integrands: Iterable[Node]) -> None:
+        """The dataset of x - x(0) minus the quadrature of what should be the rate of each observed x."""
+        for source, integrand in zip(dataset.sources, integrands):
+            if source not in self.conserved and not integrand.is_zero:
+                self.integrands[dataset.quadrature(source)] = integrand
+        self.made.append(dataset)
+
+
+def of_family(
+    group: str,
+    long_name: str,
+    making: Making,
+    family: Family,
+    sources: tuple[str, ...] = (),
+    components: int = 0,
+) -> Dataset:
+    """The dataset of a quantity that every member of a family has."""
+    vector = (components,) if components else ()
+    return Dataset(
+        group + family.name, (*family.shape, *vector), long_name, making, sources, family.axes, components
+    )
