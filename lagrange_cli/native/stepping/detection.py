@@ -82,7 +82,7 @@ class Detection:
         parts += (self._followed(name) for name in ("argument", "slope"))
         return "".join([*parts, self._expand_at(), self._unseen(), self._hidden(), self._detected()])
 
-    def _descend(
+    def descend(
         self,
         f: Function,
         row: Pointer | str,
@@ -108,7 +108,7 @@ class Detection:
             u = c * m.to_real()
             return f.fused(total, Real(f, "%x"), u if lowest == 1 else u * (m - 1).to_real())
 
-        f.give(self._descend(f, "%row", self.order - 1, lowest, add))
+        f.give(self.descend(f, "%row", self.order - 1, lowest, add))
         return f.text()
 
     def _expand_at(self) -> str:
@@ -120,12 +120,12 @@ class Detection:
         f.call(None, "clear", there, f.count(self.work))
         with f.loop(0, self.rows, tested=False) as i:
             row = f.place("%work", i)
-            moved = self._descend(f, row, self.order, 1, lambda total, c, _: (total + c) * x)
+            moved = self.descend(f, row, self.order, 1, lambda total, c, _: (total + c) * x)
             f.store(f.load("%state", i) + moved, trial, i)
         f.give(f.call(Bit, "jet", f.step[0], f.t + x, trial, there))
         return f.text()
 
-    def _rate(self, f: Function, row: Integer) -> Real:
+    def rate(self, f: Function, row: Integer) -> Real:
         """The rate of a row as it was computed in place."""
         return f.load("%trial", row + (self.series + self.width))
 
@@ -141,12 +141,12 @@ class Detection:
         with f.loop(self.degrees, self.rows - followed, tested=False) as i:
             j = f.select(i < self.first, i, i + followed)
             row = f.place("%work", j)
-            rate = self._descend(
+            rate = self.descend(
                 f, row, self.order - 1, 1, lambda total, c, m: f.fused(total, x, c * m.to_real())
             )
             change = f.magnitude(rate) + f.magnitude(f.load(row, self.width))
             allowed = f.fused(f.magnitude(f.load("%state", j)), inverse, change * SEEN) + nothing
-            with f.when(~(f.magnitude(self._rate(f, j) - rate) <= allowed)):
+            with f.when(~(f.magnitude(self.rate(f, j) - rate) <= allowed)):
                 f.give(Bit(f, "true"))
         f.give(Bit(f, "false"))
         return f.text()
@@ -155,43 +155,27 @@ class Detection:
         """The place in a step of ``h`` at which row ``which`` reveals a force that the series does not
         contain, or 0."""
         f = StepFunction("double", "hidden", "i64 %which, double %h")
-        which, h = Integer(f, "%which"), Real(f, "%h")
-        row = f.place("%work", which)
+        which, h, nowhere = Integer(f, "%which"), Real(f, "%h"), f.constant(0.0)
+        row = Followed(self, f, which, h)
         signed, growth = (f.load(f"@hidden_{name}", which - self.first) for name in ("powers", "growths"))
-        power, nowhere = f.magnitude(signed), f.constant(0.0)
+        power = f.magnitude(signed)
         is_base = power > 0.0
 
-        def value(x: Real) -> Real:
-            return f.call(Real, "argument", row, x)
-
-        def falls(x: Real) -> Bit:
-            return f.call(Real, "slope", row, x) < 0.0
-
-        def unseen(x: Real) -> Bit:
-            return f.call(Bit, "unseen", *f.step, x, h)
-
-        def change(highest: int) -> Real:
-            """A bound of the argument's change within the step, from its terms up to that one."""
-            return self._descend(
-                f, row, highest, 2, lambda total, c, m: (total + f.magnitude(c) * m.to_real()) * h
-            )
-
-        start = value(nowhere)
-        near, far = f.magnitude(start), change(self.order - 1)
+        start = row.value(nowhere)
+        near, far = f.magnitude(start), row.change(self.order - 1)
         unit = f.select(is_base, near, f.constant(1.0))
         with f.when(~(f.select(is_base, far * power, far) > unit * CLOSE)):
             f.give(nowhere)
         # its own series must have converged
         reached = near + far
         tail = f.select(is_base, reached * BASE_TAIL, f.constant(TAIL))
-        with f.when(~(far - change(self.order - 3) <= tail)):
+        with f.when(~(far - row.change(self.order - 3) <= tail)):
             f.give(h)
 
-        part, none = h * (1.0 / PARTS), f.count(0)
         before, most, least, largest = (f.variable(x) for x in (start, start, near, near))
-        at_most, at_least, at_cross = (f.variable(none) for _ in range(3))
+        at_most, at_least, at_cross = (f.variable(f.count(0)) for _ in range(3))
         with f.loop(1, PARTS + 1, tested=False) as k:
-            u = value(part * k.to_real())
+            u = row.value(row.part * k.to_real())
             size = f.magnitude(u)
             more, less = u > most.get(), size < least.get()
             crosses = (before.get() < 0.0).compared("ne", u < 0.0) & at_cross.get().equals(0)
@@ -205,70 +189,24 @@ class Detection:
         with f.when(largest.get() < least.get() * growth):
             f.give(nowhere)
 
-        def around(k: Integer) -> tuple[Real, Real, Real]:
-            """That part's place, and the ends of what is within a part of it."""
-            x = part * k.to_real()
-            return x, f.function("maxnum", x - part, 0.0), f.function("minnum", x + part, h)
-
-        def extremum(k: Integer) -> Real:
-            """The place of an extremum around there, if there is one."""
-            x, begin, end = around(k)
-            found = f.variable(x)
-            with f.when(falls(begin).compared("ne", falls(end))):
-                found.set(crossing(f, falls, begin, end - begin))
-            return found.get()
-
         def look(x: Real) -> None:
-            """Whether it is this place, or where the function is about 3 times smaller or larger: at its
-            maximum a force may be 0."""
-            here, back = value(x), f.variable(x)
-            enough = f.select(is_base, f.magnitude(here) / power, f.constant(1.0))
-            with f.section() as search, f.loop(0, HALVINGS, tested=False):
-                back.set(back.get() * 0.5)
-                with f.when(~(f.magnitude(value(x - back.get()) - here) > enough)):
-                    search.leave()
-            for place in (x - back.get(), x):
-                with f.when(unseen(place)):
-                    f.give(x)
+            value = f.magnitude(row.value(x))
+            with f.when(row.unseen_about(x, f.select(is_base, value / power, f.constant(1.0)))):
+                f.give(x)
 
-        def look_in_place(sign: int) -> Real:
-            """Where it is largest (``sign`` 1) or nearest to 0, as it is computed there: a place before which
-            the accelerations differ, or 0."""
-
-            def shown(x: Real) -> Real:
-                f.call(Bit, "expand_at", *f.step, x)
-                u = self._rate(f, which)
-                return u if sign > 0 else -f.magnitude(u)
-
-            best, at = f.variable(f.constant(float("-inf"))), f.variable(none)
-            with f.loop(0, PARTS + 1, tested=False) as k:
-                found = shown(part * k.to_real())
-                more = found > best.get()
-                best.set(f.select(more, found, best.get()))
-                at.set(f.select(more, k, at.get()))
-            _, begin, end = around(at.get())
-            there = greatest(f, shown, begin, end - begin)
-            back, result = f.variable(there), f.variable(nowhere)
-            with f.section() as search, f.loop(0, HALVINGS + 1, tested=False):
-                back.set(back.get() * 0.5)
-                with f.when(unseen(there - back.get())):
-                    result.set(there)
-                    search.leave()
-            return result.get()
-
-        any_cross, nearest = at_cross.get() > 0, extremum(at_least.get())
+        any_cross, nearest = at_cross.get() > 0, row.extremum(at_least.get())
         rounded = reached * SHARP
-        cancels = any_cross | (f.magnitude(value(nearest)) < rounded)
+        cancels = any_cross | (f.magnitude(row.value(nearest)) < rounded)
         with f.when(f.select(is_base, (signed < 0.0) & cancels, rounded > ARGUMENT_SHARP)):
-            found = look_in_place(-1)
+            found = row.unseen_in_place(lambda u: -f.magnitude(u))
             with f.when((found > 0.0) | is_base):
                 f.give(found)
-            f.give(look_in_place(1))
+            f.give(row.unseen_in_place(lambda u: u))
         with f.when(any_cross):
-            look(crossing(f, lambda x: value(x) < 0.0, part * (at_cross.get() - 1).to_real(), part))
-        largest_at = extremum(at_most.get())
-        with f.when(largest_at > 0.0):
-            look(largest_at)
+            look(row.crossing(at_cross.get()))
+        highest = row.extremum(at_most.get())
+        with f.when(highest > 0.0):
+            look(highest)
         with f.when(at_least.get().compared("ne", at_most.get()) & ~any_cross & (nearest > 0.0)):
             look(nearest)
         f.give(nowhere)
@@ -286,6 +224,92 @@ class Detection:
             f.give(length.get())
         f.give(length.get())
         return f.text()
+
+
+class Followed:
+    """What is followed in row ``which``, in a step of ``h``, while the search for a place is written.
+
+    The step has ``PARTS`` parts; their ends are places 0 to ``PARTS``."""
+
+    def __init__(self, detection: Detection, f: StepFunction, which: Integer, h: Real) -> None:
+        self._detection, self._f, self._which, self._h = detection, f, which, h
+        self._row = f.place("%work", which)
+        self.part = h * (1.0 / PARTS)
+
+    def value(self, x: Real) -> Real:
+        """The argument at ``x``, by its series."""
+        return self._f.call(Real, "argument", self._row, x)
+
+    def change(self, highest: int) -> Real:
+        """A bound of its change within the step, from the terms up to ``highest``."""
+        f, h = self._f, self._h
+        return self._detection.descend(
+            f, self._row, highest, 2, lambda total, c, m: (total + f.magnitude(c) * m.to_real()) * h
+        )
+
+    def crossing(self, k: Integer) -> Real:
+        """Its zero before place ``k``."""
+        start = self.part * (k - 1).to_real()
+        return crossing(self._f, lambda x: self.value(x) < 0.0, start, self.part)
+
+    def extremum(self, k: Integer) -> Real:
+        """The place of an extremum around place ``k``, or that place if there is none."""
+        f, (start, end) = self._f, self._around(k)
+
+        def falls(x: Real) -> Bit:
+            return f.call(Real, "slope", self._row, x) < 0.0
+
+        found = f.variable(self.part * k.to_real())
+        with f.when(falls(start).compared("ne", falls(end))):
+            found.set(crossing(f, falls, start, end - start))
+        return found.get()
+
+    def unseen_about(self, x: Real, enough: Real) -> Bit:
+        """Whether the series is wrong at ``x``, or where the argument differs by ``enough``, so that the
+        function is about 3 times smaller or larger: at its maximum a force may be 0."""
+        f, here = self._f, self.value(x)
+        back = f.variable(x)
+        with f.section() as search, f.loop(0, HALVINGS, tested=False):
+            back.set(back.get() * 0.5)
+            with f.when(~(f.magnitude(self.value(x - back.get()) - here) > enough)):
+                search.leave()
+        found = f.variable(self._unseen(x - back.get()))
+        with f.when(~found.get()):
+            found.set(self._unseen(x))
+        return found.get()
+
+    def unseen_in_place(self, shown: Callable[[Real], Real]) -> Real:
+        """Where the function shows most, by the argument as it is computed in place: a place before which the
+        series is wrong, or 0."""
+        f, detection = self._f, self._detection
+
+        def value(x: Real) -> Real:
+            f.call(Bit, "expand_at", *f.step, x)
+            return shown(detection.rate(f, self._which))
+
+        best, at = f.variable(f.constant(float("-inf"))), f.variable(f.count(0))
+        with f.loop(0, PARTS + 1, tested=False) as k:
+            found = value(self.part * k.to_real())
+            more = found > best.get()
+            best.set(f.select(more, found, best.get()))
+            at.set(f.select(more, k, at.get()))
+        start, end = self._around(at.get())
+        there = greatest(f, value, start, end - start)
+        back, result = f.variable(there), f.variable(f.constant(0.0))
+        with f.section() as search, f.loop(0, HALVINGS + 1, tested=False):
+            back.set(back.get() * 0.5)
+            with f.when(self._unseen(there - back.get())):
+                result.set(there)
+                search.leave()
+        return result.get()
+
+    def _unseen(self, x: Real) -> Bit:
+        return self._f.call(Bit, "unseen", *self._f.step, x, self._h)
+
+    def _around(self, k: Integer) -> tuple[Real, Real]:
+        """The ends of what is within a part of place ``k``."""
+        f, x = self._f, self.part * k.to_real()
+        return f.function("maxnum", x - self.part, 0.0), f.function("minnum", x + self.part, self._h)
 
 
 def _table(name: str, row: Sequence[float]) -> str:
