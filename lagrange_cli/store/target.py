@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import atexit
-import errno
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -22,13 +21,13 @@ PARTS = 2
 
 @dataclass(frozen=True)
 class Target:
-    """An output file that does not exist yet, or may be replaced.
+    """An output file that does not exist yet, or that may be replaced.
 
-    ``shown`` is the name as the user knows it, ``path`` where it leads (links followed). Everything is
-    written to ``temporary``, beside it and so on the same disk, and then renamed. That is the ``part``-th
-    of the hidden files that may stand there; ``checkpoint`` says what one of them can be continued from.
-    ``origin`` is what makes the output, for a note on it. ``replaces`` is the stamp of an earlier output that
-    the run may replace, whether or not there is ``force``.
+    ``shown`` is the name that the user gave, ``path`` the file that it leads to when links are followed. The
+    output is written to ``temporary``, a hidden file in the same folder, and renamed when it is complete.
+    There may be several such files: this is number ``part``. ``checkpoint`` is the file that says how to
+    continue one of them. ``origin`` says what makes the output; it is noted when the output is complete.
+    ``replaces`` is the stamp of an earlier output that the run may replace even without ``force``.
     """
 
     shown: str
@@ -124,54 +123,6 @@ class Target:
         """Remove the temporary file, if there is one."""
         with suppress(OSError):  # the error that led here is the one worth telling
             self.temporary.unlink(missing_ok=True)
-
-
-def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin | None = None) -> Target:
-    """The target called ``name``, checked before any work is done for it.
-
-    Raises ``FileError`` where no file can be made there, where what exists under the name is no plain file,
-    and where it is one that a run of this ``origin`` may not replace, unless ``force`` or ``resume`` is
-    given.
-    """
-    replaces: Stamp | None = None
-    try:
-        path = Path(os.path.realpath(name))
-        if path.is_dir():
-            raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / 'NAME.h5'}")
-        if path.exists() and not path.is_file():
-            raise FileError(f"{name} is not a regular file and cannot be replaced")
-        if path.exists():
-            found = "" if origin is None else origin.judge(path)
-            if not isinstance(found, str):
-                replaces = found
-            elif not (force or resume):
-                raise kept(name, path, found)
-        folder = path.parent
-        if not folder.is_dir():
-            raise FileError(f"{name} cannot be written: there is no directory {folder}")
-        if not os.access(folder, os.W_OK | os.X_OK):
-            raise FileError(f"{name} cannot be written: no permission to write in {folder}")
-        target = Target(name, path, force, origin=origin, replaces=replaces)
-        with suppress(FileNotFoundError):
-            os.lstat(target.longest)
-        return target
-    except (OSError, ValueError) as error:  # a name too long, or with a NUL in it
-        if getattr(error, "errno", None) == errno.ENAMETOOLONG:
-            what = "its name is too long (the hidden files beside it have longer names)"
-            raise FileError(f"{name} cannot be written: {what}; --output names another") from error
-        raise FileError(f"{name!r} cannot be written: {error}") from error
-
-
-def kept(name: str, path: Path, why: str) -> FileError:
-    """The error of an existing output that is not replaced: what it is, as far as that is known."""
-    from lagrange_cli.store.resume import interrupted
-
-    if interrupted(path):
-        return FileError(
-            f"{name} contains an interrupted run: --resume continues it, "
-            "--force replaces it, --output names another"
-        )
-    return FileError(f"{name} already exists{why}: --force replaces it, --output names another")
 
 
 def unwritable(name: str, error: Exception) -> FileError:

@@ -26,9 +26,9 @@ from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.store.checkpoint import Checkpoint
+from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.output import Output
 from lagrange_cli.store.resume import find_earlier, read_output
-from lagrange_cli.store.target import find_target
 from tests.fuzzing.soak import OFTEN, Scene, disturbed, undisturbed
 from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 

@@ -10,8 +10,8 @@ import xarray
 
 from lagrange_cli.store import ensemble
 from lagrange_cli.store.ensemble import EnsembleWriter
+from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.layout import Dimension, Layout, Series
-from lagrange_cli.store.target import find_target
 
 MEMBERS = 10
 TIMES = np.array([0.0, 0.5, 1.5])

@@ -15,9 +15,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import FileError
+from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.layout import MEMORY, ROWS, Layout, Series
 from lagrange_cli.store.sink import Sink
-from lagrange_cli.store.target import find_target
 from lagrange_cli.store.writer import Writer
 
 LAYOUT = Layout(

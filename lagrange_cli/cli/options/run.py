@@ -207,8 +207,9 @@ def output_name(system: str, output: str | None, suffix: str = "", format: str =
 def find_output(system: str, name: str, request: Request, options: Mapping[str, str]) -> Target:
     """The output, checked before any work is done for it; ``options`` are those that the command has beyond
     the request's."""
+    from lagrange_cli.store.find_target import find_target
     from lagrange_cli.store.notes import Origin
-    from lagrange_cli.store.target import Target, find_target
+    from lagrange_cli.store.target import Target
 
     if name == STANDARD_OUTPUT and request.format == HDF5:
         raise UsageError("HDF5 cannot go to standard output: add --format csv, or give --output a name")

@@ -1,0 +1,63 @@
+"""Where an output goes: the name is checked before any work is done for it."""
+
+from __future__ import annotations
+
+import errno
+import os
+from contextlib import suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import FileError
+from lagrange_cli.store.target import Target
+
+if TYPE_CHECKING:
+    from lagrange_cli.store.notes import Origin, Stamp
+
+
+def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin | None = None) -> Target:
+    """The target called ``name``, checked before any work is done for it.
+
+    Raises ``FileError`` where no file can be made there, where what exists under the name is no plain file,
+    and where it is one that a run of this ``origin`` may not replace, unless ``force`` or ``resume`` is
+    given.
+    """
+    replaces: Stamp | None = None
+    try:
+        path = Path(os.path.realpath(name))
+        if path.is_dir():
+            raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / 'NAME.h5'}")
+        if path.exists() and not path.is_file():
+            raise FileError(f"{name} is not a regular file and cannot be replaced")
+        if path.exists():
+            found = "" if origin is None else origin.judge(path)
+            if not isinstance(found, str):
+                replaces = found
+            elif not (force or resume):
+                raise kept(name, path, found)
+        folder = path.parent
+        if not folder.is_dir():
+            raise FileError(f"{name} cannot be written: there is no directory {folder}")
+        if not os.access(folder, os.W_OK | os.X_OK):
+            raise FileError(f"{name} cannot be written: no permission to write in {folder}")
+        target = Target(name, path, force, origin=origin, replaces=replaces)
+        with suppress(FileNotFoundError):
+            os.lstat(target.longest)
+        return target
+    except (OSError, ValueError) as error:  # a name too long, or with a NUL in it
+        if getattr(error, "errno", None) == errno.ENAMETOOLONG:
+            what = "its name is too long (the hidden files beside it have longer names)"
+            raise FileError(f"{name} cannot be written: {what}; --output names another") from error
+        raise FileError(f"{name!r} cannot be written: {error}") from error
+
+
+def kept(name: str, path: Path, why: str) -> FileError:
+    """The error of an existing output that is not replaced: what it is, as far as that is known."""
+    from lagrange_cli.store.resume import interrupted
+
+    if interrupted(path):
+        return FileError(
+            f"{name} contains an interrupted run: --resume continues it, "
+            "--force replaces it, --output names another"
+        )
+    return FileError(f"{name} already exists{why}: --force replaces it, --output names another")
