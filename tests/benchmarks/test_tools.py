@@ -1,4 +1,4 @@
-"""The tools: digests of object code."""
+"""The tools that compare two versions: digests of object code, and times in turns."""
 
 import json
 import sys
@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from benchmarks.harness.report import ROOT
+from benchmarks.tools import versions
 from benchmarks.tools.object_code import Code, code_of, compared, main
 
 PROGRAM = "define double @{name}(double %x) {{\n  %y = fmul double %x, {factor}\n  ret double %y\n}}\n"
@@ -47,3 +49,20 @@ def test_the_object_code_of_a_system_is_that_of_the_next_run(
     file.write_text(json.dumps(data), encoding="utf-8")
     assert main() == 1
     assert "1 of 4 programs differ" in capsys.readouterr().out
+
+
+def test_versions_are_compared_by_the_commands_of_the_suites(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(sys, "argv", ["versions", "--before", str(ROOT), "--runs", "1", "--only", "--help"])
+    versions.main()  # its exit status depends on times
+    assert "| startup: lagrange --help | " in capsys.readouterr().out
+    named = [command.name.partition(":")[0] for command in versions.commands()]
+    assert set(named) == {"integration", "chain", "ensemble", "startup"}
+
+
+def test_the_seconds_of_a_run_are_those_of_its_integration(tmp_path: Path) -> None:
+    tmp_path.joinpath("systems").symlink_to(ROOT / "systems")
+    solve = ("solve", "systems/pendulum.yaml", "--stop", "1", "--json", "--no-cache")
+    whole, part = (versions.Command("pendulum", (*solve, "--force"), whole) for whole in (True, False))
+    assert 0 < versions.seconds_of(part, ROOT, tmp_path) < versions.seconds_of(whole, ROOT, tmp_path)
