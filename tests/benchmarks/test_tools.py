@@ -54,7 +54,7 @@ def test_the_object_code_of_a_system_is_that_of_the_next_run(
 def test_versions_are_compared_by_the_commands_of_the_suites(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setattr(sys, "argv", ["versions", "--before", str(ROOT), "--runs", "1", "--only", "--help"])
+    monkeypatch.setattr(sys, "argv", ["versions", "--before", str(ROOT), "--runs", "1", "--only=--help"])
     versions.main()  # its exit status depends on times
     assert "| startup: lagrange --help | " in capsys.readouterr().out
     named = [command.name.partition(":")[0] for command in versions.commands()]
