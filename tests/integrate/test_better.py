@@ -11,7 +11,7 @@ from lagrange_cli.integrate.methods import recompilation, taylor
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.native.compilation import machine
+from lagrange_cli.native.compilation import blocks, machine
 from lagrange_cli.native.compilation.cache import Cache
 from tests.support.command import SYSTEMS
 from tests.support.systems import SIZES
@@ -37,6 +37,8 @@ def bytes_of(spec, prepared, stop):
 
 @pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_every_level_gives_the_same_bits(path, monkeypatch):
+    """Also where quickly compiled code is cut into short blocks."""
+    monkeypatch.setattr(blocks, "LONGEST", 25)
     spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
     residual, runs = residual_of(spec), []
     for level in (machine.QUICK, machine.FULL):

@@ -70,11 +70,13 @@ def compile_program(program: Program, optimize: int = FULL) -> Machine:
 
 def compile_object(program: Program, optimize: int = FULL) -> bytes:
     """The object code of ``program`` for this processor."""
+    from lagrange_cli.native.compilation.blocks import with_short_blocks
     from lagrange_cli.native.compilation.llvm import compile_text
 
-    if len(program.text) <= LARGE:
-        return compile_text(program.text, optimize)
-    return with_stack(compile_text, COMPILER_STACK)(program.text, optimize)
+    text = with_short_blocks(program.text) if optimize == QUICK else program.text
+    if len(text) <= LARGE:
+        return compile_text(text, optimize)
+    return with_stack(compile_text, COMPILER_STACK)(text, optimize)
 
 
 def load_machine(code: bytes, program: Interface) -> Machine:
