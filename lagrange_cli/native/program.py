@@ -20,7 +20,7 @@ from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.jet import write_jet
 from lagrange_cli.native.recurrences.layout import arrange
 from lagrange_cli.native.recurrences.stage import reciprocal_rest
-from lagrange_cli.native.stepping.advance import stepper
+from lagrange_cli.native.stepping.doubles import stepper
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram

@@ -164,6 +164,17 @@ class Body:
         text = f"shufflevector {a.kind} {a.name}, {a.kind} {other}, <{len(lanes)} x i32> <{listed}>"
         return type(a)(self, self.define(text), len(lanes))
 
+    def joined(self, values: Sequence[V]) -> V:
+        """Single values as the lanes of a vector."""
+        made, vector = "poison", kind(values[0].type, len(values))
+        for i, one in enumerate(values):
+            made = self.define(f"insertelement {vector} {made}, {one.kind} {one.name}, i64 {i}")
+        return type(values[0])(self, made, len(values))
+
+    def zero(self, lanes: int) -> Real:
+        """0 in every lane."""
+        return Real(self, constant("double", lanes, 0.0), lanes)
+
     def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
         """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960): little has to wait."""
         terms: list[Real | float] = list(coefficients)
@@ -330,6 +341,13 @@ class Bit(Value):
         """1 or 0."""
         text = f"zext {self.kind} {self.name} to {kind('i64', self.lanes)}"
         return Integer(self.body, self.body.define(text), self.lanes)
+
+    def count(self) -> Integer:
+        """In how many of eight lanes it holds."""
+        body = self.body
+        mask = body.define(f"bitcast {self.kind} {self.name} to i{self.lanes}")
+        ones = body.define(f"call i{self.lanes} @llvm.ctpop.i{self.lanes}(i{self.lanes} {mask})")
+        return Integer(body, body.define(f"zext i{self.lanes} {ones} to i64"), 1)
 
 
 class Pointer(Value):

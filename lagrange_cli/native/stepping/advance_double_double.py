@@ -21,7 +21,7 @@ from lagrange_cli.native.numbers.double_double import (
 from lagrange_cli.native.recurrences.layout_rows import Rows, velocities
 from lagrange_cli.native.state import CLOCK
 from lagrange_cli.native.stepping.acceptance_double_double import confirmation, numbers
-from lagrange_cli.native.stepping.advance import LAST_TERM, LOWEST_TERM, SLACK
+from lagrange_cli.native.stepping.step_size import LAST_TERM, LOWEST_TERM, SLACK
 from lagrange_cli.records import dataclass
 
 LONGEST = 1e30

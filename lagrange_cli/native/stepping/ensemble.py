@@ -23,18 +23,10 @@ from lagrange_cli.native.numbers.lane_body import (
 )
 from lagrange_cli.native.numbers.lanes import BITS, VECTOR, splat
 from lagrange_cli.native.numbers.vector import Real
-from lagrange_cli.native.stepping.advance import (
-    ALMOST,
-    CAREFUL,
-    LAG,
-    LAST_TERM,
-    LOWEST_TERM,
-    RESOLUTION,
-    ROUNDING,
-    coarseness,
-    offset_of,
-    split_terms,
-)
+from lagrange_cli.native.stepping.acceptance import DOUBLE
+from lagrange_cli.native.stepping.advance import LAG
+from lagrange_cli.native.stepping.polynomial import CAREFUL
+from lagrange_cli.native.stepping.step_size import LAST_TERM, LOWEST_TERM, offset_of, split_terms
 from lagrange_cli.records import dataclass
 
 LARGEST_GUESS = 1e60
@@ -146,7 +138,7 @@ class Writer:
         """The step, and a number that is not finite where coefficients are not (see ``stepper.ll``)."""
         body = Lanes()
         h, zero = Real(body, "%h"), body.constant(0.0)
-        reach, blocks = h * (1.0 / self.safety), unlike(split_terms(self.top))
+        reach, blocks = h * (1.0 / self.safety), split_terms(self.top)
 
         def measure(i: str, carried: list[Real]) -> list[Real]:
             row = body.row(i, self.pack.span)
@@ -278,14 +270,14 @@ class Writer:
 
     def foretell(self, body: Lanes, h: Real) -> None:
         """Keep the accelerations at the end of the step, and how far those of the next one may be off."""
-        places, degrees, coarse = self.pack.places, self.pack.degrees, coarseness(self.tolerance)
+        places, degrees, bounds = self.pack.places, self.pack.degrees, DOUBLE.coarser(self.tolerance)
         lagging = body.load("%state", places["pace"]) * LAG
         pace = body.larger(h, lagging)
         body.store(pace, "%state", str(places["pace"]))
         ulps = body.magnitude(body.load("%state", places["time"])) * 2.0**-51
-        almost = ulps / pace + ALMOST * coarse
-        slow = body.constant(ROUNDING) / pace
-        fast = slow + body.constant(RESOLUTION * coarse) / h
+        almost = ulps / pace + bounds.almost
+        slow = body.constant(bounds.rounding) / pace
+        fast = slow + body.constant(bounds.resolution) / h
 
         def one_row(i: str, carried: list[Real]) -> list[Real]:
             at = body.define(f"add i64 {i}, {degrees}")
@@ -315,8 +307,3 @@ class Writer:
                 total, error = two_sum(body, body.load(row, m), product)
                 rest = rest + error
         return total, rest
-
-
-def unlike(blocks: list[list[int]]) -> list[list[int]]:
-    """The blocks without repetitions."""
-    return [block for i, block in enumerate(blocks) if i == 0 or block != blocks[i - 1]]

@@ -1,0 +1,159 @@
+"""Steps in doubles (see ``advance``): rows of one motion side by side, and compensated summation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real, two_sum
+from lagrange_cli.native.recurrences.layout import Layout
+from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
+from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
+from lagrange_cli.native.stepping.detection import Detection
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
+from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
+
+AT_REST = 2.0**-900
+"""Where forces may hide, velocities below this do not limit the step."""
+CHAINS, RATE_CHAINS = 4, 2
+"""Partial sums of a polynomial that are added in parallel."""
+
+
+def stepper(layout: Layout, degrees: int, work: int, tolerance: float, hidden: Sequence[float] = ()) -> str:
+    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``.
+
+    ``hidden`` are the powers of what hides forces, whose quadratures are the first (see ``detection``).
+    """
+    return advance(DoubleSteps(layout, degrees, work, tolerance, tuple(hidden)))
+
+
+class DoubleSteps(Steps):
+    """What steps in doubles are made of."""
+
+    def __init__(
+        self, layout: Layout, degrees: int, work: int, tolerance: float, hidden: tuple[float, ...]
+    ) -> None:
+        self.state = StateLayout(degrees, len(layout.state) - 2 * degrees)
+        self.bounds = DOUBLE.coarser(tolerance)
+        width, lanes = layout.width, min(layout.width, LANES)
+        self.lengths = Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
+        self.sizes = StepSize(self.lengths, tolerance, AT_REST if hidden else 0.0)
+        self._work, self._hidden = work, hidden
+        self._series = self.state.memory + width + LANES
+
+    def functions(self) -> list[str]:
+        """See ``Steps``."""
+        lengths = self.lengths
+        detection = Detection(
+            lengths.order, lengths.width, lengths.rows, lengths.degrees, self._hidden, self._series,
+            self._work, self.bounds.nothing_much,
+        )  # fmt: skip
+        made = [*self.sizes.functions(), self.sizes.shortened_step(), accepted(lengths)]
+        return [clear_function(), detection.text(), *(f.text() for f in made)]
+
+    def places(self, f: Function) -> tuple[Pointer, Pointer]:
+        """The state, and the series."""
+        return f.pointer("%state"), f.pointer("%work")
+
+    def forget(self, f: Function) -> None:
+        f.call(None, "clear", f.pointer("%work"), f.count(self._work))
+
+    def straighten(self, f: Function) -> None:
+        first = STRAIGHT * self.lengths.term
+        f.call(None, "clear", f.place("%work", first), f.count(self._work - first))
+
+    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+        return now, f.call(Bit, "jet", f.pointer("%constants"), now.t + now.low, *self.places(f))
+
+    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+        usual, met = chosen_step(f, now.previous, self.places(f))
+        h, sound = f.variable(usual), met < ENDLESS
+        with f.when(~sound):
+            h.set(f.call(Real, "shortened_step", *self.places(f), usual))
+            with f.when(~(h.get() > 0.0)):
+                fail()
+        return now, h.get(), sound
+
+    def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
+        if not self._hidden:
+            return h
+        ahead, (state, work) = f.smaller(h, left), self.places(f)
+        given = f.pointer("%constants"), now.t + now.low, state, work, f.pointer("%trial"), ahead
+        found = f.call(Real, "detected", *given)
+        return f.select(found < ahead, found, h)
+
+    def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
+        at, lengths = f.variable(index), self.lengths
+        t, low, end = (f.splat(x, LANES) for x in (now.t, now.low, h))
+        with f.forever() as rounds:
+            dt = (f.load_row("%times", at.get(), LANES) - t) - low
+            hits = (dt <= end).count()
+            with f.when(hits.equals(0)):
+                rounds.leave()
+            with f.loop(0, lengths.rows, tested=False) as i:
+                row = f.place("%work", i)
+                c = [f.splat(f.load(row, m * lengths.term), LANES) for m in range(1, lengths.order + 1)]
+                rest = f.splat(f.load("%state", i + self.state.part(1).start), LANES)
+                value = f.splat(f.load("%state", i), LANES) + (polynomial(f, c, dt) * dt + rest)
+                f.store_row(value, "%out", i * Integer(f, "%stride") + at.get())
+            at.set(at.get() + hits)
+            rounds.repeat(hits.equals(LANES))
+        return at.get()
+
+    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+        t, low = two_sum(now.t, now.low + h)
+        f.store(t, "%state", self.state.at(Clock.TIME))
+        f.store(low, "%state", self.state.at(Clock.TIME_LOW))
+        nothing = None
+        if self._hidden:
+            nothing = f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
+        return moved(f, self.lengths, h, allowed, self.expected(f), self.state.width, nothing)
+
+    def expected(self, f: Function) -> tuple[Pointer, Pointer]:
+        """Where the accelerations are that are expected, and how far off they may be."""
+        first = self.state.memory
+        return f.place("%trial", first), f.place("%trial", first + self.state.width)
+
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
+        given = self.places(f)[1], *self.expected(f), uneven, slack, unexplained, room
+        return f.call(Bit, "accepted", *given)
+
+
+def moved(
+    f: Function,
+    lengths: Lengths,
+    h: Real,
+    allowed: Allowance,
+    expected: tuple[Pointer, Pointer],
+    low: int,
+    nothing: Real | None = None,
+    moving: Bit | None = None,
+) -> Real:
+    """Take the state to the end of the step, and write down what is expected there; the place farthest from
+    0.
+
+    Low parts are ``low`` rows behind. Errors of the accelerations up to ``nothing`` are allowed whatever
+    moves. Only motions that are ``moving`` change.
+    """
+    degrees, (rates, allowances) = lengths.degrees, expected
+    h = lengths.wide(f, h)
+    farthest = f.variable(f.zero(lengths.lanes))
+    with lengths.each(f) as row:
+        c, is_place = row.series().terms(1, lengths.order), row.among(0, degrees)
+        change, rest = careful_sum(f, c, h, CHAINS if lengths.together > 1 else 1)
+        old, lost = row.at("%state"), row.at("%state", low)
+        # the low part of a velocity moves its coordinate
+        extra = row.only(is_place, row.at("%state", low + degrees) * h)
+        new, error = two_sum(old, change + ((lost + extra) + rest))
+        row.put(new if moving is None else f.select(moving, new, old), "%state")
+        row.put(error if moving is None else f.select(moving, error, lost), "%state", low)
+        lesser = f.smaller(f.magnitude(new), f.magnitude(old))
+        farthest.set(f.larger(farthest.get(), row.only(is_place, lesser)))
+        with row.if_velocities():
+            speed = rate(f, c[:-1], h, RATE_CHAINS if lengths.together > 1 else 1)
+            most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), lesser)
+            row.put(speed, rates)
+            row.put(most if nothing is None else most + lengths.wide(f, nothing), allowances)
+    return lengths.gather(f, "fmax", farthest.get())

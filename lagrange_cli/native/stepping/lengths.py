@@ -1,0 +1,156 @@
+"""``Lengths``: the rows of a state and their series as step control sees them: doubles, in every kind of
+number.
+
+A vector of them is a few rows of one motion side by side, one row of several motions, or a single double (the
+high part of a number). What is written over ``Lengths`` is written once for all of them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Lengths:
+    """Where they are: places and distances in doubles.
+
+    q, v and other rows follow one another, ``degrees`` of the first two, ``rows`` in all; there are places
+    for ``width``. The ``order`` is that of q's series. A vector has ``lanes`` doubles, of ``together`` rows.
+    From a row to the next it is ``value`` doubles in the state and ``row`` in ``%work``, where coefficient 0
+    of row 0 is at ``first``; from a coefficient to the next it is ``term``.
+    """
+
+    degrees: int
+    rows: int
+    width: int
+    order: int
+    lanes: int
+    together: int
+    value: int
+    row: int
+    term: int
+    first: int = 0
+
+    @property
+    def top(self) -> int:
+        """The order to which velocities are known."""
+        return self.order - 1
+
+    @property
+    def motions(self) -> int:
+        """How many motions there are: so many numbers each of them has of its own."""
+        return self.lanes // self.together
+
+    @contextmanager
+    def each(self, f: Function) -> Iterator[Row]:
+        """Rows of the state, one vector after another."""
+        last = self.width if self.together > 1 else self.rows
+        with f.loop(0, last, self.together, tested=False) as i:
+            yield Row(self, f, i)
+
+    @contextmanager
+    def velocities(self, f: Function) -> Iterator[Row]:
+        """The vectors that hold velocities, and others where there are several rows in each."""
+        first, last = (0, self.width) if self.together > 1 else (self.degrees, 2 * self.degrees)
+        with f.loop(first, last, self.together, tested=False) as i:
+            yield Row(self, f, i)
+
+    def gather(self, f: Function, operation: str, value: Real) -> Real:
+        """Of each motion the largest (``fmax``) or least number (``fmin``), or their sum (``fadd``)."""
+        if self.together == 1:
+            return value
+        return f.reduce(operation, value, f.constant(0.0) if operation == "fadd" else None)
+
+    def wide(self, f: Function, value: Real) -> Real:
+        """A number of each motion, for every row of a vector."""
+        return f.splat(value, self.lanes)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The rows that one vector holds, from row ``i`` on."""
+
+    lengths: Lengths
+    f: Function
+    i: Integer
+
+    def at(self, base: Pointer | str, shift: int = 0) -> Real:
+        """Their numbers in an array like the state, ``shift`` rows further."""
+        return self.f.load_row(base, self._place(shift), self.lengths.lanes)
+
+    def put(self, value: Real, base: Pointer | str, shift: int = 0) -> None:
+        """The same, stored."""
+        self.f.store_row(value, base, self._place(shift))
+
+    def _place(self, shift: int) -> Integer:
+        i = self.i + shift if shift else self.i
+        return i if self.lengths.value == 1 else i * self.lengths.value
+
+    def series(self) -> Series:
+        """Their series."""
+        lengths = self.lengths
+        at = self.i if lengths.row == 1 else self.i * lengths.row
+        return Series(
+            lengths, self.f, self.f.place("%work", at + lengths.first if lengths.first else at, "double")
+        )
+
+    def among(self, first: int, count: int) -> Bit:
+        """Which are among ``count`` rows from ``first`` on."""
+        f, together = self.f, self.lengths.together
+        if together == 1:
+            return (self.i - first if first else self.i) < count
+        lanes = ", ".join(f"i64 {lane - first}" for lane in range(together))
+        return f.splat(self.i, together) + Integer(f, f"<{lanes}>", together) < count
+
+    def moving(self, condition: Bit) -> Bit:
+        """The velocities among those of ``Lengths.velocities`` where it holds."""
+        degrees = self.lengths.degrees
+        return condition if self.lengths.together == 1 else condition & self.among(degrees, degrees)
+
+    @contextmanager
+    def if_velocities(self) -> Iterator[None]:
+        """What is done for velocities, and for rows beside them."""
+        if self.lengths.together > 1:
+            yield
+        else:
+            with self.f.when(self.among(self.lengths.degrees, self.lengths.degrees)):
+                yield
+
+    def only(self, which: Bit, value: Real) -> Real:
+        """The numbers of ``which``, and 0."""
+        return self.f.select(which, value, self.f.zero(value.lanes))
+
+    def only_velocities(self, value: Real) -> Real:
+        """The numbers of velocities among those of ``Lengths.velocities``, and 0."""
+        degrees = self.lengths.degrees
+        return value if self.lengths.together == 1 else self.only(self.among(degrees, degrees), value)
+
+
+@dataclass(frozen=True)
+class Series:
+    """Coefficients of them."""
+
+    lengths: Lengths
+    f: Function
+    place: Pointer
+
+    def __getitem__(self, m: int | Integer) -> Real:
+        """The ``m``-th ones."""
+        return self.f.load_row(self.place, m * self.lengths.term, self.lengths.lanes)
+
+    def at(self, m: int, beyond: int) -> Real:
+        """What is so many doubles behind them."""
+        return self.f.load_row(self.place, m * self.lengths.term + beyond, self.lengths.lanes)
+
+    def put(self, value: Real, m: int | Integer) -> None:
+        """The same, stored."""
+        self.f.store_row(value, self.place, m * self.lengths.term)
+
+    def terms(self, first: int, last: int) -> list[Real]:
+        """Those from ``first`` to ``last``."""
+        return [self[m] for m in range(first, last + 1)]

@@ -1,0 +1,244 @@
+"""The step size from the coefficients of the velocities (A. Jorba and M. Zou 2005, eq. 3-8).
+
+The radius of convergence is estimated from the last coefficients, and h = radius / e^2 at the order that fits
+the tolerance. Each velocity is measured against its own size or its change within a step (by its first three
+terms), whichever is largest, so that units and mixed scales do not matter.
+"""
+
+from __future__ import annotations
+
+import math
+from functools import reduce
+
+from lagrange_cli.native.functions.correctly_rounded import power
+from lagrange_cli.native.interface import STEPPING
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.vector import Pointer, Real, constant, exp2_roughly, log2_roughly, upper_half
+from lagrange_cli.native.stepping.lengths import Lengths, Row, Series
+from lagrange_cli.records import dataclass
+
+LAST_TERM = 0.01
+"""Far enough below the tolerance that truncation, which adds up, stays below rounding, which does not."""
+BLOCKS = 8
+"""Blocks, one for each lane of a vector, in which the coefficients that determine the step are compared."""
+LOWEST_TERM = 4
+"""The first coefficient that tells the range of the series rather than the present speed of the motion."""
+FAINT = 2.0**-900
+"""If the last coefficient other than 0 is below this, further ones may have underflowed."""
+SLACK = 4
+"""Binary orders by which the lower coefficients may exceed what the radius of convergence allows.
+
+They serve to find series with gaps, and are often larger than the last coefficients suggest.
+"""
+FEW_TERMS = 8
+"""From this order of the velocities on, the last coefficient is not used, so that the step is known early."""
+LARGEST_GUESS = 1e60
+"""No change of a velocity is measured over longer times."""
+LEAP = 4.0
+"""A step that is so many times as long as the previous one is a cautious one."""
+ENDLESS = float("inf")
+ARGUMENTS = "ptr noalias %state, ptr noalias %work"
+
+
+@dataclass(frozen=True)
+class StepSize:
+    """Writes the functions that ``advance`` and ``follow`` take their steps from.
+
+    The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
+    Velocities of a size up to ``rest`` do not count.
+    """
+
+    lengths: Lengths
+    tolerance: float
+    rest: float = 0.0
+
+    @property
+    def safety(self) -> float:
+        """The step's part of the radius of convergence."""
+        return power(LAST_TERM * self.tolerance, 1.0 / self.lengths.top)
+
+    def functions(self) -> list[Function]:
+        """All of them."""
+        return [self.step_size(), self.cautious_step(), self.faded()]
+
+    def function(self, head: str) -> Function:
+        """One that gives numbers of each motion."""
+        motions = self.lengths.motions
+        return Function(head.replace("REAL", "double" if motions == 1 else f"<{motions} x double>"), motions)
+
+    def sizes(self, row: Row, c: Series, h: Real) -> Real:
+        """The largest of a velocity and the next three terms of its series over a step of ``h``."""
+        f = row.f
+        size = f.magnitude(c[3]) * h
+        for m in (2, 1):
+            size = f.larger(size, f.magnitude(c[m])) * h
+        return f.larger(f.magnitude(row.at("%state")), size)
+
+    def step_size(self) -> Function:
+        """``@step_size(state, work, h)``: the step, where sizes are measured over ``h``; and a number that is
+        not finite where a coefficient is not.
+
+        The root of a number is 2^(log2 / m): its logarithm is read off its bits (to 0.09), the power is an
+        exponent and a parabola (to 0.3 percent). The step needs no more, and this gives the same bits on
+        every machine.
+        """
+        lengths, top = self.lengths, self.lengths.top
+        f = self.function(f"define internal {{ REAL, REAL }} @step_size({ARGUMENTS}, REAL %h) #0")
+        span, blocks = Real(f, "%h"), split_terms(top)
+        h, reach = lengths.wide(f, span), lengths.wide(f, span * (1.0 / self.safety))
+        zero = f.zero(lengths.lanes)
+        total, most = f.variable(zero), [f.variable(zero) for _ in blocks]
+        with lengths.velocities(f) as row:
+            c = row.series()
+            size = self.sizes(row, c, h)
+            moving = row.moving(size > self.rest)
+            inverse = f.select(moving, lengths.wide(f, f.constant(1.0)) / size, zero)
+            for block, so_far in zip(blocks, most):
+                largest = f.magnitude(c[block[-1]])
+                for m in reversed(block[:-1]):
+                    largest = f.larger(largest * reach, f.magnitude(c[m]))
+                so_far.set(f.larger(so_far.get(), largest * inverse))
+            total.set(total.get() + (size + f.magnitude(c[top])))
+        met = lengths.gather(f, "fadd", total.get())
+        greatest = [lengths.gather(f, "fmax", one.get()) for one in most]
+        slopes, offsets = [2.0**-20 / block[0] for block in blocks], [offset_of(b, top) for b in blocks]
+        if lengths.motions == 1:  # a lane for each block
+            together = f.joined([*greatest, *[greatest[-1]] * (BLOCKS - len(greatest))])
+            filled = [[*x, *[x[-1]] * (BLOCKS - len(x))] for x in (slopes, offsets)]
+            exponents = [exponent(f, together, *(f.vector(x) for x in filled))]
+            exponents = [f.reduce("fmax", exponents[0])]
+            largest = f.reduce("fmax", together)
+        else:
+            given = (map(f.constant, one) for one in (slopes, offsets))
+            exponents = [exponent(f, *one) for one in zip(greatest, *given)]
+            largest = reduce(f.larger, greatest)
+        step = exp2_roughly(-reduce(f.larger, exponents)) * self.safety
+        step = f.select(largest.equals(0.0), f.constant(ENDLESS), step)
+        fades = (greatest[0] > 0.0) & greatest[-1].equals(0.0)
+        result = f.variable(step)
+        with f.when(f.any(fades)):
+            less = f.call(Real, "faded", f.pointer("%work"))
+            result.set(f.select(fades, step * less, step))
+        f.give(result.get(), met)
+        return f
+
+    def cautious_step(self) -> Function:
+        """``@cautious_step(state, work, h)``: a step after a much shorter one, or the first step. It is
+        bounded by every coefficient from ``LOWEST_TERM`` on, since the last two may vanish by chance or by
+        symmetry."""
+        lengths = self.lengths
+        f = self.function(f"define internal REAL @cautious_step({ARGUMENTS}, REAL %h) #0")
+        h, endless = lengths.wide(f, Real(f, "%h")), f.constant(ENDLESS)
+        least = f.variable(endless)
+        with f.loop(LOWEST_TERM, lengths.top + 1, tested=False) as m:
+            ratio = f.variable(lengths.wide(f, endless))
+            with lengths.velocities(f) as row:
+                c = row.series()
+                size, one = self.sizes(row, c, h), f.magnitude(c[m])
+                counts = row.moving((size * one > 0.0) & (size > self.rest))
+                ratio.set(f.smaller(ratio.get(), f.select(counts, size / one, lengths.wide(f, endless))))
+            bound = self.root(f, lengths.gather(f, "fmin", ratio.get()), m.to_real())
+            least.set(f.smaller(least.get(), bound))
+        f.give(least.get() * self.safety)
+        return f
+
+    def shortened_step(self) -> Function:
+        """``@shortened_step(state, work, h)``: where the higher coefficients overflow close to a singularity,
+        a step with the finite ones only; the others are set to 0. It is 0 if fewer than ``STEPPING`` are
+        left."""
+        lengths, order = self.lengths, self.lengths.order
+        f = self.function(f"define internal REAL @shortened_step({ARGUMENTS}, REAL %h) #0")
+        end = f.variable(f.count(1))
+        with f.section() as found, f.forever():
+            total = f.variable(f.zero(lengths.lanes))
+            with lengths.each(f) as row:
+                one = f.magnitude(row.series()[end.get()])
+                total.set(total.get() + row.only(row.among(0, 2 * lengths.degrees), one))
+            with f.when(~(lengths.gather(f, "fadd", total.get()) < ENDLESS)):
+                found.leave()
+            end.set(end.get() + 1)
+            with f.when(end.get() > order):
+                found.leave()
+        with f.when(end.get() <= STEPPING):
+            f.give(f.constant(0.0))
+        with f.loop(end.get(), order + 1) as m, lengths.each(f) as row:
+            row.series().put(f.zero(lengths.lanes), m)
+        step = f.call(Real, "cautious_step", f.pointer("%state"), f.pointer("%work"), Real(f, "%h"))
+        f.give(step * self.fewer(f, (end.get() - 2).to_real()))
+        return f
+
+    def faded(self) -> Function:
+        """``@faded(work)``: the factor for a step if higher coefficients of the velocities have underflowed,
+        so that only the lower ones limit it. It is 1 if most coefficients are there, or if the higher ones
+        are 0 for another reason."""
+        lengths, top = self.lengths, self.lengths.top
+        f = self.function("define internal REAL @faded(ptr noalias %work) #0")
+        last, faintest = f.variable(f.constant(2.0)), f.variable(f.constant(0.0))
+        with f.loop(2, top + 1, tested=False) as m:
+            total = f.variable(f.zero(lengths.lanes))
+            with lengths.velocities(f) as row:
+                total.set(total.get() + row.only_velocities(f.magnitude(row.series()[m])))
+            size = lengths.gather(f, "fadd", total.get())
+            there = size > 0.0
+            last.set(f.select(there, f.splat(m.to_real(), lengths.motions), last.get()))
+            faintest.set(f.select(there, size, faintest.get()))
+        counts = (faintest.get() < FAINT) & (last.get() < float(2 * top // 3))
+        f.give(f.select(counts, self.fewer(f, last.get()), f.constant(1.0)))
+        return f
+
+    def fewer(self, f: Function, top: Real) -> Real:
+        """The factor for a step that ends with this order of the velocities instead of the last one."""
+        base, exponent = LAST_TERM * self.tolerance, f.constant(1.0) / top - 1.0 / self.lengths.top
+        if self.lengths.motions == 1:
+            return f.function("pow", f.constant(base), exponent)
+        return exp2_roughly(exponent * math.log2(base))
+
+    def root(self, f: Function, x: Real, m: Real) -> Real:
+        """x^(1/m); roughly, where it is computed for many motions."""
+        inverse = f.constant(1.0) / f.splat(m, self.lengths.motions)
+        return (
+            f.function("pow", x, inverse)
+            if self.lengths.motions == 1
+            else exp2_roughly(log2_roughly(x) * inverse)
+        )
+
+
+def chosen_step(f: Function, previous: Real, places: tuple[Pointer, Pointer]) -> tuple[Real, Real]:
+    """The step after one of the length ``previous`` (0 at first), and what is not finite where a coefficient
+    is not.
+
+    Sizes are measured over the previous step; at first, over what a step of 1 leads to. A step that is much
+    longer is a cautious one.
+    """
+    one = f.constant(1.0)
+    first = previous.equals(0.0)
+    over = f.select(first, one, previous)
+    usual, met = f.parts("step_size", [one, one], *places, over)
+    unsure = first | (usual > over * LEAP)
+    h, total = f.variable(usual), f.variable(met)
+    with f.when(f.any(unsure)):
+        longest = f.constant(LARGEST_GUESS)
+        again, more = f.parts("step_size", [one, one], *places, f.smaller(usual, longest))
+        guess = f.select(first, f.smaller(again, longest), previous)
+        h.set(f.select(unsure, f.call(Real, "cautious_step", *places, guess), usual))
+        total.set(f.select(first, met + more, met))
+    return h.get(), total.get()
+
+
+def split_terms(top: int) -> list[list[int]]:
+    """The coefficients that determine the step, in at most ``BLOCKS`` blocks."""
+    terms = list(range(LOWEST_TERM, top if top >= FEW_TERMS else top + 1))
+    size = -(-len(terms) // BLOCKS)
+    return [terms[start : start + size] for start in range(0, len(terms), size)]
+
+
+def offset_of(block: list[int], top: int) -> float:
+    """What is added to 1/m of a coefficient's logarithm, m the first of its block: its bits count from
+    2^-1023."""
+    return (-1023.0 - (SLACK if block[-1] < 0.75 * top else 0)) / block[0]
+
+
+def exponent(f: Function, largest: Real, slope: Real, offset: Real) -> Real:
+    """log2 of the inverse radius of convergence; it does not count where the coefficients are 0."""
+    found = f.fused(upper_half(largest), slope, offset)
+    return f.select(largest > 0.0, found, f.splat(Real(f, constant("double", 1, -1000.0), 1), largest.lanes))
