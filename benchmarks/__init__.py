@@ -8,4 +8,6 @@ and compares the code of two versions.
 
 from pathlib import Path
 
-__path__.append(str(Path(__file__).parent / "suites"))  # benchmarks.NAME is a suite
+ROOT = Path(__file__).resolve().parents[1]
+"""The checkout, which is what is measured."""
+__path__.append(str(ROOT / "benchmarks" / "suites"))  # benchmarks.NAME is a suite

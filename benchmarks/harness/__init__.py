@@ -1,1 +1,1 @@
-"""How benchmarks measure and report: processes, turns, comparisons of engines, growth, tables, figures."""
+"""How benchmarks measure and report: processes, turns, growth of errors, tables, figures."""

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Any
 
-from benchmarks.harness.report import ROOT
+from benchmarks import ROOT
 
 FIGURES = ROOT / "docs" / "figures"
 

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
-from benchmarks.harness.report import ROOT
+from benchmarks import ROOT
 from benchmarks.harness.turns import in_turns
 
 PROGRAMS = ROOT / "benchmarks" / "peers" / "programs"

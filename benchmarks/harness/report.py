@@ -13,8 +13,6 @@ from textwrap import fill
 
 import lagrange_cli
 
-ROOT = Path(__file__).resolve().parents[2]
-"""The checkout, which is what is measured."""
 WIDTH = 118
 """Characters in a line of the documents."""
 

@@ -9,7 +9,8 @@ from argparse import Namespace
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-from benchmarks.harness.report import ROOT, Report, replaced_section, version_of
+from benchmarks import ROOT
+from benchmarks.harness.report import Report, replaced_section, version_of
 
 DOCUMENT = ROOT / "docs" / "benchmarks.md"
 

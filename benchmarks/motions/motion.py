@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from benchmarks.harness.report import ROOT
+from benchmarks import ROOT
 from benchmarks.motions import equations
 from benchmarks.motions.equations import Accelerations, Energies, Parameters, of_numpy
 from lagrange_cli.spec.read import read_spec

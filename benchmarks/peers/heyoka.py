@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 import heyoka as hy
 import numpy as np
@@ -17,14 +17,14 @@ from benchmarks.peers import Array, Course, Engine
 Equations = list[tuple[Any, Any]]
 """[(variable, rate), ...], first of q, then of v."""
 ALGEBRA = Algebra(hy.sin, hy.cos, lambda x: x**-0.5, hy.sum, 0.5)
-DERIVED, BY_HAND, MODEL = "derived", "by hand", "model"
+Form = Literal["derived", "by hand", "model"]
 """Forms of its equations: what its ``lagrangian()`` derives, accelerations by hand, its ``model.nbody``."""
 
 
 def engine(
     motion: Motion,
     *,
-    form: str,
+    form: Form,
     tolerance: float | None = None,
     quadruple: bool = False,
     dense: bool = False,
@@ -56,14 +56,14 @@ def forget() -> None:
     hy.llvm_state.clear_memcache()
 
 
-def equations(motion: Motion, form: str) -> Equations:
+def equations(motion: Motion, form: Form) -> Equations:
     """The motion as a user of heyoka writes it, in one of the forms."""
     q, v = ([hy.expression(f"{letter}{i}") for i in range(motion.degrees)] for letter in "qv")
-    if form == DERIVED:
+    if form == "derived":
         kinetic, potential = motion.energies(motion.parameters, q, v, ALGEBRA)
         derived: Equations = hy.lagrangian(kinetic - potential, q, v)
         return derived
-    if form == BY_HAND:
+    if form == "by hand":
         assert motion.by_hand is not None
         return [*zip(q, v), *zip(v, motion.by_hand(motion.parameters, q, v, ALGEBRA))]
     constant, masses = gravitation(motion.parameters)
@@ -135,7 +135,7 @@ def converted(expression: Any, named: dict[Any, Any], number: Any) -> Any:
     return hy.from_sympy(expression, kept)
 
 
-def ensemble(motion: Motion, *, form: str, batch: int, threads: int | None = None) -> Engine:
+def ensemble(motion: Motion, *, form: Form, batch: int, threads: int | None = None) -> Engine:
     """Batches in the lanes of a vector, one after the other or, with ``threads``, by its
     ``ensemble_propagate_until_batch``; the number of members must be a multiple of ``batch``."""
     forget()

@@ -6,8 +6,9 @@ from collections.abc import Iterable, Sequence
 from math import isnan
 from textwrap import fill
 
+from benchmarks import ROOT
 from benchmarks.harness.figures import figure
-from benchmarks.harness.report import ROOT, WIDTH, machine, markdown_table
+from benchmarks.harness.report import WIDTH, machine, markdown_table
 from benchmarks.stress.judge import DRIFT, ROUNDINGS, Judged
 from benchmarks.stress.scene import Scene
 

@@ -6,11 +6,11 @@ import sys
 from argparse import Namespace
 from functools import partial
 
-from benchmarks.harness.comparison import Measurement, compare, comparison_table
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.motions.motion import Motion, n_pendulum
 from benchmarks.peers import Maker, engine
+from benchmarks.peers.comparison import Measurement, compare, comparison_table
 
 SPEEDUPS = {5: 6, 10: 15, 20: 35}
 """By number of pendulums."""

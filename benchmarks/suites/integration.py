@@ -8,7 +8,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
-from benchmarks.harness.comparison import Measurement, compare, comparison_table
 from benchmarks.harness.report import Report, Requirement
 from benchmarks.harness.suite import Suite
 from benchmarks.motions.motion import (
@@ -20,6 +19,7 @@ from benchmarks.motions.motion import (
     Motion,
 )
 from benchmarks.peers import Maker, engine
+from benchmarks.peers.comparison import Measurement, compare, comparison_table
 
 OURS, SCIPY, PYDY = "lagrange", "sympy lambdify + scipy DOP853", "pydy, compiled C + scipy DOP853"
 PYTHONS: Mapping[str, Maker] = {SCIPY: partial(engine, "scipy"), PYDY: partial(engine, "pydy")}

@@ -21,8 +21,9 @@ from functools import partial
 from pathlib import Path
 from statistics import median
 
+from benchmarks import ROOT
 from benchmarks.harness.processes import OURS, run_process
-from benchmarks.harness.report import ROOT, markdown_table
+from benchmarks.harness.report import markdown_table
 from benchmarks.harness.turns import in_turns
 from benchmarks.suites import chain, integration, startup
 

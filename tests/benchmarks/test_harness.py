@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from benchmarks.harness.comparison import Measurement, comparison_table, medians
 from benchmarks.harness.growth import binned, growth_exponent
 from benchmarks.harness.processes import run_process
 from benchmarks.harness.report import Report, Requirement, markdown_table, replaced_section
 from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_turns, processor_seconds
+from benchmarks.peers.comparison import Measurement, comparison_table, medians
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,6 @@ from functools import partial
 import numpy as np
 import pytest
 
-from benchmarks.harness.comparison import measured
 from benchmarks.motions.equations import of_numpy
 from benchmarks.motions.motion import (
     DOUBLE_PENDULUM,
@@ -20,6 +19,7 @@ from benchmarks.motions.motion import (
     n_pendulum,
 )
 from benchmarks.peers import engine
+from benchmarks.peers.comparison import measured
 
 MOTIONS = (
     (PENDULUM, 1.0),

@@ -2,9 +2,9 @@
 
 import pytest
 
-from benchmarks.harness.comparison import Measurement
 from benchmarks.harness.report import replaced_section
 from benchmarks.harness.suite import DOCUMENT
+from benchmarks.peers.comparison import Measurement
 from benchmarks.suites import SUITES, suite
 from benchmarks.suites.chain import cost
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from benchmarks.harness.report import ROOT
+from benchmarks import ROOT
 from benchmarks.tools import versions
 from benchmarks.tools.object_code import Code, code_of, compared, main
 
