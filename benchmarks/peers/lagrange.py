@@ -12,7 +12,6 @@ import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would i
 from benchmarks.harness.turns import timed
 from benchmarks.motions.motion import Motion, shipped
 from benchmarks.peers import Array, Course, Engine
-from lagrange_cli.cli.source import derive_system
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.method import Batch, Starts
 from lagrange_cli.integrate.methods.selection import ensemble_method
@@ -22,6 +21,7 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
+from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
 

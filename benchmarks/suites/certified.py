@@ -24,8 +24,7 @@ from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.motions.motion import shipped
 from benchmarks.motions.uncertain import SYSTEMS
-from lagrange_cli.cli.options.certify import DIGITS, companion_settings
-from lagrange_cli.cli.source import derive_system
+from lagrange_cli.cli.options.certify import DIGITS
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.outcome import Outcome
@@ -36,6 +35,8 @@ from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.samples import LOW
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
+from lagrange_cli.run.certify import companion_settings
+from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import SolveDefaults

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
@@ -11,11 +10,13 @@ from typing import Any
 import click
 
 from lagrange_cli.cli.report.progress import Line
-from lagrange_cli.errors import FileError, LagrangeError, SpecError
+from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError
 
 INTERRUPTED = 130
 UNEXPECTED = 1
 MEMORY = KILLED = 4
+EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
+"""The exit status for each way a motion can end; what was computed is written in every case."""
 
 
 STANDARD_INPUT = "-"
@@ -66,18 +67,9 @@ def emit_json(content: Mapping[str, Any]) -> None:
     """Write one JSON object on one line; numbers that are not finite become null."""
     import json
 
+    from lagrange_cli.run.attributes import finite
+
     emit(json.dumps(finite(content), allow_nan=False))
-
-
-def finite(content: Any) -> Any:
-    """``content`` with None for NaN and infinities, which JSON does not know."""
-    if isinstance(content, float):
-        return content if math.isfinite(content) else None
-    if isinstance(content, Mapping):
-        return {str(key): finite(value) for key, value in content.items()}
-    if isinstance(content, (list, tuple)):
-        return [finite(value) for value in content]
-    return content
 
 
 def count_of(number: int, noun: str) -> str:

@@ -28,8 +28,9 @@ from lagrange_cli.cli.console import (
     run_one,
 )
 from lagrange_cli.cli.report.progress import Counter, Line
-from lagrange_cli.cli.signals import Interrupts, heed_endings
+from lagrange_cli.cli.signals import heed_endings
 from lagrange_cli.cli.source import read_bytes
+from lagrange_cli.run.interrupts import Interrupts
 
 Action = Callable[[str], int]
 

@@ -12,7 +12,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.run.settings import sample_times
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.options.run import Request
+    from lagrange_cli.run.request import Request
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target

@@ -2,19 +2,14 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.console import complain, emit, emit_json
-from lagrange_cli.cli.report.motion import final_shown
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.extend import run_to_extend, to_extend
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.options.run import Request
-    from lagrange_cli.run.timings import Stopwatch
     from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target
@@ -61,13 +56,18 @@ def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
     return {**made_by, **({} if "portable" in made_by else {"machine": machine()})}
 
 
-def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Start:
+def take_up(
+    target: Target, made_by: Mapping[str, Any], *, resume: bool, tell: Callable[[str], None]
+) -> Start:
     """How the run starts; to be asked with the target claimed.
+
+    If the run is to ``resume`` an earlier one and there is none, ``tell`` is given the reason why it starts
+    at the beginning.
 
     Raises ``FileError`` where there is an earlier run that must not be lost, or another one that cannot be
     continued.
     """
-    if not request.resume:
+    if not resume:
         make_room(target)
         return Start(target, made_by)
     from lagrange_cli.store.resume import Earlier, find_earlier
@@ -90,8 +90,7 @@ def take_up(target: Target, made_by: Mapping[str, Any], request: Request) -> Sta
         return Start(target, made_by, finished=found)
     if found is not None:
         why, target = f"{found.attributes['method']} stores no checkpoints", replace(target, force=True)
-    if not request.quiet:
-        complain(f"{target.shown}: {why}; the run starts at the beginning")
+    tell(f"{target.shown}: {why}; the run starts at the beginning")
     return Start(target, made_by)
 
 
@@ -107,26 +106,3 @@ def make_room(target: Target) -> None:
                 f"{target.shown}: an earlier run was interrupted: --resume continues it, --force starts again"
             )
     target.clear()
-
-
-def final_of(attributes: Mapping[str, Any]) -> Mapping[str, Any] | None:
-    """The final state that an output has among its attributes; None where it has none."""
-    final: Mapping[str, Any] | None = json.loads(attributes.get("final", "null"))
-    return final
-
-
-def say_finished(found: Finished, shown: str, watch: Stopwatch, request: Request) -> int:
-    """Say that there is nothing left to do, and how the run had ended; returns its exit status."""
-    from lagrange_cli.cli.options.run import EXIT_STATUS
-
-    told = {name: x.item() if hasattr(x, "item") else x for name, x in found.attributes.items()}
-    if request.as_json:
-        names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
-        listed = {name: told[name] for name in names if name in told}
-        where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
-        ends = {} if "members" in told else {"t": found.t, "final": final_of(told)}
-        emit_json({**listed, **where, **ends, "seconds": watch.report()})
-    elif not request.quiet:
-        said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
-        emit("\n".join([said, *final_shown(final_of(told))]))
-    return EXIT_STATUS[told["status"]]

@@ -3,22 +3,10 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager, nullcontext
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-if TYPE_CHECKING:
-    from lagrange_cli.cli.report.progress import Waiting
-
-WAITING = {
-    "import": "loading modules",
-    "parse": "reading the system file",
-    "derive": "deriving the equations of motion",
-    "program": "writing the program",
-    "compile": "compiling",
-    "cache": "looking for a compiled program",
-}
-"""What is shown of stages that take long; the others show their progress themselves."""
+from lagrange_cli.run.monitor import Stage, untimed
 
 STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 """In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
@@ -26,25 +14,15 @@ STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 PARTS = {"program": "derive"}
 """What is a stage to those who wait, and a part of another in the account."""
 
-NOTES = {
-    "import": "loading Python modules",
-    "parse": "reading and checking the system file",
-    "derive": "deriving the equations of motion, and writing the program",
-    "compile": "waiting for the compiler, which runs while modules are loaded",
-    "cache": "looking for a compiled program, and storing a new one",
-    "integrate": "integrating the motion",
-    "write": "writing the HDF5 file",
-}
-
 
 class Stopwatch:
     """Seconds by stage. Stages do not overlap: one within another stops the outer one's time.
 
-    ``waiting`` shows which stage is on, where it takes long.
+    ``show`` is a context for each stage, too: it may show which one is on.
     """
 
-    def __init__(self, waiting: Waiting | None = None) -> None:
-        self._show = waiting.stage if waiting is not None else nullcontext
+    def __init__(self, show: Stage = untimed) -> None:
+        self._show = show
         self.seconds = dict.fromkeys(STAGES, 0.0)
         self._started = time.perf_counter()
         self._inner = 0.0
@@ -54,7 +32,7 @@ class Stopwatch:
         """Add the time spent inside to the stage of that name."""
         before, outer, self._inner = time.perf_counter(), self._inner, 0.0
         try:
-            with self._show(WAITING.get(name)):
+            with self._show(name):
                 yield
         finally:
             spent = time.perf_counter() - before
@@ -62,18 +40,5 @@ class Stopwatch:
             self._inner = outer + spent
 
     def report(self) -> dict[str, float]:
-        """The stages, and the total since the system's turn came."""
+        """The seconds of the stages, and the ``total`` since the stopwatch was made."""
         return {**self.seconds, "total": time.perf_counter() - self._started}
-
-
-def as_table(seconds: Mapping[str, float], start: float, *, cached: bool) -> str:
-    """A line for each stage that took place, in seconds; ``start`` is what passed before the first."""
-    skipped = {"derive", "compile"} if cached else set()
-    notes = NOTES | {"cache": "found the compiled program"} if cached else NOTES
-    rows = [("start", start, "starting Python, reading the command line")]
-    rows += [(name, seconds[name], notes[name]) for name in STAGES if name not in skipped]
-    rows += [("total", start + seconds["total"], "")]
-    names = {"cache": "cache hit"} if cached else {}
-    return "\n".join(
-        f"  {names.get(name, name):<10}{spent:8.3f} s  {note}".rstrip() for name, spent, note in rows
-    )

@@ -56,7 +56,7 @@ class Rules:
     budget: float
 
 
-def hold(
+def measure_all(
     entries: Mapping[str, Sequence[float]],
     prepare: Callable[[Contender], Prepared],
     values: Values,

@@ -11,6 +11,7 @@ from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.native.program import order_for
+from lagrange_cli.run.bench import entries_of
 from lagrange_cli.work_precision import measure as contest
 from tests.support.command import SYSTEMS
 
@@ -148,13 +149,14 @@ def test_a_motion_that_cannot_begin_ends_with_a_message(capsys, folder):
 
 
 def test_all_methods_are_tried_unless_their_jacobian_is_large():
-    entries, left_out = module.enter(None, None, 2)
-    assert list(entries) == list(METHODS) and left_out == []
+    entries = entries_of(None, None, 2)
+    assert list(entries) == list(METHODS) and module.left_out_of(entries, 2) == []
     assert FULL_PRECISION in entries["taylor"] and FULL_PRECISION not in entries["DOP853"]
-    entries, (said,) = module.enter(None, [1e-5], 500)
+    entries = entries_of(None, [1e-5], 500)
+    (said,) = module.left_out_of(entries, 500)
     assert entries == {"taylor": [1e-5], "DOP853": [1e-5]}
     assert "left out: Radau, BDF, LSODA" in said and "add them with --methods Radau,BDF,LSODA" in said
-    assert list(module.enter("radau, taylor", None, 500)[0]) == ["Radau", "taylor"]
+    assert list(entries_of(["Radau", "taylor"], None, 500)) == ["Radau", "taylor"]
 
 
 class AfterTwo:

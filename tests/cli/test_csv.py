@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-import lagrange_cli.run.tabulate as tabulating
+import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
 from lagrange_cli.store.csv_file import column_names
 from lagrange_cli.store.layout import Series
@@ -123,7 +123,7 @@ def test_it_is_kept_replaced_and_whole_as_any_output(capsys, monkeypatch):
     with open("run.csv", "a", encoding="utf-8") as file:
         file.write("mine\n")
     assert main([*RUN, "-o", "run.csv"]) == 5
-    monkeypatch.setattr(tabulating, "Interrupts", Nervous)
+    monkeypatch.setattr(solving, "Interrupts", Nervous)
     monkeypatch.setattr(Nervous, "patience", 1)
     assert main(["solve", PENDULUM, "--stop", "1e6", "--samples", "100001", "-o", "cut.csv"]) == 130
     assert "interrupted at t = " in (error := capsys.readouterr().err) and "--resume" not in error

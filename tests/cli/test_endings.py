@@ -11,9 +11,9 @@ import xarray
 
 import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods.table import METHODS
+from lagrange_cli.run.interrupts import Interrupts
 
 LINE = (
     "coordinates: {{x: {{initial: {x}, velocity: {v}}}}}\nmasses: {{p: 1}}\n"

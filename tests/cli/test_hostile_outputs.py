@@ -23,8 +23,8 @@ import pytest
 
 import lagrange_cli.cli.commands.solve as solving
 import lagrange_cli.cli.commands.sweep as sweeping
+from lagrange_cli.cli.console import EXIT_STATUS
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.options.run import EXIT_STATUS
 from lagrange_cli.store import checkpoint as checkpoints
 from lagrange_cli.store.checkpoint import LARGEST, MAGIC, Checkpoint, Unusable
 from lagrange_cli.store.contents import STATUSES

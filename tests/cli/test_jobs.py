@@ -13,7 +13,8 @@ import h5py
 import pytest
 
 from lagrange_cli.cli.commands.solve import solve_system
-from lagrange_cli.cli.options.run import Request
+from lagrange_cli.cli.output import Invocation
+from lagrange_cli.run.request import Request
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
@@ -61,12 +62,10 @@ def test_the_summaries_stay_in_their_order_where_processes_begin_anew(tmp_path):
 
 
 def test_a_request_can_be_sent_to_a_process():
-    request = Request(
-        SolveDefaults(samples=5), {"stop": "3"}, {"g": "1"}, {}, None, False, True, False, True, True, False,
-        1.0, 5,
-    )  # fmt: skip
-    action = partial(solve_system, request=request, demand=None)
-    assert pickle.loads(pickle.dumps(action)).keywords == {"request": request, "demand": None}
+    request = Request(SolveDefaults(samples=5), {"stop": "3"}, {"g": "1"}, checkpoint_count=5)
+    asked = Invocation(request, as_json=True)
+    action = partial(solve_system, asked=asked, demand=None)
+    assert pickle.loads(pickle.dumps(action)).keywords == {"asked": asked, "demand": None}
 
 
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGKILL])

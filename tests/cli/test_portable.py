@@ -15,9 +15,9 @@ import pytest
 
 from lagrange_cli.cli.commands import solve as solving
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.signals import Interrupts
-from lagrange_cli.cli.source import derive_system
 from lagrange_cli.native.compilation import fingerprint
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_portable_values, resolve_values
 from tests.support.command import SYSTEMS

@@ -8,8 +8,8 @@ import pytest
 
 from lagrange_cli.cli.commands import solve as solving
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE_COST
+from lagrange_cli.run.interrupts import Interrupts
 from tests.support.command import ROOT, SYSTEMS, lagrange
 
 DOUBLE_PENDULUM = str(SYSTEMS / "double_pendulum.yaml")

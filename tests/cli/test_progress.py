@@ -13,9 +13,9 @@ import pytest
 from lagrange_cli.cli.console import complain
 from lagrange_cli.cli.report import progress
 from lagrange_cli.cli.report.progress import (
-    ContestProgress,
     Counter,
     Line,
+    MeasuringProgress,
     Progress,
     Waiting,
     columns,
@@ -104,25 +104,29 @@ def test_no_time_is_left_that_nobody_knows(terminal, clock):
 
 def test_a_stage_is_shown_after_two_seconds(terminal, clock):
     waiting = Waiting("chain", quiet=False)
-    with waiting.stage("deriving"):
+    with waiting.stage("derive"):
         for passed in (1.0, 0.9, 0.2, 3.0):
             clock[0] += passed
             waiting.update()
-        with waiting.stage("compiling"):
+        with waiting.stage("compile"):
             clock[0] += 1
             waiting.update()
-        with waiting.stage(None):
+        with waiting.stage("integrate"):
             clock[0] += 1
             waiting.update()
         assert terminal.getvalue().endswith(" \r")  # taken away
     waiting.update()
-    assert lines(terminal) == ["chain: deriving, 2 s", "chain: deriving, 5 s", "chain: compiling, 1 s"]
+    assert lines(terminal) == [
+        "chain: deriving the equations of motion, 2 s",
+        "chain: deriving the equations of motion, 5 s",
+        "chain: compiling, 1 s",
+    ]
     assert terminal.getvalue().endswith(" \r") and Line.shown is None
 
 
 def test_the_stages_of_a_run_are_shown_in_words(terminal, clock):
     waiting = Waiting("chain", quiet=False)
-    watch = Stopwatch(waiting)
+    watch = Stopwatch(waiting.stage)
     for stage in ("import", "parse", "derive", "program", "compile", "integrate", "write"):
         with watch.stage(stage):
             clock[0] += 3
@@ -139,7 +143,7 @@ def test_the_stages_of_a_run_are_shown_in_words(terminal, clock):
 
 def test_messages_take_the_line_away(terminal, clock, monkeypatch):
     monkeypatch.setattr("sys.stderr", terminal)
-    line = ContestProgress("hoop", quiet=False)
+    line = MeasuringProgress("hoop", quiet=False)
     line.show(0, 2, "reference")
     complain("a warning")
     assert terminal.getvalue() == "\rhoop:   0%  reference\r" + " " * 21 + "\ra warning\n"
@@ -147,7 +151,7 @@ def test_messages_take_the_line_away(terminal, clock, monkeypatch):
 
 def test_a_process_that_ends_at_once_takes_its_line_away(terminal, clock):
     assert eraser() == b""
-    line = ContestProgress("hoop", quiet=False)
+    line = MeasuringProgress("hoop", quiet=False)
     line.show(0, 2, "reference")
     assert eraser() == b"\r" + b" " * 21 + b"\r"
     line.clear()
@@ -192,7 +196,7 @@ def test_a_letter_takes_as_many_columns_as_it_is_wide():
 def test_nothing_is_said_where_nobody_watches(monkeypatch, clock, terminal, quiet):
     monkeypatch.setattr("sys.stderr", terminal)
     line, waiting = Counter("hoop", 10, "members", quiet=quiet), Waiting("hoop", quiet=quiet)
-    with waiting.stage("deriving"):
+    with waiting.stage("derive"):
         clock[0] += 10
         waiting.update()
         line.show(5)

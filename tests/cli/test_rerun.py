@@ -9,6 +9,7 @@ import pytest
 
 import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
+from lagrange_cli.run import solve as running
 from lagrange_cli.store import notes
 from tests.cli.test_resume import Nervous
 from tests.support.command import SYSTEMS
@@ -130,11 +131,11 @@ def test_an_output_that_was_changed_is_kept(folder, change, capsys):
 def test_an_output_that_is_changed_during_the_run_is_kept(folder, monkeypatch, capsys):
     assert solve() == 0
 
-    def changing(*arguments, plain=solving.prepare_all):
+    def changing(*arguments, plain=running.prepare_all):
         added_data()
         return plain(*arguments)
 
-    monkeypatch.setattr(solving, "prepare_all", changing)
+    monkeypatch.setattr(running, "prepare_all", changing)
     assert solve() == 5
     assert "pendulum.h5 was changed during this run and was not replaced" in capsys.readouterr().err
     assert "mine" in h5py.File("pendulum.h5") and h5py.is_hdf5(".pendulum.h5.part")

@@ -21,10 +21,10 @@ from hypothesis import strategies as st
 import lagrange_cli.cli.commands.solve as solving
 import lagrange_cli.cli.commands.sweep as sweeping
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.signals import Interrupts
 from lagrange_cli.errors import FileError
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
+from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.store.checkpoint import Checkpoint
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.output import Output

@@ -15,8 +15,8 @@ import numpy as np
 import pytest
 import yaml
 
-import lagrange_cli.cli.commands.solve as solving
 from lagrange_cli.cli.main import main
+from lagrange_cli.run import motion
 from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
@@ -171,7 +171,7 @@ def test_standard_input_is_a_system_file_too(tmp_path):
 def test_an_existing_output_is_kept_and_reported_before_any_work(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "pendulum.h5").write_text("precious")
-    monkeypatch.setattr(solving, "prepare_run", None)
+    monkeypatch.setattr(motion, "prepare_run", None)
     assert main(["solve", str(PENDULUM)]) == 5
     said = capsys.readouterr()
     assert said.out == ""
@@ -285,7 +285,7 @@ def test_bad_input_gives_one_clear_message_and_leaves_nothing(tmp_path, argument
 def test_no_permission_to_write_is_said_before_any_work(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(os, "access", lambda path, mode: False)  # the superuser may write anywhere
-    monkeypatch.setattr(solving, "prepare_run", None)
+    monkeypatch.setattr(motion, "prepare_run", None)
     assert main(["solve", str(PENDULUM)]) == 5
     assert "no permission to write" in capsys.readouterr().err
 

@@ -16,7 +16,6 @@ from functools import cache, partial
 
 import numpy as np
 
-from lagrange_cli.cli.source import derive_system
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.method import Snapshot
 from lagrange_cli.integrate.methods.taylor import Stepper
@@ -25,6 +24,7 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import FULL, QUICK, Machine, compile_program
 from lagrange_cli.native.interface import LANES, Stop
 from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
+from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
 from tests.support.motion import NAMES, spec_of
 

@@ -11,7 +11,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from lagrange_cli.cli.options.certify import Demand, companion_settings
 from lagrange_cli.integrate.certify.certificate import FOLDER, Certificate, typical_difference
 from lagrange_cli.integrate.certify.companion import Companion
 from lagrange_cli.integrate.compilation import Compilation
@@ -20,6 +19,7 @@ from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.run.certify import Demand, companion_settings
 from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
 from tests.support.motion import prepared, residual_of, spec_of, values_of

@@ -149,7 +149,8 @@ def run(commands: Sequence[Sequence[str]]) -> int:
     """The highest status of the commands; ``interrupted solve ...`` is interrupted at its second look."""
     import lagrange_cli.cli.commands.solve as solving
     from lagrange_cli.cli.main import main
-    from lagrange_cli.cli.signals import Interrupts, heed_endings
+    from lagrange_cli.cli.signals import heed_endings
+    from lagrange_cli.run.interrupts import Interrupts
 
     class Interrupted(Interrupts):
         looks = 0

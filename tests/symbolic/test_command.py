@@ -4,8 +4,8 @@ import json
 
 import pytest
 
-from lagrange_cli.cli.commands import equations
 from lagrange_cli.cli.main import main
+from lagrange_cli.run import equations
 from lagrange_cli.symbolic.verify import Verification
 from tests.support import command
 from tests.support.command import SYSTEMS, lagrange

@@ -5,10 +5,10 @@ import math
 import pytest
 import sympy
 
-from lagrange_cli.cli.commands.equations import FORMS
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.run.equations import FORMS
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic import report
 from lagrange_cli.symbolic.data import as_data

@@ -12,7 +12,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import End
 from lagrange_cli.records import replace
-from lagrange_cli.work_precision.measure import Contender, Result, Rules, hold
+from lagrange_cli.work_precision.measure import Contender, Result, Rules, measure_all
 from lagrange_cli.work_precision.recommend import choose
 from lagrange_cli.work_precision.reference import Reference
 from lagrange_cli.work_precision.trajectory import SAMPLES, evenly, follow
@@ -42,7 +42,7 @@ def prepare(contender):
 
 
 def results_of(entries, prepare=prepare, rules=RULES, interrupted=lambda: False):
-    return list(hold(entries, prepare, VALUES, REFERENCE, rules, interrupted))
+    return list(measure_all(entries, prepare, VALUES, REFERENCE, rules, interrupted))
 
 
 def slope(tolerances, results):
@@ -72,7 +72,7 @@ def test_errors_of_taylor_series_fall_with_the_tolerance():
         return prepared(PULSATING, tolerance=contender.tolerance)
 
     entries = {"taylor": tolerances}
-    results = list(hold(entries, pulsating, values_of(PULSATING), DISTANCE, RULES, lambda: False))
+    results = list(measure_all(entries, pulsating, values_of(PULSATING), DISTANCE, RULES, lambda: False))
     assert 0.9 < slope(tolerances, results) < 1.2
     assert all(each.error < each.contender.tolerance for each in results)
 

@@ -2,45 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import TYPE_CHECKING
+from collections.abc import Container
 
 import click
 
 from lagrange_cli.cli.completion.offers import comma_list, files
 from lagrange_cli.cli.console import INTERRUPTED, complain, emit, emit_json, stem
-from lagrange_cli.cli.options.shared import shared_options, system_argument
-from lagrange_cli.cli.report.progress import ContestProgress, Waiting
-from lagrange_cli.cli.signals import Interrupts
-from lagrange_cli.cli.source import derive_system, read_bytes, read_run
+from lagrange_cli.cli.options.shared import Given, given_options, system_argument
+from lagrange_cli.cli.report.progress import MeasuringProgress, Waiting
+from lagrange_cli.cli.source import read_system
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods.table import METHODS, TAYLOR, Needs
-from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
-from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
-from lagrange_cli.records import replace
-from lagrange_cli.run.settings import resolve_method, resolve_settings, resolve_tolerance
-from lagrange_cli.run.times import with_times
-from lagrange_cli.spec.spec import SolveDefaults
-
-if TYPE_CHECKING:
-    from lagrange_cli.cli.report.work_precision import Standings
-    from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.times import Times
-    from lagrange_cli.spec.spec import Spec
-    from lagrange_cli.spec.values import Values
-    from lagrange_cli.work_precision.measure import Contender, Result, Rules
-    from lagrange_cli.work_precision.trajectory import Followed
-
-TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
-MOST_WITH_JACOBIAN = 32
-"""Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
+from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
+from lagrange_cli.run.bench import TOLERANCES
+from lagrange_cli.run.interrupts import Interrupts
+from lagrange_cli.run.settings import resolve_method
 
 SMALLEST_ERROR, LARGEST_ERROR = 1e-12, 0.1
-BETTER = 100
-"""By how much the reference is to be better than the error wanted."""
-PATIENCE = 5
-"""Budgets that each of the reference's runs may take: its steps are several times as short."""
 
 
 def parse_tolerances(
@@ -107,7 +84,7 @@ def parse_tolerances(
     shell_complete=files("svg", "pdf", "png"),
     help="Plot the run time against the error, as .svg, .pdf or .png.",
 )
-@shared_options
+@given_options
 def bench(
     system: str,
     wanted: float,
@@ -117,10 +94,7 @@ def bench(
     runs: int,
     budget: float,
     plot: str | None,
-    overrides: dict[str, str],
-    sizes: dict[str, str],
-    as_json: bool,
-    quiet: bool,
+    given: Given,
 ) -> int:
     """Measure the run time and the error of each method at several tolerances, and recommend one.
 
@@ -139,141 +113,48 @@ def bench(
 
         check_picture(plot)
 
+    from lagrange_cli.cli.report.work_precision import as_object, as_text, curves_of
+    from lagrange_cli.run.bench import count, entries_of, rank_methods
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.work_precision.measure import Rules
 
-    waiting = Waiting(stem(system), quiet=quiet)
-    with waiting.stage("reading the system file"):
-        spec, values = read_run(
-            read_bytes(system),
-            system,
-            sizes,
-            lambda spec, problems: resolve_values(spec, overrides, problems),
-        )
-    entries, left_out = enter(methods, tolerances, len(spec.coordinates))
-    progress = ContestProgress(spec.name, quiet=quiet)
+    waiting = Waiting(stem(system), quiet=given.quiet)
+    spec, values = read_system(system, given, resolve_values, waiting.stage)
+    names = [resolve_method(name.strip()) for name in methods.split(",")] if methods else None
+    entries = entries_of(names, tolerances, len(spec.coordinates))
+    progress = MeasuringProgress(spec.name, quiet=given.quiet)
     with Interrupts() as interrupted:
-        standings = compete(
-            spec, values, stop, wanted, entries, Rules(runs, budget), waiting, progress, interrupted
+        ranking = rank_methods(
+            spec,
+            values,
+            stop,
+            wanted,
+            entries,
+            Rules(runs, budget),
+            waiting.stage,
+            progress.show,
+            interrupted,
         )
-    from lagrange_cli.cli.report.work_precision import as_object, as_text, curves_of
-
     progress.clear()
-    if as_json:
-        emit_json(as_object(standings))
-    elif not quiet:
-        emit("\n".join((as_text(standings), *left_out)))
+    if given.as_json:
+        emit_json(as_object(ranking))
+    elif not given.quiet:
+        left_out = [] if methods is not None else left_out_of(entries, len(spec.coordinates))
+        emit("\n".join((as_text(ranking), *left_out)))
     if plot is not None:
-        write_picture(plot, curves_of(standings))
+        write_picture(plot, curves_of(ranking))
     if interrupted():
-        complain(f"{spec.name}: interrupted after {len(standings.results)} of {count(entries)} measurements")
+        complain(f"{spec.name}: interrupted after {len(ranking.results)} of {count(entries)} measurements")
         return INTERRUPTED
     return 0
 
 
-def enter(
-    methods: str | None, tolerances: Sequence[float] | None, degrees: int
-) -> tuple[dict[str, Sequence[float]], list[str]]:
-    """The tolerances by method, and what is left out that was not asked for."""
-    left_out = []
-    names = [resolve_method(name.strip()) for name in methods.split(",")] if methods else list(METHODS)
-    if methods is None and degrees > MOST_WITH_JACOBIAN:
-        implicit = [name for name in names if METHODS[name].needs is Needs.JACOBIAN]
-        names = [name for name in names if name not in implicit]
-        left_out = [
-            f"  left out: {', '.join(implicit)}, as the dense Jacobian of {degrees} coordinates takes long "
-            f"to compile; add them with --methods {','.join(implicit)}"
-        ]
-    own = {name: (*TOLERANCES, *full_precision_of(name)) for name in names}
-    return {name: own[name] if tolerances is None else tolerances for name in names}, left_out
-
-
-def full_precision_of(method: str) -> tuple[float, ...]:
-    """The tolerance of full double precision, for a method that has it by default."""
-    _, default = METHODS[method].tolerances[DOUBLE]
-    return (default,) if default == FULL_PRECISION else ()
-
-
-def count(entries: Mapping[str, Sequence[float]]) -> int:
-    """How many contenders there are."""
-    return sum(len(set(tolerances)) for tolerances in entries.values())
-
-
-def compete(
-    spec: Spec,
-    values: Values,
-    stop: str | None,
-    wanted: float,
-    entries: Mapping[str, Sequence[float]],
-    rules: Rules,
-    waiting: Waiting,
-    progress: ContestProgress,
-    interrupted: Callable[[], bool],
-) -> Standings:
-    """Find the reference, and measure every contender against it."""
-    from lagrange_cli.cli.report.work_precision import Standings
-    from lagrange_cli.work_precision.measure import hold
-    from lagrange_cli.work_precision.reference import TOLERANCES as OF_REFERENCE
-    from lagrange_cli.work_precision.reference import find_reference
-    from lagrange_cli.work_precision.trajectory import SAMPLES, follow
-
-    times = {} if stop is None else {"stop": stop}
-    settings = resolve_settings(
-        spec, with_times(SolveDefaults(samples=SAMPLES), times, spec, values.parameters)
-    )
-    with waiting.stage("deriving the equations of motion"):
-        prepare = preparing(spec, settings.backward)
-
-    def reference_run(prepared: Prepared, times: Times) -> Followed:
-        followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)
-        if interrupted():
-            raise KeyboardInterrupt
-        return followed
-
-    progress.show(0, count(entries), "reference")
-    reference = find_reference(
-        [partial(reference_run, prepare(TAYLOR, tolerance)) for tolerance in OF_REFERENCE],
-        settings.start,
-        settings.stop,
-        wanted / BETTER,
-        groups_of(spec),
-    )
-    results: list[Result] = []
-
-    def prepare_next(contender: Contender) -> Prepared:
-        resolve_tolerance(contender.tolerance, contender.method)
-        progress.show(len(results), count(entries), contender)
-        return prepare(contender.method, contender.tolerance)
-
-    for result in hold(entries, prepare_next, values, reference, rules, interrupted):
-        results.append(result)
-    return Standings(spec.name, len(spec.coordinates), wanted, reference, tuple(results))
-
-
-def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:
-    """A function that compiles the system for a method and tolerance: at once as well as for a long run."""
-    from lagrange_cli.integrate.compilation import Compilation
-    from lagrange_cli.integrate.methods.selection import follower
-    from lagrange_cli.integrate.prepare import prepare
-
-    residual = derive_system(spec)
-    compiled: dict[Needs, Prepared] = {}
-
-    def prepared(method: str, tolerance: float) -> Prepared:
-        asked = Compilation(method, tolerance, frozenset(DEFAULT_OUTPUTS), backward=backward)
-        needs = METHODS[method].needs
-        if needs is Needs.SERIES:
-            return prepare(residual, asked)
-        if needs not in compiled:  # these programs serve several methods, at any tolerance
-            compiled[needs] = prepare(residual, asked)
-        following = follower(compiled[needs].machine, asked)
-        return replace(compiled[needs], compilation=asked, follower=following)
-
-    return prepared
-
-
-def groups_of(spec: Spec) -> list[str]:
-    """Which coordinates are measured against one size: those of one unit, else those of one family."""
-    from lagrange_cli.expression.vocabulary import family_name
-
-    return [f"in {each.unit}" if each.unit else family_name(each.name) for each in spec.coordinates]
+def left_out_of(entries: Container[str], degrees: int) -> list[str]:
+    """The line of the summary that says which methods were left out unasked."""
+    names = [name for name in METHODS if name not in entries]
+    if not names:
+        return []
+    return [
+        f"  left out: {', '.join(names)}, as the dense Jacobian of {degrees} coordinates takes long "
+        f"to compile; add them with --methods {','.join(names)}"
+    ]

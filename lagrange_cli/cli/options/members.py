@@ -1,11 +1,11 @@
-"""Which members an ensemble has: grids, random numbers and tables, from what the user types to columns."""
+"""What the command line says of the members of an ensemble: from what the user types to ``Members``."""
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -14,27 +14,33 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.limits import way_out, whole
+from lagrange_cli.limits import way_out
 from lagrange_cli.records import dataclass
+from lagrange_cli.run.members import (
+    LOGNORMAL,
+    LOGUNIFORM,
+    MOST,
+    NORMAL,
+    UNIFORM,
+    Array,
+    Axis,
+    Distribution,
+    Members,
+    combine,
+)
 from lagrange_cli.spec.values import settable
 
 if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
     from lagrange_cli.spec.spec import Spec
 
-    Array = NDArray[np.float64]
-
-MOST = whole("runs")
-"""Members of an ensemble."""
 GRID = "write START:STOP:COUNT, log:START:STOP:COUNT or a list such as 1,2,5"
 LONGEST = 15
 """Digits of a number of values."""
 KINDS = {
-    "normal": "(mean,deviation)",
-    "uniform": "(low,high)",
-    "lognormal": "(median,sigma)",
-    "loguniform": "(low,high)",
+    NORMAL: "(mean,deviation)",
+    UNIFORM: "(low,high)",
+    LOGNORMAL: "(median,sigma)",
+    LOGUNIFORM: "(low,high)",
 }
 """The distributions, with what they are given."""
 DISTRIBUTION = re.compile(r"\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*")
@@ -50,6 +56,11 @@ class Draws:
     members: int | None = None
     seed: int = 0
 
+    def as_data(self) -> dict[str, Any]:
+        """What the output says of it, in terms of JSON."""
+        seed = self.seed if self.random else None
+        return {"over": dict(self.over), "random": dict(self.random), "table": self.table, "seed": seed}
+
     def options_given(self) -> dict[str, str]:
         """The options that say so, as ``Request`` has the others."""
         single = {"table": self.table, "members": self.members, "seed": self.seed or None}
@@ -57,20 +68,6 @@ class Draws:
         for option, pairs in (("over", self.over), ("random", self.random)):
             shown |= {f"{option} {name}": f"--{option} {name}={text}" for name, text in pairs}
         return shown
-
-
-@dataclass(frozen=True)
-class Members:
-    """The members of an ensemble.
-
-    ``columns`` (members,) are what each is given, by name. ``shape`` has the lengths of what is combined, the
-    first slowest, by the words that describe it. ``axes`` are the dimensions that this gives: a name that is
-    swept with its values, ``row`` and ``draw`` with their numbers; none where the members are in no grid.
-    """
-
-    columns: Mapping[str, Array]
-    shape: Mapping[str, int]
-    axes: tuple[tuple[str, Array | int], ...] = ()
 
 
 def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Members:
@@ -85,19 +82,14 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
         )
     if draws.members is not None and not draws.random:
         raise UsageError("--members is the number of draws of --random: add --random, or leave it out")
-    given: list[dict[str, Array]] = []
-    shape: dict[str, int] = {}
-    axes: list[tuple[str, Array | int]] = []
+    axes: list[Axis] = []
     if draws.table is not None:
-        given.append(named_table(spec, draws.table))
-        shape[f"rows of {draws.table}"] = rows = len(next(iter(given[0].values())))
-        axes.append(("row", rows))
+        columns = named_table(spec, draws.table)
+        axes.append(Axis(f"rows of {draws.table}", "row", len(next(iter(columns.values()))), columns))
     for name, text in draws.over:
         label = f"--over {name}={text}"
         known, values = name_of(spec, name, label), grid(text, label)
-        given.append({known: values})
-        shape[name] = len(values)
-        axes.append((known, values))
+        axes.append(Axis(name, known, values, {known: values}))
     random = [
         (name_of(spec, name, f"--random {name}={text}"), distribution(text, f"--random {name}={text}"))
         for name, text in draws.random
@@ -105,26 +97,13 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     refuse_repeated(
         [
             *(settable(spec, name, f"--set {name}={text}") for name, text in overrides.items()),
-            *(name for columns in given for name in columns),
+            *(name for axis in axes for name in axis.columns),
             *(name for name, _ in random),
         ]
     )
-    lengths = [*shape.values()]
-    if draws.random:
-        if draws.members is None and not given:
-            raise UsageError("--random needs the number of draws: add --members 1000")
-        shape["draws of --random"] = 1 if draws.members is None else draws.members
-    if draws.members is not None:
-        axes.append(("draw", draws.members))
-    count = math.prod(shape.values())
-    if count > MOST:
-        raise UsageError(
-            f"{count:.3g} members are more than the limit of {MOST:.0e}: ask for fewer, {way_out('runs')}"
-        )
-    columns = product(given, lengths, count)
-    columns |= {name: draw(stream(draws.seed, name), count) for name, draw in random}
-    gridded = bool(draws.over) or len(axes) > 1
-    return Members(columns, shape, tuple(axes) if gridded else ())
+    if draws.random and draws.members is None and not axes:
+        raise UsageError("--random needs the number of draws: add --members 1000")
+    return combine(axes, dict(random), draws.members, draws.seed, draws.as_data())
 
 
 def named_table(spec: Spec, file: str) -> dict[str, Array]:
@@ -154,16 +133,6 @@ def refuse_repeated(names: Sequence[str]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"'{name}' is given more than once among --set, --over, --random and --table")
-
-
-def product(axes: Sequence[Mapping[str, Array]], lengths: Sequence[int], count: int) -> dict[str, Array]:
-    """The columns (count,) of all combinations of the axes' rows, those of the first axis slowest."""
-    found, repeats = {}, count
-    for axis, length in zip(axes, lengths):
-        repeats //= length
-        for name, values in axis.items():
-            found[name] = np.resize(np.repeat(values, repeats), count)
-    return found
 
 
 def grid(text: str, asked: str) -> Array:
@@ -197,34 +166,22 @@ def grid(text: str, asked: str) -> Array:
     return np.geomspace(start, stop, count) if logarithmic else np.linspace(start, stop, count)
 
 
-def distribution(text: str, asked: str) -> Callable[[np.random.Generator, int], Array]:
-    """What draws so many numbers of ``normal(mean, deviation)``, ``uniform(low, high)``, ``lognormal(median,
-    sigma)`` or ``loguniform(low, high)`` from a generator: the first ones are the same however many."""
+def distribution(text: str, asked: str) -> Distribution:
+    """What ``normal(mean, deviation)``, ``uniform(low, high)``, ``lognormal(median, sigma)`` or
+    ``loguniform(low, high)`` says."""
     match = DISTRIBUTION.fullmatch(text)
     if match is None or match[1] not in KINDS:
         known = ", ".join(kind + arguments for kind, arguments in KINDS.items())
         over = "" if "(" in text else " (and a list or a grid with --over)"
         raise UsageError(f"{asked}: {text!r} is not a distribution; write one of {known}{over}")
     kind, a, b = match[1], number(match[2], asked), number(match[3], asked)
-    if kind.startswith("log") and a <= 0:
+    if kind in (LOGNORMAL, LOGUNIFORM) and a <= 0:
         raise UsageError(f"{asked}: the first number of {kind} must be positive, not {a:g}")
-    if kind.endswith("normal"):
-        if b <= 0:
-            raise UsageError(f"{asked}: the width of {kind} must be positive, not {b:g}")
-        if kind == "normal":
-            return lambda source, count: a + b * source.standard_normal(count)
-        return lambda source, count: a * np.exp(b * source.standard_normal(count))
-    if b <= a:
+    if kind in (NORMAL, LOGNORMAL) and b <= 0:
+        raise UsageError(f"{asked}: the width of {kind} must be positive, not {b:g}")
+    if kind in (UNIFORM, LOGUNIFORM) and b <= a:
         raise UsageError(f"{asked}: the upper limit must be greater than the lower one")
-    if kind == "uniform":
-        return lambda source, count: a + (b - a) * source.random(count)
-    return lambda source, count: a * np.exp(math.log(b / a) * source.random(count))
-
-
-def stream(seed: int, name: str) -> np.random.Generator:
-    """The random numbers of one name, by ``seed`` and name alone: other names and the number of members
-    change nothing."""
-    return np.random.Generator(np.random.PCG64(np.random.SeedSequence(seed, spawn_key=tuple(name.encode()))))
+    return Distribution(kind, a, b)
 
 
 def number(text: str, asked: str, hint: str = "") -> float:

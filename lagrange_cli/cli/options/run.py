@@ -1,46 +1,23 @@
-"""What the commands that integrate share: their options, and the steps from a system to its output."""
+"""The options of the commands that integrate."""
 
 from __future__ import annotations
 
-import os
-import time
-from collections.abc import Callable, Mapping
-from functools import partial, wraps
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from functools import wraps
+from typing import Any
 
 import click
 
-import lagrange_cli
 from lagrange_cli.cli.completion.offers import comma_list, files, word
-from lagrange_cli.cli.console import INTERRUPTED, STANDARD_INPUT, stem
 from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
-from lagrange_cli.cli.source import derive_system, located
-from lagrange_cli.errors import MotionError, UsageError
+from lagrange_cli.cli.output import Invocation
+from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
-from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS
-from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.formats import ENDINGS, HDF5
-from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES, resolve_settings
-from lagrange_cli.run.times import TIMES, with_times
-from lagrange_cli.spec.spec import SolveDefaults, has_units
-
-if TYPE_CHECKING:
-    from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.run.settings import Settings
-    from lagrange_cli.run.timings import Stopwatch
-    from lagrange_cli.spec.spec import Spec
-    from lagrange_cli.store.layout import Series
-    from lagrange_cli.store.target import Target
-
-EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "interrupted": INTERRUPTED}
-"""The exit status for each way a motion can end; what was computed is written in every case."""
-
-STANDARD_OUTPUT = "-"
-
-SECONDS, COUNT = 10.0, 10**8
-"""Seconds, and steps or members, between two checkpoints."""
+from lagrange_cli.run.request import COUNT, SECONDS, Request
+from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES
+from lagrange_cli.run.times import TIMES
+from lagrange_cli.spec.spec import SolveDefaults
 
 OPTIONS = (
     click.option("--start", metavar="TIME", help="The time at which the motion begins [0]."),
@@ -101,55 +78,8 @@ OPTIONS = (
 )
 
 
-@dataclass(frozen=True)
-class Request:
-    """What the command line asks of every system."""
-
-    options: SolveDefaults
-    times: dict[str, str]
-    overrides: dict[str, str]
-    sizes: dict[str, str]
-    output: str | None
-    force: bool
-    cache: bool
-    timings: bool
-    as_json: bool
-    quiet: bool
-    resume: bool
-    checkpoint: float
-    checkpoint_count: int
-    precision: str = DOUBLE
-    portable: bool = False
-    format: str = HDF5
-
-    @property
-    def streams(self) -> bool:
-        """Whether the result goes to standard output."""
-        return self.output == STANDARD_OUTPUT
-
-    def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
-        """How the run of ``spec`` with these parameters is asked for."""
-        exact = self.portable or self.precision != DOUBLE
-        asked = with_times(self.options, self.times, spec, parameters, exact=exact)
-        return resolve_settings(spec, asked, self.precision, self.portable)
-
-    def options_given(self) -> dict[str, str]:
-        """The options that the result depends on, as they are shown, by what they set."""
-        given: dict[str, object] = {**self.times}
-        given |= {name: getattr(self.options, name) for name in ("samples", "method", "tolerance")}
-        given["outputs"] = None if self.options.outputs is None else ",".join(self.options.outputs)
-        given["precision"] = None if self.precision == DOUBLE else self.precision
-        given["format"] = self.format
-        shown = {name: f"--{name} {value}" for name, value in given.items() if value is not None}
-        if self.portable:
-            shown["portable"] = "--portable"
-        for option, pairs in (("set", self.overrides), ("size", self.sizes)):
-            shown |= {f"{option} {name}": f"--{option} {name}={text}" for name, text in pairs.items()}
-        return shown
-
-
 def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
-    """The options of every command that integrates; the command gets them as one ``request``.
+    """The options of every command that integrates; the command gets them as one ``asked``.
 
     ``output`` and ``outputs`` are the help of the options of these names.
     """
@@ -167,10 +97,17 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
             if resume and force:
                 raise UsageError("--resume keeps the earlier run, --force discards it: give one of them")
             request = Request(
-                options, times, overrides, sizes, output, force, not no_cache, timings, as_json, quiet,
-                resume, checkpoint, checkpoint_count,
-            )  # fmt: skip
-            return command(request=request, **given)
+                options,
+                times,
+                overrides,
+                sizes,
+                cache=not no_cache,
+                resume=resume,
+                checkpoint=checkpoint,
+                checkpoint_count=checkpoint_count,
+            )
+            asked = Invocation(request, output, force=force, as_json=as_json, quiet=quiet, timings=timings)
+            return command(asked=asked, **given)
 
         decorated: Any = shared_options(gathered)
         for option in (
@@ -197,112 +134,3 @@ def list_of_outputs() -> str:
         f"a comma-separated list of {', '.join(OUTPUTS)}, or all [{default}]. The ledgers are the balances "
         "of work and energy, and of force and momentum"
     )
-
-
-def output_name(system: str, output: str | None, suffix: str = "", format: str = HDF5) -> str:
-    """The file a system is written to."""
-    return f"{stem(system)}{suffix}{ENDINGS[format]}" if output is None else output
-
-
-def find_output(system: str, name: str, request: Request, options: Mapping[str, str]) -> Target:
-    """The output, checked before any work is done for it; ``options`` are those that the command has beyond
-    the request's."""
-    from lagrange_cli.store.find_target import find_target
-    from lagrange_cli.store.notes import Origin
-    from lagrange_cli.store.target import Target
-
-    if name == STANDARD_OUTPUT and request.format == HDF5:
-        raise UsageError("HDF5 cannot go to standard output: add --format csv, or give --output a name")
-    if name == STANDARD_OUTPUT:
-        return Target("to standard output", Path(name), force=True)
-    made_by = None
-    if system != STANDARD_INPUT:
-        given = {**options, **request.options_given()}
-        made_by = Origin(os.path.realpath(system), given, time.monotonic(), request.cache)
-    if os.path.isfile(name) and os.path.isfile(system) and os.path.samefile(name, system):
-        raise UsageError(f"{name} is the system file itself: give --output another name")
-    return find_target(name, force=request.force, resume=request.resume, origin=made_by)
-
-
-def prepare_run(
-    spec: Spec,
-    settings: Settings,
-    watch: Stopwatch,
-    *,
-    cached: bool,
-    ensemble: bool = False,
-    order: int | None = None,
-    meanwhile: Callable[[], object],
-) -> Prepared:
-    """What the run needs in compiled form, from an earlier run if ``cached`` and there is one; ``meanwhile``
-    loads what it needs from there on."""
-    with watch.stage("import"):
-        from lagrange_cli.integrate.prepare import prepare_system
-        from lagrange_cli.native.compilation.cache import find_cache
-    with located(spec):
-        return prepare_system(
-            spec,
-            partial(derive_system, exact=settings.precision != DOUBLE, portable=settings.portable),
-            find_cache(wanted=cached),
-            settings.compilation(ensemble=ensemble, order=order),
-            stage=watch.stage,
-            meanwhile=meanwhile,
-        )
-
-
-def units_of(spec: Spec) -> Mapping[str, str]:
-    """The units of datasets by path; a file without any unit does not even import what finds them."""
-    if not has_units(spec):
-        return {}
-    from lagrange_cli.outputs.units import find_units
-
-    return find_units(spec).texts
-
-
-def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...]:
-    """The datasets of the run, with their units."""
-    from lagrange_cli.store.layout import Series
-
-    found = [
-        Series(
-            dataset.path,
-            dataset.shape,
-            units.get(dataset.path, ""),
-            dataset.long_name,
-            dataset.axes,
-            dataset.components,
-        )
-        for dataset in prepared.datasets
-        if dataset.path != "t"
-    ]
-    if prepared.machine.program.parts > 1:
-        from lagrange_cli.integrate.samples import LOW
-
-        text = "low part of {}, to be added to /{}"
-        found += [
-            replace(one, path=LOW + one.path, long_name=text.format(one.long_name, one.path)) for one in found
-        ]
-    return tuple(found)
-
-
-def origin(
-    spec: Spec, settings: Settings, parameters: dict[str, float], initial: Any, sampled: bool = True
-) -> dict[str, str | int | float]:
-    """The root's attributes that say what made the file; ``initial`` stands for the initial state, or
-    many."""
-    import json
-
-    names = ("start", "stop", "count", "step") if sampled else ("start", "stop")
-    asked = {name: getattr(settings, name) for name in names}
-    return {
-        "generator": f"lagrange-cli {lagrange_cli.__version__}",
-        "name": spec.name,
-        "spec": spec.text,
-        "parameters": json.dumps(parameters),
-        **({"sizes": json.dumps(dict(spec.sizes))} if spec.sizes else {}),
-        "method": settings.method,
-        "tolerance": settings.tolerance,
-        **({} if settings.precision == DOUBLE else {"precision": settings.precision}),
-        **({"portable": 1} if settings.portable else {}),
-        "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
-    }

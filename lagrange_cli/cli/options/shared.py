@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import wraps
 from typing import Any, TypeVar
 
 import click
 
 from lagrange_cli.cli.completion.offers import SYSTEMS, files, names
+from lagrange_cli.records import dataclass
 
 SETTABLE = names("parameters", "coordinates")
 """Completes what ``--set`` takes."""
@@ -55,6 +57,29 @@ def parse_outputs(
     if not names:
         raise click.BadParameter("expected a comma-separated list, as in --outputs q,v,h", context, parameter)
     return names
+
+
+@dataclass(frozen=True)
+class Given:
+    """The values of the options that all commands about systems have."""
+
+    overrides: dict[str, str]
+    sizes: dict[str, str]
+    as_json: bool
+    quiet: bool
+
+
+def given_options(command: Command) -> Command:
+    """The shared options as one ``given``."""
+
+    @wraps(command)
+    def gathered(
+        overrides: dict[str, str], sizes: dict[str, str], as_json: bool, quiet: bool, **own: Any
+    ) -> Any:
+        return command(given=Given(overrides, sizes, as_json, quiet), **own)
+
+    decorated: Any = shared_options(gathered)
+    return decorated  # type: ignore[no-any-return]
 
 
 def system_argument(command: Command) -> Command:

@@ -1,151 +1,40 @@
-"""``Ensemble``: many motions of a system, what their file holds, and what is said of them."""
+"""What is said of many motions that have ended: the summary, and the object for ``--json``."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.console import count_of, finite
-from lagrange_cli.cli.options.run import origin, series_of
-from lagrange_cli.cli.report.motion import drifts_shown, wrote
-from lagrange_cli.records import dataclass
+from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, wrote
+from lagrange_cli.run.ensemble import sentence
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.options.members import Draws, Members
+    from lagrange_cli.cli.output import Invocation
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
-    from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.run.resume import Start
-    from lagrange_cli.run.settings import Settings
-    from lagrange_cli.run.timings import Stopwatch
-    from lagrange_cli.spec.ensemble import EnsembleValues
-    from lagrange_cli.spec.spec import Family, Spec
-    from lagrange_cli.store.layout import Dimension, Series
+    from lagrange_cli.run.sweep import Swept
 
 
-@dataclass(frozen=True)
-class Ensemble:
-    """An ensemble that is ready to go: the system, its members, and how each is to be run."""
+def say_swept(
+    swept: Swept, outcome: EnsembleOutcome, seconds: Seconds, began: float, asked: Invocation
+) -> int:
+    """Say how the members ended; returns the exit status. Python had ``began`` so many seconds before."""
+    if asked.as_json:
+        emit_json(as_object(swept, outcome, seconds))
+    elif not asked.quiet:
+        emit(as_text(swept, outcome, seconds))
+        if asked.timings:
+            from lagrange_cli.cli.report.timings import as_table
 
-    spec: Spec
-    draws: Draws
-    members: Members
-    values: EnsembleValues
-    settings: Settings
-    sampled: bool
-    families: tuple[Family, ...]
-
-
-def series(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> tuple[Series, ...]:
-    """The datasets of the ensemble, in the file's order."""
-    from lagrange_cli.expression.vocabulary import family_name
-    from lagrange_cli.integrate.ensemble.datasets import drift_path
-    from lagrange_cli.integrate.ensemble.outcome import STATUS
-    from lagrange_cli.records import replace
-    from lagrange_cli.store.layout import Series
-
-    swept = {name for name, values in ensemble.members.axes if not isinstance(values, int)}
-    found = [
-        Series(path, unit=units.get(path, ""), long_name=one.description or f"parameter {one.name}")
-        for one in ensemble.spec.parameters
-        if one.name in ensemble.values.differing and one.name not in swept
-        for path in (f"parameters/{one.name}",)
-    ]
-    for kind, text in (("q", "coordinate {}"), ("v", "velocity d{}/dt")):
-        for family in ensemble.families:
-            unit, name = units.get(f"{kind}/{family.name}", ""), f"initial {text.format(family.label)}"
-            found.append(Series(f"initial/{kind}/{family.name}", family.shape, unit, name, axes=family.axes))
-    change = "max |{0} - {0}(0)|" if ensemble.sampled else "|{0} - {0}(0)| at the end"
-    found += [
-        Series("t_end", unit=units.get("t", ""), long_name="time at which the member ended"),
-        Series("steps", long_name="number of steps", kind="i8"),
-        Series("status", long_name="status of the member", kind=STATUS),
-        *(
-            Series(path, (), units.get(family_name(path.replace("drift/", "", 1)), ""), change.format(name))
-            for name in prepared.recording.conserved
-            for path in (drift_path(name),)
-        ),
-    ]
-    made = [replace(one, sampled=ensemble.sampled) for one in series_of(units, prepared)]
-    return (*(replace(one, sampled=False) for one in found), *made)
+            emit(as_table(seconds, began, cached=swept.cached))
+    if outcome.status != "complete":
+        way_on = "; --resume continues with the others" if outcome.status == "interrupted" else ""
+        complain(f"{swept.ensemble.spec.name}: {sentence(swept.ensemble, outcome)}{way_on}")
+    return EXIT_STATUS[outcome.status]
 
 
-def dimensions(ensemble: Ensemble, units: Mapping[str, str]) -> tuple[Dimension, ...]:
-    """The dimensions that the members span: a parameter's has its name, that of an initial value ``_0``
-    behind it; ``row`` counts those of a table, ``draw`` the random ones."""
-    from lagrange_cli.expression.vocabulary import family_name, velocity_name
-    from lagrange_cli.store.layout import Dimension
-
-    spec, found = ensemble.spec, []
-    parameters = {one.name: one for one in spec.parameters}
-    paths = {each.name: f"q/{family_name(each.name)}" for each in spec.coordinates}
-    paths |= {velocity_name(each.name): f"v/{family_name(each.name)}" for each in spec.coordinates}
-    for name, values in ensemble.members.axes:
-        if isinstance(values, int):
-            text = "row of the table" if name == "row" else "draw of the random numbers"
-            found.append(Dimension(name, values, long_name=text))
-        elif name in parameters:
-            text, path = parameters[name].description or f"parameter {name}", f"parameters/{name}"
-            found.append(Dimension(name, len(values), values, units.get(path, ""), text, path))
-        else:
-            unit = units.get(paths[name], "")
-            found.append(Dimension(f"{name}_0", len(values), values, unit, f"initial {name}"))
-    return tuple(found)
-
-
-def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:
-    """The root's attributes that say what made the file."""
-    import binascii
-
-    import numpy as np
-
-    draws, values = ensemble.draws, ensemble.values
-    described: dict[str, Any] = {
-        "shape": dict(ensemble.members.shape),
-        "over": dict(draws.over),
-        "random": dict(draws.random),
-        "table": draws.table,
-        "seed": draws.seed if draws.random else None,
-    }
-    checksum = 0
-    for column in (*values.differing.values(), *values.q, *values.v):
-        checksum = binascii.crc32(np.asarray(column, dtype="f8").tobytes(), checksum)
-    return {
-        **origin(ensemble.spec, ensemble.settings, values.common, f"crc32 {checksum:08x}", ensemble.sampled),
-        "sweep": json.dumps({name: value for name, value in described.items() if value not in ({}, None)}),
-        "members": values.members,
-    }
-
-
-def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | int | float]:
-    """The root's attributes that say how the members ended."""
-    return {
-        "steps": outcome.steps,
-        "status": outcome.status,
-        "message": sentence(ensemble, outcome),
-        "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
-        "p_drift": json.dumps(finite(outcome.p_drift)),
-    }
-
-
-def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
-    """How the members ended."""
-    members, failed = ensemble.values.members, outcome.count("failed")
-    if outcome.status == "complete":
-        return "the member reached the end" if members == 1 else f"all {members} members reached the end"
-    parts = []
-    if outcome.status == "interrupted":
-        parts.append(f"interrupted after {members - outcome.count('interrupted')} of {members} members")
-    if outcome.failed is not None:
-        member, how = outcome.failed
-        own = ", ".join(f"{name} = {x[member]:.6g}" for name, x in ensemble.members.columns.items())
-        those = "the first is member" if failed > 1 else "member"
-        parts.append(f"{failed} of {members} members failed; {those} {member} ({own}): {how}")
-    return "; ".join(parts)
-
-
-def as_object(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch: Stopwatch) -> dict[str, Any]:
+def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[str, Any]:
     """The ensemble for ``--json``."""
+    ensemble, start = swept.ensemble, swept.start
     return {
         "name": ensemble.spec.name,
         "output": start.target.shown,
@@ -160,18 +49,19 @@ def as_object(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch:
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
         "resumed_from": start.reached,
-        "seconds": watch.report(),
+        "seconds": seconds,
     }
 
 
-def as_text(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, watch: Stopwatch) -> str:
+def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
     """The ensemble in a few lines."""
+    ensemble, start = swept.ensemble, swept.start
     settings, members = ensemble.settings, ensemble.values.members
     shape = " x ".join(f"{length} {name}" for name, length in ensemble.members.shape.items())
     ended = [f"{outcome.count('complete')} reached the end"]
     ended += [f"{n} {status}" for status in ("failed", "interrupted") if (n := outcome.count(status))]
-    seeded = f", seed {ensemble.draws.seed}" if ensemble.draws.random else ""
-    seconds = watch.report()
+    seed = ensemble.members.seed
+    seeded = "" if seed is None else f", seed {seed}"
     return "\n".join(
         (
             f"{ensemble.spec.name}: {count_of(members, 'member')} ({shape}{seeded})",

@@ -1,4 +1,4 @@
-"""What is said of a run that has ended: to the user, in JSON and in the file."""
+"""What is said of a motion that has ended: the summary, and the object for ``--json``."""
 
 from __future__ import annotations
 
@@ -6,57 +6,79 @@ import json
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.console import count_of, finite
-from lagrange_cli.cli.options.certify import Demand, certified_shown
+from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.run.attributes import doubt, final_state
+from lagrange_cli.run.formats import HDF5
 
 if TYPE_CHECKING:
+    from lagrange_cli.cli.output import Invocation
     from lagrange_cli.integrate.outcome import Outcome
+    from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.resume import Start
     from lagrange_cli.run.settings import Settings
-    from lagrange_cli.run.timings import Stopwatch
-    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.run.solve import Solved
+    from lagrange_cli.store.resume import Finished
+
+Seconds = Mapping[str, float]
+"""The seconds that each stage took, and their ``total``."""
 
 MOST_COORDINATES = 3
 """Coordinates whose final values are shown; where there are more, one less."""
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
 
-WORTH_A_WORD, LOOSELY = 1e-6, 1e4
-"""A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
-UNDETECTED = (
-    "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
-    "compare with the Taylor method in double precision, which does"
-)
-"""The warning for systems with such functions."""
+def say_solved(
+    solved: Solved,
+    outcome: Outcome,
+    seconds: Seconds,
+    began: float,
+    asked: Invocation,
+    demand: Demand | None,
+) -> int:
+    """Say how the motion ended; returns the exit status. Python had ``began`` so many seconds before."""
+    name, status = solved.motion.spec.name, outcome.ending.status
+    say = complain if asked.streams else emit
+    if asked.as_json:
+        emit_json(as_object(solved, outcome, seconds))
+    elif not asked.quiet:
+        say(as_text(solved, outcome, seconds, demand))
+        if asked.timings:
+            from lagrange_cli.cli.report.timings import as_table
+
+            say(as_table(seconds, began, cached=solved.cached))
+    if status in ("failed", "interrupted"):
+        resumable = outcome.progress is not None and asked.request.format == HDF5
+        way_on = "; --resume continues from there" if resumable else ""
+        complain(f"{name}: {outcome.message}{way_on}")
+    warning = doubt(outcome, solved.motion.settings)
+    if warning is not None and not asked.quiet:
+        complain(f"{name}: warning: {warning}")
+    return EXIT_STATUS[status]
 
 
-def attributes(
-    made_by: Mapping[str, str | int | float], outcome: Outcome, settings: Settings
-) -> dict[str, str | int | float]:
-    """The root's attributes: everything that made the file, and how the run ended."""
-    warning = doubt(outcome, settings)
-    return {
-        **made_by,
-        "steps": outcome.steps,
-        "status": outcome.ending.status,
-        "message": outcome.message,
-        "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
-        "p_drift": json.dumps(finite(outcome.p_drift)),
-        "final": json.dumps(finite(final_state(outcome))),
-        **({} if warning is None else {"warning": warning}),
-        **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
-    }
+def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocation) -> int:
+    """Say that an earlier run left nothing to do, and how it had ended; returns its exit status."""
+    told = {name: x.item() if hasattr(x, "item") else x for name, x in found.attributes.items()}
+    final: Mapping[str, Any] | None = json.loads(told.get("final", "null"))
+    if asked.as_json:
+        names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
+        listed = {name: told[name] for name in names if name in told}
+        where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
+        ends = {} if "members" in told else {"t": found.t, "final": final}
+        emit_json({**listed, **where, **ends, "seconds": seconds})
+    elif not asked.quiet:
+        said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
+        emit("\n".join([said, *final_shown(final)]))
+    return EXIT_STATUS[told["status"]]
 
 
-def as_object(
-    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch
-) -> dict[str, Any]:
+def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, Any]:
     """The run for ``--json``."""
+    start, settings = solved.start, solved.motion.settings
     return {
-        "name": spec.name,
+        "name": solved.motion.spec.name,
         "output": start.target.shown,
         "replaced": start.replaced,
         "status": outcome.ending.status,
@@ -73,13 +95,8 @@ def as_object(
         "trusted_until": outcome.trusted_until,
         "error": outcome.error,
         "resumed_from": start.reached,
-        "seconds": watch.report(),
+        "seconds": seconds,
     }
-
-
-def final_state(outcome: Outcome) -> dict[str, Any] | None:
-    """The last sample, in terms of JSON."""
-    return None if outcome.final is None else outcome.final.as_data()
 
 
 def final_shown(final: Mapping[str, Any] | None) -> list[str]:
@@ -107,11 +124,9 @@ def ended(outcome: Outcome) -> str:
     return outcome.message if status == "complete" else f"{status}; the results so far are written"
 
 
-def as_text(
-    spec: Spec, settings: Settings, start: Start, outcome: Outcome, watch: Stopwatch, demand: Demand | None
-) -> str:
+def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand | None) -> str:
     """The run in a few lines."""
-    seconds = watch.report()
+    start, spec, settings = solved.start, solved.motion.spec, solved.motion.settings
     return "\n".join(
         (
             f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
@@ -127,6 +142,16 @@ def as_text(
     )
 
 
+def certified_shown(outcome: Outcome, demand: Demand | None) -> list[str]:
+    """The line of the summary that has the certificate."""
+    if demand is None:
+        return []
+    return [
+        f"  certified: {demand.digits:g} digits up to t = {outcome.trusted_until:.10g}, "
+        f"error at the end {outcome.error:.1e}"
+    ]
+
+
 def went_on(start: Start, settings: Settings) -> list[str]:
     """The line of the summary that says with what the run has begun, if not at the start."""
     if start.earlier is None:
@@ -139,25 +164,6 @@ def wrote(start: Start, seconds: float) -> str:
     """The line of the summary that says what is written."""
     replaced = " (replaced the result of an earlier run of this file)" if start.replaced else ""
     return f"  wrote {start.target.shown} in {seconds:.3f} s{replaced}"
-
-
-def doubt(outcome: Outcome, settings: Settings) -> str | None:
-    """The warnings about the result: a drift of h, forces that may have been missed."""
-    method = settings.method if settings.precision == DOUBLE else settings.precision
-    undetected = UNDETECTED.format(method) if outcome.undetected else None
-    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), undetected))) or None
-
-
-def drifting(outcome: Outcome, tolerance: float) -> str | None:
-    """The warning for a drift of h that rounding and the tolerance do not explain."""
-    drift, size = outcome.h_drift, outcome.h_size
-    if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
-        return None
-    return (
-        f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, although it is conserved; a narrow force "
-        "may have been missed, or h is a small difference of large numbers: do not rely on the result before "
-        "a smaller --tolerance, another --method or --certify confirms it"
-    )
 
 
 def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:

@@ -13,6 +13,17 @@ DELAY = 0.5
 """Seconds before the line is first shown and between its updates."""
 PATIENCE = 2.0
 """Seconds of work before the motion after which its stage is shown."""
+STAGES = {
+    "import": "loading modules",
+    "parse": "reading the system file",
+    "derive": "deriving the equations of motion",
+    "program": "writing the program",
+    "compile": "compiling",
+    "cache": "looking for a compiled program",
+    "verify": "comparing with the compiled equations",
+    "print": "writing the equations",
+}
+"""What is shown of stages that take long; the others show their progress themselves."""
 WIDTH = 80
 """Columns of a terminal that does not know its width."""
 
@@ -169,7 +180,7 @@ class Counter(Line):
         super().__init__(name, quiet=quiet)
         self._count, self._noun, self._rate = count, noun, Rate()
 
-    def show(self, done: int) -> None:
+    def show(self, done: float) -> None:
         """So many are done, those of an earlier run among them."""
         rate = self._rate(done)
         if self.due():
@@ -178,8 +189,8 @@ class Counter(Line):
             self.say(f"{done / self._count:4.0%}  {done} of {self._count} {self._noun}{speed}{left}")
 
 
-class ContestProgress(Line):
-    """Shows which of the contenders is on."""
+class MeasuringProgress(Line):
+    """Shows which method is being measured."""
 
     def show(self, done: int, count: int, what: object) -> None:
         """Of ``count``, so many are done, and ``what`` is next: each may take long, so this is shown at
@@ -203,10 +214,10 @@ class Waiting:
         self._updating: threading.Thread | None = None
 
     @contextmanager
-    def stage(self, text: str | None) -> Iterator[None]:
-        """A stage of the work, as in ``deriving the equations of motion``; it may be within another. None:
-        nothing is shown in its course."""
-        before = self._enter(text)
+    def stage(self, name: str) -> Iterator[None]:
+        """A stage of the work, which may be within another. Nothing is shown in the course of one that is not
+        among ``STAGES``."""
+        before = self._enter(STAGES.get(name))
         try:
             yield
         finally:

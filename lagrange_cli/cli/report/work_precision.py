@@ -1,4 +1,4 @@
-"""``Standings``: the outcome of a contest as a table, as an object for JSON, and as curves to draw."""
+"""The ranking of methods as a table, as an object for JSON, and as curves to draw."""
 
 from __future__ import annotations
 
@@ -7,34 +7,23 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import count_of
 from lagrange_cli.native.interface import HIGHEST_ORDER
-from lagrange_cli.records import dataclass, fields_of
+from lagrange_cli.records import fields_of
 from lagrange_cli.work_precision.recommend import choose
 
 if TYPE_CHECKING:
+    from lagrange_cli.run.bench import Ranking
     from lagrange_cli.work_precision.figure import Picture
     from lagrange_cli.work_precision.measure import Result
-    from lagrange_cli.work_precision.reference import Reference
 
 HEADER = ("method", "tolerance", "steps", "evaluations", "ms", "error", "drift of h")
 
 
-@dataclass(frozen=True)
-class Standings:
-    """The results for a system of so many ``degrees`` of freedom, and the error that is ``wanted``."""
-
-    name: str
-    degrees: int
-    wanted: float
-    reference: Reference
-    results: tuple[Result, ...]
-
-
-def as_text(standings: Standings) -> str:
+def as_text(ranking: Ranking) -> str:
     """The table, what errors are held against, and the recommendation."""
-    reference = standings.reference
+    reference = ranking.reference
     times = reference.times
     lines = [
-        f"{standings.name}: {count_of(standings.degrees, 'degree')} of freedom, "
+        f"{ranking.name}: {count_of(ranking.degrees, 'degree')} of freedom, "
         f"t = {times.start:g} to {times.stop:g}, {times.count} samples",
         f"  reference: Taylor series of order {HIGHEST_ORDER}, {count_of(reference.steps, 'step')}; "
         f"its error is about {reference.error:.1e}",
@@ -43,10 +32,10 @@ def as_text(standings: Standings) -> str:
         lines.append(
             f"  compared up to t = {times.stop:g}, instead of {reference.asked:g}: {reference.reason}"
         )
-    best = choose(standings.results, standings.wanted)
+    best = choose(ranking.results, ranking.wanted)
     chosen = "none" if best.result is None else str(best.result.contender)
-    recommended = f"  for an error of {standings.wanted:g}: {chosen} ({best.because})"
-    return "\n".join([*lines, "", *aligned([HEADER, *map(row, standings.results)]), "", recommended])
+    recommended = f"  for an error of {ranking.wanted:g}: {chosen} ({best.because})"
+    return "\n".join([*lines, "", *aligned([HEADER, *map(row, ranking.results)]), "", recommended])
 
 
 def row(result: Result) -> tuple[str, ...]:
@@ -78,13 +67,13 @@ def aligned(rows: Sequence[tuple[str, ...]]) -> Iterator[str]:
         yield "  " + "  ".join(cells).rstrip()
 
 
-def as_object(standings: Standings) -> dict[str, Any]:
+def as_object(ranking: Ranking) -> dict[str, Any]:
     """All of it for ``--json``."""
-    reference, best = standings.reference, choose(standings.results, standings.wanted)
+    reference, best = ranking.reference, choose(ranking.results, ranking.wanted)
     chosen = best.result
     return {
-        "name": standings.name,
-        "degrees_of_freedom": standings.degrees,
+        "name": ranking.name,
+        "degrees_of_freedom": ranking.degrees,
         "start": reference.times.start,
         "stop": reference.times.stop,
         "asked_stop": reference.asked,
@@ -96,8 +85,8 @@ def as_object(standings: Standings) -> dict[str, Any]:
             "error": reference.error,
             "shortened_because": reference.reason or None,
         },
-        "contenders": [as_row(result) for result in standings.results],
-        "wanted_error": standings.wanted,
+        "contenders": [as_row(result) for result in ranking.results],
+        "wanted_error": ranking.wanted,
         "recommended": None if chosen is None else as_row(chosen),
         "because": best.because,
     }
@@ -112,7 +101,7 @@ def as_row(result: Result) -> dict[str, Any]:
     return {**named, **figures, "error_is_bound": result.bounded}
 
 
-def curves_of(standings: Standings) -> Picture:
+def curves_of(ranking: Ranking) -> Picture:
     """The curves of the methods, as far as they have figures."""
     from lagrange_cli.work_precision.figure import Curve, Picture, Point
 
@@ -120,16 +109,16 @@ def curves_of(standings: Standings) -> Picture:
         return Point(result.error or 0.0, result.seconds or 0.0, result.bounded)
 
     by_method: dict[str, list[Point]] = {}
-    for each in standings.results:
+    for each in ranking.results:
         if each.status == "complete":
             by_method.setdefault(each.contender.method, []).append(point(each))
-    best = choose(standings.results, standings.wanted).result
-    times = standings.reference.times
+    best = choose(ranking.results, ranking.wanted).result
+    times = ranking.reference.times
     return Picture(
-        title=f"{standings.name}, t = {times.start:g} to {times.stop:g}",
+        title=f"{ranking.name}, t = {times.start:g} to {times.stop:g}",
         error_label="largest error of q, relative to its size",
         curves=tuple(Curve(name, tuple(points)) for name, points in by_method.items()),
-        floor=standings.reference.error,
-        wanted=standings.wanted,
+        floor=ranking.reference.error,
+        wanted=ranking.wanted,
         chosen=None if best is None else point(best),
     )

@@ -1,0 +1,173 @@
+"""``bench``: methods and tolerances compared, each by its run time and its error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lagrange_cli.integrate.methods.table import METHODS, TAYLOR, Needs
+from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
+from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.monitor import Interrupted, Stage, untimed
+from lagrange_cli.run.settings import resolve_settings, resolve_tolerance
+from lagrange_cli.run.times import with_times
+from lagrange_cli.spec.spec import SolveDefaults
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.values import Values
+    from lagrange_cli.work_precision.measure import Contender, Result, Rules
+    from lagrange_cli.work_precision.reference import Reference
+    from lagrange_cli.work_precision.trajectory import Followed
+
+Tell = Callable[[int, int, object], None]
+"""Told how many of how many measurements are done, and what is measured next."""
+
+TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+MOST_WITH_JACOBIAN = 32
+"""Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
+
+BETTER = 100
+"""By how much the reference is to be better than the error wanted."""
+PATIENCE = 5
+"""Budgets that each of the reference's runs may take: its steps are several times as short."""
+
+
+def ignore(done: int, count: int, what: object) -> None:
+    """Nobody watches."""
+
+
+def never() -> bool:
+    """Nothing interrupts."""
+    return False
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """The results for a system of so many ``degrees`` of freedom, and the error that is ``wanted``."""
+
+    name: str
+    degrees: int
+    wanted: float
+    reference: Reference
+    results: tuple[Result, ...]
+
+
+def entries_of(
+    methods: Sequence[str] | None, tolerances: Sequence[float] | None, degrees: int
+) -> dict[str, Sequence[float]]:
+    """The tolerances to be tried, by method.
+
+    Without ``methods`` all are, except the implicit ones for a system of many ``degrees`` of freedom.
+    """
+    names = list(METHODS) if methods is None else methods
+    if methods is None and degrees > MOST_WITH_JACOBIAN:
+        names = [name for name in names if METHODS[name].needs is not Needs.JACOBIAN]
+    own = {name: (*TOLERANCES, *full_precision_of(name)) for name in names}
+    return {name: own[name] if tolerances is None else tolerances for name in names}
+
+
+def full_precision_of(method: str) -> tuple[float, ...]:
+    """The tolerance of full double precision, for a method that has it by default."""
+    _, default = METHODS[method].tolerances[DOUBLE]
+    return (default,) if default == FULL_PRECISION else ()
+
+
+def count(entries: Mapping[str, Sequence[float]]) -> int:
+    """How many contenders there are."""
+    return sum(len(set(tolerances)) for tolerances in entries.values())
+
+
+def rank_methods(
+    spec: Spec,
+    values: Values,
+    stop: str | None,
+    wanted: float,
+    entries: Mapping[str, Sequence[float]],
+    rules: Rules,
+    stage: Stage = untimed,
+    tell: Tell = ignore,
+    interrupted: Interrupted = never,
+) -> Ranking:
+    """Measure the time and the error of the methods ``entries`` at their tolerances.
+
+    Errors are relative to the size of q, and to a reference whose own error is far below the one that is
+    ``wanted``. It is followed to the file's stop time, or ``stop``, an expression in parameters. If it is
+    ``interrupted``, the results so far are returned.
+
+    Raises:
+        SpecError: no equations of motion can be derived.
+        UsageError: the stop time makes no sense.
+        MotionError: no useful part of the motion can be computed accurately enough.
+        KeyboardInterrupt: it is interrupted before there is a reference.
+    """
+    from lagrange_cli.work_precision.measure import measure_all
+    from lagrange_cli.work_precision.reference import TOLERANCES as OF_REFERENCE
+    from lagrange_cli.work_precision.reference import find_reference
+    from lagrange_cli.work_precision.trajectory import SAMPLES, follow
+
+    times = {} if stop is None else {"stop": stop}
+    settings = resolve_settings(
+        spec, with_times(SolveDefaults(samples=SAMPLES), times, spec, values.parameters)
+    )
+    with stage("derive"):
+        prepare = preparing(spec, settings.backward)
+
+    def reference_run(prepared: Prepared, times: Times) -> Followed:
+        followed = follow(prepared, values, times, PATIENCE * rules.budget, interrupted)
+        if interrupted():
+            raise KeyboardInterrupt
+        return followed
+
+    tell(0, count(entries), "reference")
+    reference = find_reference(
+        [partial(reference_run, prepare(TAYLOR, tolerance)) for tolerance in OF_REFERENCE],
+        settings.start,
+        settings.stop,
+        wanted / BETTER,
+        groups_of(spec),
+    )
+    results: list[Result] = []
+
+    def prepare_next(contender: Contender) -> Prepared:
+        resolve_tolerance(contender.tolerance, contender.method)
+        tell(len(results), count(entries), contender)
+        return prepare(contender.method, contender.tolerance)
+
+    for result in measure_all(entries, prepare_next, values, reference, rules, interrupted):
+        results.append(result)
+    return Ranking(spec.name, len(spec.coordinates), wanted, reference, tuple(results))
+
+
+def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:
+    """A function that compiles the system for a method and tolerance: at once as well as for a long run."""
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.methods.selection import follower
+    from lagrange_cli.integrate.prepare import prepare
+
+    residual = derive_system(spec)
+    compiled: dict[Needs, Prepared] = {}
+
+    def prepared(method: str, tolerance: float) -> Prepared:
+        asked = Compilation(method, tolerance, frozenset(DEFAULT_OUTPUTS), backward=backward)
+        needs = METHODS[method].needs
+        if needs is Needs.SERIES:
+            return prepare(residual, asked)
+        if needs not in compiled:  # these programs serve several methods, at any tolerance
+            compiled[needs] = prepare(residual, asked)
+        following = follower(compiled[needs].machine, asked)
+        return replace(compiled[needs], compilation=asked, follower=following)
+
+    return prepared
+
+
+def groups_of(spec: Spec) -> list[str]:
+    """Which coordinates are measured against one size: those of one unit, else those of one family."""
+    from lagrange_cli.expression.vocabulary import family_name
+
+    return [f"in {each.unit}" if each.unit else family_name(each.name) for each in spec.coordinates]

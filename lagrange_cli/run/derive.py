@@ -1,0 +1,67 @@
+"""From a system to its equations of motion; what is wrong with them is shown at its place in the file."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import NotReal, Problem, SingularCoordinate, SpecError, TooLarge
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.spec.spec import Spec
+
+
+def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:
+    """The equations of motion over the expression graph; if ``exact``, no number in them is
+    rounded, if ``portable``, each in the same way everywhere.
+
+    Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
+    """
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
+    from lagrange_cli.mechanics.derive import derive
+    from lagrange_cli.model.build import build_model
+
+    algebra = GraphAlgebra()
+    if exact:
+        from lagrange_cli.expression.exact import ExactGraphAlgebra
+
+        algebra = ExactGraphAlgebra()
+    elif portable:
+        from lagrange_cli.expression.exact import PortableGraphAlgebra
+
+        algebra = PortableGraphAlgebra()
+    with located(spec):
+        count = len(spec.coordinates)
+        algebra.graph.work.charge(count**2, f"a mass matrix of {count} coordinates")
+        return derive(build_model(spec, algebra))
+
+
+@contextmanager
+def located(spec: Spec) -> Iterator[None]:
+    """Give what is found wrong in the course of deriving its place in the file."""
+    try:
+        yield
+    except SingularCoordinate as error:
+        from lagrange_cli.expression.vocabulary import velocity_name
+        from lagrange_cli.spec.source import Source
+
+        place = next(each.place for each in spec.coordinates if each.name == error.coordinate)
+        hint = "use it in 'embedding', or leave it out"
+        if spec.lagrangian is not None:
+            velocity = velocity_name(error.coordinate)
+            hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
+        raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
+    except NotReal as error:
+        raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
+    except TooLarge as error:
+        from lagrange_cli.model.largest import largest_expression
+        from lagrange_cli.spec.source import Source
+
+        message, hint = error.message, error.hint
+        found = largest_expression(spec)
+        if found is None:
+            raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
+        message += f"; this expression has {found.size} terms and factors with its definitions written out"
+        raise Source(spec.filename, spec.text).error(found.place, message, hint) from error

@@ -1,0 +1,49 @@
+"""Interrupts that are asked about between two chunks of work instead of falling in the middle of one."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from types import FrameType, TracebackType
+from typing import Any
+
+ENDS = ("SIGTERM", "SIGHUP", "SIGALRM", "SIGBREAK")
+ENDING = tuple(getattr(signal, name) for name in ENDS if hasattr(signal, name))
+"""Signals besides that of Ctrl-C that ask a process to end; they do what it does. Not every platform has all:
+SIGALRM is that of ``limits``, SIGBREAK that of Ctrl-Break on Windows."""
+
+
+class Interrupts:
+    """A context within which Ctrl-C (or SIGTERM, SIGHUP) makes calling this object return True.
+
+    A second one is raised as ``KeyboardInterrupt``, for when nobody asks.
+    """
+
+    def __init__(self) -> None:
+        self._seen = False
+        self._before: dict[signal.Signals, Any] = {}
+
+    def __call__(self) -> bool:
+        return self._seen
+
+    def __enter__(self) -> Interrupts:
+        if threading.current_thread() is threading.main_thread():  # elsewhere Python sets no handlers
+            numbers = (signal.SIGINT, *(number for number in ENDING if not ignored(number)))
+            self._before = {number: signal.signal(number, self._note) for number in numbers}
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+
+    def _note(self, number: int, frame: FrameType | None) -> None:
+        if self._seen:
+            raise KeyboardInterrupt
+        self._seen = True
+
+
+def ignored(number: signal.Signals) -> bool:
+    """Whether the process was started so as to ignore the signal, as ``nohup`` does."""
+    return signal.getsignal(number) == signal.SIG_IGN

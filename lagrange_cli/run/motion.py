@@ -1,0 +1,101 @@
+"""``Motion``: a motion to be followed, and from it to its compiled form."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.records import dataclass
+from lagrange_cli.run.formats import HDF5
+from lagrange_cli.run.monitor import Stage, untimed
+from lagrange_cli.run.prepare import prepare_run
+from lagrange_cli.run.read import read_run
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.request import Request
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.values import Values
+
+
+@dataclass(frozen=True)
+class Motion:
+    """A motion to be followed: the system, the values of its parameters and its initial state, and the
+    settings."""
+
+    spec: Spec
+    values: Values
+    settings: Settings
+
+
+@dataclass(frozen=True)
+class Ready:
+    """A motion with its compiled code, and the ``companions`` that a certificate takes."""
+
+    motion: Motion
+    prepared: Prepared
+    companions: Sequence[Prepared] = ()
+
+    @property
+    def times(self) -> Times:
+        """When the motion is sampled."""
+        from lagrange_cli.integrate.times import Times
+
+        settings = self.motion.settings
+        return Times(settings.start, settings.stop, settings.count, settings.step)
+
+
+def read_motion(content: bytes, filename: str, request: Request, stage: Stage = untimed) -> Motion:
+    """The motion that ``request`` asks for of the system file with this ``content``.
+
+    Raises ``SpecError`` where the file is wrong, ``UsageError`` where the request is.
+    """
+    with stage("import"):
+        from lagrange_cli.spec.values import resolve_long_values, resolve_portable_values, resolve_values
+    with stage("parse"):
+        resolve = resolve_portable_values if request.portable else resolve_values
+        if request.precision != DOUBLE:
+            resolve = resolve_long_values
+        spec, values = read_run(
+            content,
+            filename,
+            request.sizes,
+            lambda spec, problems: resolve(spec, request.overrides, problems),
+        )
+        return Motion(spec, values, request.settings(spec, values.parameters))
+
+
+def initial_state(values: Values) -> list[Any]:
+    """What stands for it in the output."""
+    low = values.low
+    return [values.q, values.v, *([] if low is None else [low.q, low.v, dict(low.parameters)])]
+
+
+def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: Stage) -> Ready:
+    """The run in compiled form, and the companions that a certificate takes, prepared while LLVM compiles."""
+    companions: list[Prepared] = []
+
+    def meanwhile() -> None:
+        import_the_rest(request.format)
+        if demand is not None:
+            from lagrange_cli.run.certify import companion_settings
+
+            chosen, orders = companion_settings(motion.settings)
+            for order in orders:
+                companions.append(prepare_run(motion.spec, chosen, stage, cached=request.cache, order=order))
+
+    prepared = prepare_run(motion.spec, motion.settings, stage, cached=request.cache, meanwhile=meanwhile)
+    return Ready(motion, prepared, companions)
+
+
+def import_the_rest(form: str) -> None:
+    """Load what the run needs from here on; numpy and h5py are the most of it."""
+    import lagrange_cli.integrate.methods.taylor
+    import lagrange_cli.integrate.run
+
+    if form == HDF5:
+        import lagrange_cli.store.writer  # noqa: F401

@@ -1,0 +1,51 @@
+"""From a system and its settings to a run that is ready to go."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.run.derive import derive_system, located
+from lagrange_cli.run.monitor import Stage, untimed
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.spec.spec import Spec
+
+
+def nothing() -> None:
+    """Load nothing."""
+
+
+def prepare_run(
+    spec: Spec,
+    settings: Settings,
+    stage: Stage = untimed,
+    *,
+    cached: bool,
+    ensemble: bool = False,
+    order: int | None = None,
+    meanwhile: Callable[[], object] = nothing,
+) -> Prepared:
+    """What the run needs in compiled form, from an earlier run if ``cached`` and there is one.
+
+    One for an ``ensemble`` is for many motions; ``order`` is that of the Taylor series, if it is not to
+    follow from the tolerance. ``meanwhile`` loads what the run needs from there on, while LLVM compiles.
+
+    Raises ``SpecError`` where no equations of motion can be derived, or they are too large to be compiled.
+    """
+    with stage("import"):
+        from lagrange_cli.integrate.prepare import prepare_system
+        from lagrange_cli.native.compilation.cache import find_cache
+    with located(spec):
+        return prepare_system(
+            spec,
+            partial(derive_system, exact=settings.precision != DOUBLE, portable=settings.portable),
+            find_cache(wanted=cached),
+            settings.compilation(ensemble=ensemble, order=order),
+            stage=stage,
+            meanwhile=meanwhile,
+        )

@@ -1,0 +1,52 @@
+"""``Request``: what is asked of a run, whatever the system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.records import dataclass
+from lagrange_cli.run.formats import HDF5
+from lagrange_cli.run.settings import resolve_settings
+from lagrange_cli.run.times import with_times
+from lagrange_cli.spec.spec import SolveDefaults
+
+if TYPE_CHECKING:
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.spec.spec import Spec
+
+SECONDS, COUNT = 10.0, 10**8
+"""Seconds, and steps or members, between two checkpoints."""
+
+
+@dataclass(frozen=True)
+class Request:
+    """What is asked of a run: what it leaves open is said by the system file, or has a default.
+
+    ``times`` (``start``, ``stop``, ``step``), ``overrides`` (parameters and initial values) and ``sizes`` are
+    texts by name: numbers, or expressions in parameters. With ``cache``, the code compiled by an earlier run
+    is used. ``resume`` continues an earlier run. A checkpoint is written every ``checkpoint`` seconds, and
+    after ``checkpoint_count`` steps, or members of a sweep. ``format`` is that of the output.
+    """
+
+    options: SolveDefaults = SolveDefaults()
+    times: Mapping[str, str] = {}
+    overrides: Mapping[str, str] = {}
+    sizes: Mapping[str, str] = {}
+    cache: bool = True
+    resume: bool = False
+    checkpoint: float = SECONDS
+    checkpoint_count: int = COUNT
+    precision: str = DOUBLE
+    portable: bool = False
+    format: str = HDF5
+
+    def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
+        """The settings of the run of ``spec`` with the values ``parameters``.
+
+        Raises ``UsageError`` for settings that make no sense.
+        """
+        exact = self.portable or self.precision != DOUBLE
+        asked = with_times(self.options, self.times, spec, parameters, exact=exact)
+        return resolve_settings(spec, asked, self.precision, self.portable)

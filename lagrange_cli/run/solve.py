@@ -1,0 +1,195 @@
+"""``solve``: one motion, from the system and its numbers to the output."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from typing import TYPE_CHECKING, BinaryIO
+
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.attributes import attributes, origin
+from lagrange_cli.run.certify import certificate_of, series_of_errors
+from lagrange_cli.run.datasets import series_of, units_of
+from lagrange_cli.run.formats import CSV, HDF5
+from lagrange_cli.run.monitor import SILENT, Monitor
+from lagrange_cli.run.motion import Motion, Ready, initial_state, prepare_all
+from lagrange_cli.run.resume import Start, take_up
+
+if TYPE_CHECKING:
+    import numpy as np
+
+    from lagrange_cli.integrate.checkpoint import Progress
+    from lagrange_cli.integrate.outcome import Outcome
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.request import Request
+    from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.layout import Layout
+    from lagrange_cli.store.resume import Earlier
+    from lagrange_cli.store.target import Target
+    from lagrange_cli.store.writer import Writer
+
+
+@dataclass(frozen=True)
+class Solved:
+    """A motion that was followed: how the run started, and how it ended.
+
+    ``outcome`` is None where an earlier run had ``finished`` (see ``start``), or where nobody reads the table
+    any more. ``cached`` tells that the compiled code is that of an earlier run.
+    """
+
+    motion: Motion
+    start: Start
+    outcome: Outcome | None = None
+    cached: bool = False
+
+
+def solve(
+    motion: Motion,
+    target: Target,
+    request: Request,
+    monitor: Monitor = SILENT,
+    *,
+    demand: Demand | None = None,
+    stream: BinaryIO | None = None,
+) -> Solved:
+    """Derive, compile and integrate a motion, and write it to ``target``, or as a table to ``stream``.
+
+    With a ``demand`` the output holds an estimate of the error of every sample. However the motion ends, what
+    was computed is written.
+
+    Raises:
+        SpecError: no equations of motion can be derived, or they are too large.
+        FileError: the output cannot be written, or an earlier run is in the way.
+    """
+    if request.resume:
+        from lagrange_cli.run.extend import spaced_as_before
+
+        motion = replace(motion, settings=spaced_as_before(target, motion.settings, request))
+    made_by = origin(
+        motion.spec, motion.settings, dict(motion.values.parameters), initial_state(motion.values)
+    )
+    if demand is not None:
+        made_by |= demand.attributes()
+    with nullcontext() if stream is not None else target.claimed():
+        with monitor.stage("import"):
+            start = Start(target, made_by)
+            if request.format == HDF5:
+                start = take_up(target, made_by, resume=request.resume, tell=monitor.tell)
+        if start.finished is not None:
+            return Solved(motion, start)
+        ready = prepare_all(motion, request, demand, monitor.stage)
+        outcome = integrate_and_write(ready, start, request, monitor, demand, stream)
+    return Solved(motion, start, outcome, ready.prepared.cached)
+
+
+def integrate_and_write(
+    ready: Ready,
+    start: Start,
+    request: Request,
+    monitor: Monitor,
+    demand: Demand | None,
+    stream: BinaryIO | None,
+) -> Outcome | None:
+    """Integrate chunk by chunk into the output, whatever way the motion ends; None where nobody reads it."""
+    from lagrange_cli.store.layout import Layout
+
+    with monitor.stage("write"):
+        units = units_of(ready.motion.spec)
+        series = series_of(units, ready.prepared)
+        if ready.companions:
+            series = series_of_errors(series, series_of(units, ready.companions[0]))
+        layout = Layout(series, time_unit=units.get("t", ""))
+    if request.format == CSV:
+        from lagrange_cli.run.tabulate import tabulate
+
+        return tabulate(ready, series, start.target, monitor, demand, stream)
+    return record(ready, layout, start, request, monitor, demand)
+
+
+def record(
+    ready: Ready,
+    layout: Layout,
+    start: Start,
+    request: Request,
+    monitor: Monitor,
+    demand: Demand | None,
+) -> Outcome:
+    """Integrate into an HDF5 file, with checkpoints."""
+    from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
+    from lagrange_cli.integrate.run import integrate
+    from lagrange_cli.store.writer import Writer
+
+    prepared, values, settings = ready.prepared, ready.motion.values, ready.motion.settings
+    times, stage = ready.times, monitor.stage
+    progress = monitor.progress()
+    with monitor.interrupts() as interrupted:
+        with stage("write"):
+            writer = Writer(start.target, layout, expected=settings.count)
+
+        def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
+            with stage("write"):
+                writer.append(chunk)
+
+        def checkpoint(reached: Progress, *, inside: bool = False) -> Checkpoint:
+            arrays = {"memory": reached.snapshot.memory, **writer.state()}
+            content = {"reached": reached.snapshot.t, "progress": reached.as_data()}
+            return start.checkpoint(content, arrays, inside=inside)
+
+        def continued(outcome: Outcome) -> tuple[Checkpoint | None, Checkpoint | None]:
+            if outcome.progress is None or outcome.ending.status == "failed":
+                return None, None
+            last = checkpoint(outcome.progress, inside=True)
+            if outcome.ending.status == "interrupted":
+                return last, None
+            memory = {"memory": last.arrays["memory"]}
+            return None, replace(last, head={**last.head, "replace": False}, arrays=memory)
+
+        def write_checkpoint(reached: Progress) -> None:
+            with stage("write"):
+                writer.keep(checkpoint(reached))
+
+        with writer:
+            begin = None
+            if start.earlier is not None:
+                with stage("write"):
+                    begin = replay(start.earlier, writer, layout, prepared, times)
+            steps = 0 if begin is None else begin.snapshot.steps
+            schedule = Schedule(request.checkpoint, request.checkpoint_count, steps)
+            checkpointing = None if demand is not None else Checkpointing(begin, schedule, write_checkpoint)
+            with (
+                stage("integrate"),
+                certificate_of(demand, ready.companions, values, times) as certificate,
+            ):
+                outcome = integrate(
+                    prepared,
+                    values,
+                    times,
+                    emit_chunk,
+                    interrupted,
+                    progress.show,
+                    checkpointing,
+                    certificate,
+                )
+            progress.clear()
+            with stage("write"):
+                writer.close(attributes(start.made_by, outcome, settings), *continued(outcome))
+    return outcome
+
+
+def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared, times: Times) -> Progress:
+    """Append the samples of an earlier run, in the chunks that they fill, and say how far it had come."""
+    from lagrange_cli.integrate.checkpoint import Progress
+    from lagrange_cli.run.extend import samples_before
+    from lagrange_cli.store.checkpoint import damaged
+
+    rows = layout.chunk_rows(samples_before(earlier))
+    checkpoint, program = earlier.checkpoint, prepared.machine.program
+    data, memory = checkpoint.head.get("progress"), checkpoint.arrays.get("memory")
+    try:
+        progress = Progress.from_data(data, memory, program, prepared.recording.conserved, times)
+    except ValueError as error:
+        raise damaged(earlier.shown) from error
+    for chunk in earlier.chunks(rows, writer.shapes, progress.snapshot.samples):
+        writer.append(chunk)
+    return progress
