@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any, NamedTuple
 
 import sympy
@@ -36,8 +37,9 @@ def lagranges_equations(motion: Motion, symbols: Mapping[str, Any] | None = None
     return Derived(method, q, v)
 
 
+@cache
 def rates(motion: Motion) -> Rates:
-    """What sympy derives, solved for the accelerations.
+    """What sympy derives, solved for the accelerations: once in a process, for all methods and tolerances.
 
     Of the ways to call ``lambdify`` this is the fastest: simplified first, ``cse=True``, and the functions of
     ``math`` rather than numpy's, which are slow on single numbers.

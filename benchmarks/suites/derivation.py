@@ -11,6 +11,11 @@ from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_own_process, medians_in_turns, timed
 from benchmarks.motions.motion import Motion, n_pendulum
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.mechanics.derive import derive, from_embedding
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.build import build_model
+from lagrange_cli.spec.read import read_spec
 
 SIZES = (2, 4, 6)
 SPEEDUP = 100
@@ -20,12 +25,6 @@ REPEATS = 5
 def equations(motion: Motion) -> float:
     """Seconds from what is read of the file to the equations and the mass matrix in the formulation that is
     chosen for them, d'Alembert's: what sympy's derivation comes to. Nothing is kept between the repeats."""
-    from lagrange_cli.expression.graph_algebra import GraphAlgebra
-    from lagrange_cli.mechanics.derive import derive, from_embedding
-    from lagrange_cli.mechanics.variables import graph_of
-    from lagrange_cli.model.build import build_model
-    from lagrange_cli.spec.read import read_spec
-
     spec = read_spec(motion.text, motion.system, motion.sizes)
     assert derive(build_model(spec, GraphAlgebra())).formulation == "embedding"
 
@@ -39,11 +38,6 @@ def equations(motion: Motion) -> float:
 def choice(motion: Motion) -> float:
     """The same with all that ``solve`` needs: the other formulations, which of them takes the fewest
     convolutions, what is cyclic and what is conserved."""
-    from lagrange_cli.expression.graph_algebra import GraphAlgebra
-    from lagrange_cli.mechanics.derive import derive
-    from lagrange_cli.model.build import build_model
-    from lagrange_cli.spec.read import read_spec
-
     spec = read_spec(motion.text, motion.system, motion.sizes)
     return median(timed(lambda: derive(build_model(spec, GraphAlgebra())))[0] for _ in range(REPEATS))
 
@@ -53,11 +47,11 @@ def sympys(motion: Motion) -> float:
     sympy keeps what it has computed."""
     from benchmarks.peers.sympy import lagranges_equations
 
-    def derive() -> object:
+    def form() -> object:
         method = lagranges_equations(motion).method
         return method.mass_matrix, method.forcing
 
-    return timed(derive)[0]
+    return timed(form)[0]
 
 
 def measure(options: Namespace) -> Report:

@@ -18,6 +18,7 @@ from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_turns, processor_seconds
 from benchmarks.motions.motion import DOUBLE_PENDULUM, KEPLER, PENDULUM, Motion
 from benchmarks.peers import engine
+from benchmarks.peers.lagrange import steps_of
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 
 SLOWER = 60
@@ -33,8 +34,6 @@ Run = Callable[[], float]
 
 def contenders(motion: Motion) -> dict[str, Run]:
     """Ours in both precisions, and heyoka at its own tolerance for quadruple precision (1.9e-34)."""
-    from benchmarks.peers.lagrange import steps_of
-
     made: dict[str, Run] = {
         called: steps_of(motion.system, motion.stop, precision=precision)
         for precision, called in OURS.items()

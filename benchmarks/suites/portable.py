@@ -16,6 +16,8 @@ from unittest.mock import patch
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_turns, processor_seconds
+from benchmarks.peers.lagrange import steps_of
+from lagrange_cli.native.compilation import llvm as compiler
 
 SLOWER = 1.5
 """The largest time of a portable run, relative to a plain one, on a processor with fma."""
@@ -30,16 +32,12 @@ PLAIN, PORTABLE, SIMPLEST = "plain", "portable", "portable, no fma"
 @contextmanager
 def simplest_processor() -> Iterator[None]:
     """Compile for one that can do no more than all of its kind."""
-    from lagrange_cli.native.compilation import llvm as compiler
-
     with patch.object(compiler, "processor_name", lambda: ""), patch.object(compiler, "features", lambda: ""):
         yield
 
 
 def measure(options: Namespace) -> Report:
     """Milliseconds of every motion, in turns (a short run many times in one turn)."""
-    from benchmarks.peers.lagrange import steps_of
-
     rows, required = [], []
     for name, stop in SCENES.items():
         engines = {PLAIN: steps_of(name, stop), PORTABLE: steps_of(name, stop, portable=True)}

@@ -20,6 +20,7 @@ from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_turns, timed
 from benchmarks.motions.motion import DOUBLE_PENDULUM, FIGURE_EIGHT, KEPLER_POLAR, Motion
 from benchmarks.peers import Course, engine
+from benchmarks.peers.lagrange import compiled
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.work_precision.figure import Curve, Picture, Point, check_picture, write_picture
 from lagrange_cli.work_precision.reference import TOLERANCES, Reference, find_reference
@@ -140,8 +141,6 @@ def reference(motion: Motion) -> Reference:
     def runner(tolerance: float) -> Callable[[Times], Followed]:
         prepared = compiled(motion, motion.text, tolerance)
         return lambda times: follow(prepared, motion.values, times, 60.0, lambda: False)
-
-    from benchmarks.peers.lagrange import compiled
 
     labels = [str(k) for k in range(motion.degrees)]
     found = find_reference([*map(runner, TOLERANCES)], 0.0, motion.stop, WELL_KNOWN, labels)
