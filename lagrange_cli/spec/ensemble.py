@@ -10,7 +10,8 @@ import numpy as np
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.columns import Column, ColumnAlgebra
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.values import Values, evaluate_run, resolve_values
+from lagrange_cli.spec.evaluation import evaluate_run
+from lagrange_cli.spec.values import Values, resolve_values
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -28,7 +28,7 @@ from lagrange_cli.run.members import (
     Members,
     combine,
 )
-from lagrange_cli.spec.values import settable
+from lagrange_cli.spec.evaluation import settable
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec

@@ -1,0 +1,273 @@
+"""The values of parameters, definitions and the initial state over any algebra of numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.algebra import Value
+from lagrange_cli.expression.build import Builder, NoMember
+from lagrange_cli.expression.indices import integer
+from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
+from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
+from lagrange_cli.spec.names import Unsound, range_hint
+from lagrange_cli.spec.order import Needs, chain, on_demand
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.spec import Expression, Spec
+
+
+def evaluate_run(
+    spec: Spec,
+    overrides: Mapping[str, str],
+    algebra: NumberAlgebra,
+    given: Mapping[str, Any],
+    problems: Problems | None = None,
+) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...]]:
+    """Parameters, q and v over any algebra of numbers; ``given`` are values in place of the file's, by the
+    names that the spec has for them.
+
+    Raises:
+        UsageError, SpecError: as ``resolve_values``.
+    """
+    evaluation = constants_of(spec, overrides, algebra, given, problems)
+    q = [evaluation.initial(coordinate.name, coordinate.initial, None) for coordinate in spec.coordinates]
+    v = [
+        evaluation.initial(velocity_name(coordinate.name), coordinate.velocity, 0.0)
+        for coordinate in spec.coordinates
+    ]
+    for coordinate, value in zip(spec.coordinates, q, strict=True):
+        if value is None:
+            evaluation.problems.add_once(
+                coordinate.place,
+                f"coordinate '{coordinate.name}' has no initial value",
+                f"write {family_name(coordinate.name)}{'[...]' if '[' in coordinate.name else ''}: "
+                f"{{initial: 0.1}}, or --set {coordinate.name}=0.1",
+            )
+    if problems is None:
+        evaluation.problems.stop_if_any()
+    return evaluation.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v)
+
+
+def constants_of(
+    spec: Spec,
+    overrides: Mapping[str, str],
+    algebra: NumberAlgebra,
+    given: Mapping[str, Any],
+    problems: Problems | None,
+) -> Evaluation:
+    """An evaluation that has all values but the initial state, and has checked the masses."""
+    evaluation = Evaluation(spec, overrides, algebra, given, problems)
+    evaluation.parameters()
+    evaluation.constants()
+    evaluation.masses()
+    return evaluation
+
+
+class Evaluation:
+    """One evaluation: the values so far, and the problems found."""
+
+    def __init__(
+        self,
+        spec: Spec,
+        overrides: Mapping[str, str],
+        algebra: NumberAlgebra,
+        given: Mapping[str, Any],
+        problems: Problems | None,
+    ) -> None:
+        self.spec = spec
+        self.algebra = algebra
+        self.given = given
+        self.problems = problems or Problems(Source(spec.filename, spec.text))
+        self.texts = {settable(spec, name, f"--set {name}={text}"): text for name, text in overrides.items()}
+        self.overrides = {name: self._parsed(name, text) for name, text in self.texts.items()}
+        self.trees: dict[str, list[Tree]] = {}
+        """The trees of parameters and definitions, those of all members of a family together."""
+        for name, one in spec.definitions.items():
+            self.trees.setdefault(family_name(name), []).append(one.tree)
+        for each in spec.parameters:
+            tree = self.overrides.get(each.name, each.value.tree)
+            self.trees.setdefault(family_name(each.name), []).append(tree)
+        self.unknown = {each.name for each in spec.parameters}
+        """Parameters that have no value yet."""
+        self.names = {*self.unknown, *spec.definitions}
+        self.values: dict[str, Any] = {}
+        self.definitions: dict[str, Value] = {}
+        self.builder = Builder(self._scope, algebra, spec.sizes)
+
+    def _parsed(self, name: str, text: str) -> Tree:
+        parameters = [parameter.name for parameter in self.spec.parameters]
+        try:
+            tree = parse(text)
+            for one in names(tree):
+                self._check_name(one, parameters)
+        except ExpressionError as error:
+            raise _usage(f"--set {name}={text}", error) from error
+        return tree
+
+    def _check_name(self, one: Name, parameters: list[str]) -> None:
+        """Raise ExpressionError unless the name stands for a parameter, or may once its index is known."""
+        known = (
+            {*map(family_name, parameters)} if one.indices else {*parameters, *self.spec.sizes, *CONSTANTS}
+        )
+        if one.identifier in known:
+            return
+        if one.identifier.lower() in ("nan", "inf", "infinity"):
+            raise ExpressionError(one.span, f"'{one.identifier}' is not a finite number", "write a number")
+        raise ExpressionError(
+            one.span, f"unknown name '{one.identifier}'", _settable_hint(one.identifier, parameters)
+        )
+
+    def parameters(self) -> None:
+        """Evaluate all of them; an override may change what depends on what."""
+        given = {parameter.name: parameter.value for parameter in self.spec.parameters}
+
+        def compute(name: str) -> None:
+            if name in self.given or name in self.overrides:
+                value = self._override(name)
+            else:
+                value = self._value(given[name], f"parameter '{name}'")
+            if value is not None:
+                self.values[name] = value
+            self.unknown.discard(name)
+
+        _, cycles = on_demand(given, compute)
+        for cycle in cycles:
+            name = next((one for one in cycle if one in self.overrides), cycle[0])
+            raise UsageError(f"--set {name}={self.texts.get(name, '')}: depends on itself: {chain(cycle)}")
+        self.unknown.clear()
+        self.values = {name: self.values[name] for name in given if name in self.values}
+
+    def constants(self) -> None:
+        """Evaluate those definitions that masses and initial values use: they are made of parameters only."""
+        users = [*self.spec.masses.values()]
+        users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
+        needed = set().union(*({id(user.tree): _bases(user.tree) for user in users}).values())
+        pending = [*needed]
+        while pending:
+            for tree in self.trees.get(pending.pop(), ()):
+                pending += _bases(tree) - needed
+                needed |= _bases(tree)
+        for name, definition in self.spec.definitions.items():
+            if family_name(name) in needed and self.problems.trusts(definition.tree):
+                try:
+                    self.definitions[name] = self.builder.build(definition.tree, definition.indices)
+                except Unsound:
+                    continue
+                except ExpressionError as error:
+                    self._blame(definition, error, f"definition '{name}'")
+
+    def masses(self) -> None:
+        """Check that each is greater than 0."""
+        for particle, mass in self.spec.masses.items():
+            value = self._value(mass, f"mass of '{particle}'")
+            if value is not None and not self.algebra.positive(value):
+                span = Span(0, len(mass.text))
+                error = ExpressionError(
+                    span, f"the value {value:g} is not positive", "masses are greater than 0"
+                )
+                self._blame(mass, error, f"mass of '{particle}'")
+
+    def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
+        """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""
+        if name in self.given or name in self.overrides:
+            value = self._override(name)
+            return 0.0 if value is None else value
+        if expression is None:
+            return default
+        value = self._value(expression, f"initial value of '{name}'")
+        return 0.0 if value is None else value
+
+    def _scope(self, name: str) -> Value:
+        base, _, component = name.partition(".")
+        if base in self.values:
+            return self.values[base]
+        if base in self.unknown:
+            raise Needs(base)
+        if base in self.definitions:
+            value = self.definitions[base]
+            return value[COMPONENTS.index(component)] if component else value
+        family = self.spec.families.get("parameters", {}).get(family_name(base))
+        if base in self.names or family is None or self.problems.found:
+            raise Unsound  # follows from a problem already noted
+        raise NoMember(range_hint(base, family))
+
+    def _override(self, name: str) -> Any:
+        if name in self.given:
+            return self.given[name]
+        try:
+            tree = self.overrides[name]
+            return self.algebra.finite(tree, self.builder.build(tree))
+        except Unsound:  # follows from a problem of the file
+            return None
+        except ExpressionError as error:
+            raise _usage(f"--set {name}={self.texts[name]}", error) from error
+
+    def _value(self, expression: Expression, where: str) -> Any:
+        """The number, or None where there is none, which is noted at its place."""
+        try:
+            if not self.problems.trusts(expression.tree):
+                return None
+            value = self.builder.build(expression.tree, expression.indices)
+            return self.algebra.finite(expression.tree, value)
+        except Unsound:
+            return None
+        except ExpressionError as error:
+            self._blame(expression, error, where)
+            return None
+
+    def _blame(self, expression: Expression, error: ExpressionError, where: str) -> None:
+        """Note a problem of the file, unless the command line is what caused it."""
+        causes = {family_name(name): name for name in self.overrides}
+        pending = [expression.tree]
+        seen: set[str] = set()
+        while pending:
+            for base in _bases(pending.pop()) - seen:
+                seen.add(base)
+                if base in causes:
+                    name = causes[base]
+                    raise UsageError(
+                        f"--set {name}={self.texts[name]}: {error.message} in {where}; {error.hint}"
+                    )
+                pending += self.trees.get(base, ())
+        self.problems.add_once(expression.at(error.span), f"{error.message} in {where}", error.hint)
+
+
+def settable(spec: Spec, name: str, asked: str) -> str:
+    """What ``name`` is called in the spec (``theta[3]`` for ``theta[N - 1]``), if it can be set.
+
+    Raises ``UsageError``, which begins with what was ``asked`` (``--set m=1``), for any other name.
+    """
+    found = name
+    if "[" in name:
+        try:
+            tree = parse(name)
+            if isinstance(tree, Name) and tree.indices:
+                found = member_name(tree.identifier, [integer(i, spec.sizes) for i in tree.indices])
+        except ExpressionError as error:
+            raise _usage(asked, error) from error
+    coordinates = [coordinate.name for coordinate in spec.coordinates]
+    known = [*(one.name for one in spec.parameters), *coordinates, *map(velocity_name, coordinates)]
+    if found not in known:
+        raise UsageError(f"{asked}: unknown name '{found}'; {_settable_hint(found, known)}")
+    return found
+
+
+def _bases(tree: Tree) -> set[str]:
+    return {name.base for name in names(tree)}
+
+
+def _settable_hint(name: str, known: list[str]) -> str:
+    """What could have been named: where it is a family, its first and last member."""
+    members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
+    if members:
+        return f"it is a family with members {members[0]} to {members[-1]}"
+    return near_hint(name, known) or known_hint(known)
+
+
+def _usage(asked: str, error: ExpressionError) -> UsageError:
+    return UsageError(f"{asked}: {error.message}" + (f"; {error.hint}" if error.hint else ""))
