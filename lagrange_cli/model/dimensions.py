@@ -28,7 +28,8 @@ from lagrange_cli.expression.syntax import (
     Vector,
 )
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
-from lagrange_cli.model.units import ONE, RADIAN, Unit, without_angle
+from lagrange_cli.model.unit import ONE, RADIAN, Unit
+from lagrange_cli.model.units import is_pure, same, without_angle
 from lagrange_cli.records import dataclass, replace
 
 FACTORS = 10
@@ -80,10 +81,10 @@ class Quantity:
             return BROKEN
         if self.number is not None and other.number is not None:
             return Quantity(self.unit, computed(lambda x, y: x**y, self.number, other.number))
-        if other.number is None and other.unit is not None and not other.unit.pure:
+        if other.number is None and other.unit is not None and not is_pure(other.unit):
             raise Contradiction(f"an exponent is in {other.unit}", other.unit, ONE)
         unit = self.factor
-        if unit is None or unit.pure:
+        if unit is None or is_pure(unit):
             return UNKNOWN if unit is None else PURE
         if other.number is None or not math.isfinite(other.number):
             return UNKNOWN
@@ -142,10 +143,10 @@ def total(terms: Sequence[Quantity]) -> Quantity:
         pure = all(term.unit is not None for term in terms)
         return Quantity(ONE if pure else None, computed(lambda *x: math.fsum(x), *numbers))
     for unit in known:
-        if not unit.same(known[0]):
+        if not same(unit, known[0]):
             raise Contradiction(f"{shown(known[0])} and {shown(unit)} are added", known[0], unit)
     unit = next((unit for unit in known if "rad" in unit.symbols), known[0])
-    loose = any(term.loose for term in terms) or (bool(numbers) and not unit.pure)
+    loose = any(term.loose for term in terms) or (bool(numbers) and not is_pure(unit))
     return Quantity(unit, None, loose)
 
 
@@ -165,7 +166,7 @@ class QuantityAlgebra:
             total(arguments)
             return Quantity(RADIAN)
         unit = arguments[0].unit
-        if unit is not None and not unit.pure and name != "log":  # log(r) is log(r/r0) up to a constant
+        if unit is not None and not is_pure(unit) and name != "log":  # log(r) is log(r/r0) up to a constant
             angle = name in ("sin", "cos", "tan") and "deg" in unit.symbols
             hint = f"{name} takes radians: multiply by pi/180" if angle else ""
             raise Contradiction(f"{name} is taken of a quantity in {unit}", unit, ONE, hint=hint)

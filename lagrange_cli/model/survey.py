@@ -27,7 +27,9 @@ from lagrange_cli.model.dimensions import (
     vector,
 )
 from lagrange_cli.model.forces.table import FORCES
-from lagrange_cli.model.units import RADIAN, Unit, is_energy, known, meaning, read_unit
+from lagrange_cli.model.unit import RADIAN, Unit, known
+from lagrange_cli.model.unit_text import read_unit
+from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
@@ -175,7 +177,7 @@ class Survey:
             message = f"the position of '{name}' has components in {' and '.join(map(shown, error.units))}"
             self._note(expression.place, message, error)
             return BROKEN
-        plain = found.unit is not None and found.unit.pure and found.unit != RADIAN
+        plain = found.unit is not None and is_pure(found.unit) and found.unit != RADIAN
         return UNKNOWN if plain else replace(found, loose=False)
 
     def _energy(self) -> Quantity:

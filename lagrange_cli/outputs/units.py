@@ -10,7 +10,9 @@ from collections.abc import Iterable, Mapping
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.model.dimensions import BROKEN, Quantity
 from lagrange_cli.model.survey import Conflict, Survey, by_family
-from lagrange_cli.model.units import WHOLE, Unit, read_unit, simplified, times_within
+from lagrange_cli.model.unit import WHOLE, Unit
+from lagrange_cli.model.unit_text import read_unit
+from lagrange_cli.model.units import is_pure, simplified, times_within
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import WHOLE_FILE
@@ -101,4 +103,4 @@ def told(quantity: Quantity) -> str:
         return ""
     if "rad" in unit.symbols:
         return str(unit)
-    return "" if unit.pure else str(simplified(unit))
+    return "" if is_pure(unit) else str(simplified(unit))

@@ -20,7 +20,9 @@ from lagrange_cli.expression.vocabulary import family_name, velocity_name
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.dimensions import Walk
-from lagrange_cli.model.units import WHOLE, meaning, read_unit
+from lagrange_cli.model.unit import WHOLE
+from lagrange_cli.model.unit_text import read_unit
+from lagrange_cli.model.units import meaning
 from lagrange_cli.outputs.units import Units, find_units
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
