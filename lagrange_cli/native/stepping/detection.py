@@ -72,11 +72,9 @@ class Detection:
         return 2 * self.degrees
 
     def text(self) -> str:
-        """Its IR."""
+        """Its IR, if there is anything to follow."""
         if not self.powers:
-            f = StepFunction("double", "detected", "double %h")
-            f.give(Real(f, "%h"))
-            return f.text()
+            return ""
         growths = [exponential(2 * CLOSE / abs(power)) if power else 0.0 for power in self.powers]
         parts = [_table("hidden_powers", self.powers), _table("hidden_growths", growths)]
         parts += (self._followed(name) for name in ("argument", "slope"))
