@@ -14,7 +14,7 @@ from benchmarks.motions.motion import Motion, shipped
 from benchmarks.peers import Array, Course, Engine
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.method import Batch, Starts
-from lagrange_cli.integrate.methods.selection import ensemble_method
+from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared

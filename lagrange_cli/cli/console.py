@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cli.report.progress import Line
+from lagrange_cli.cli.progress import Line
 from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError
 
 INTERRUPTED = 130

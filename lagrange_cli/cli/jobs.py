@@ -27,7 +27,7 @@ from lagrange_cli.cli.console import (
     emit,
     run_one,
 )
-from lagrange_cli.cli.report.progress import Counter, Line
+from lagrange_cli.cli.progress import Counter, Line
 from lagrange_cli.cli.signals import heed_endings
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.run.interrupts import Interrupts

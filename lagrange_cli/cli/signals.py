@@ -9,7 +9,7 @@ from contextlib import suppress
 from types import FrameType
 
 from lagrange_cli.cli.console import INTERRUPTED
-from lagrange_cli.cli.report.progress import eraser
+from lagrange_cli.cli.progress import eraser
 from lagrange_cli.errors import UsageError
 from lagrange_cli.limits import time_over
 from lagrange_cli.run.interrupts import ENDING, ignored

@@ -102,7 +102,7 @@ def follow_and_write(
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
     from lagrange_cli.integrate.ensemble.outcome import UNFINISHED, EnsembleOutcome
-    from lagrange_cli.integrate.methods.selection import ensemble_method
+    from lagrange_cli.integrate.ensemble.selection import ensemble_method
     from lagrange_cli.store.ensemble import EnsembleWriter
     from lagrange_cli.store.layout import Layout
 

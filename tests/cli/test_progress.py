@@ -10,9 +10,9 @@ from types import SimpleNamespace
 
 import pytest
 
+from lagrange_cli.cli import progress
 from lagrange_cli.cli.console import complain
-from lagrange_cli.cli.report import progress
-from lagrange_cli.cli.report.progress import (
+from lagrange_cli.cli.progress import (
     Counter,
     Line,
     MeasuringProgress,

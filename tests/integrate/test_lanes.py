@@ -12,7 +12,7 @@ from lagrange_cli.integrate.ensemble import lanes
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
-from lagrange_cli.integrate.methods.selection import ensemble_method
+from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.times import Times
 from tests.support.motion import NAMES, SYSTEMS, prepared, values_of
 

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.background import concurrently
 from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.method import Starts
-from lagrange_cli.integrate.methods.selection import ensemble_method
+from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.run import integrate

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.certify.certificate import FOLDER
-from lagrange_cli.integrate.certify.perturbation import perturb
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.methods.perturbation import perturb
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace

@@ -8,7 +8,7 @@ import click
 
 from lagrange_cli.cli.console import emit, emit_json, run_each, stem
 from lagrange_cli.cli.options.shared import Given, given_options, systems_argument
-from lagrange_cli.cli.report.progress import Waiting
+from lagrange_cli.cli.progress import Waiting
 from lagrange_cli.cli.source import read_system
 from lagrange_cli.run.equations import FORMATS, FORMS
 

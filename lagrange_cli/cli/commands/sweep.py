@@ -14,7 +14,7 @@ from lagrange_cli.cli.console import STANDARD_INPUT, complain, display_name, run
 from lagrange_cli.cli.options.run import list_of_outputs, run_options
 from lagrange_cli.cli.options.shared import SETTABLE, parse_pairs, system_argument
 from lagrange_cli.cli.output import Invocation, find_output, output_name
-from lagrange_cli.cli.report.progress import Counter, Waiting
+from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
 from lagrange_cli.run.formats import HDF5, format_of

@@ -1,4 +1,4 @@
-"""The methods by name: what follows one motion, or many, on compiled equations."""
+"""What follows one motion on compiled equations: the method by its name."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
-    from lagrange_cli.integrate.ensemble.method import EnsembleMethod
     from lagrange_cli.integrate.method import Method
-    from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.native.compilation.machine import Machine
 
 
@@ -37,14 +35,3 @@ def follower(
         return Backward(follower(machine, forward, improve), machine.program)
     module: MethodModule = import_module(f"{__package__}.{METHODS[compilation.method].module}")
     return module.follower(machine, compilation, improve)
-
-
-def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> EnsembleMethod:
-    """The method of ``prepared`` for many motions; ``alone`` makes that of single ones where it is needed."""
-    if prepared.machine.follow is not None:
-        from lagrange_cli.integrate.ensemble.lanes import LanesMethod
-
-        return LanesMethod(prepared.machine, alone, prepared.compilation.backward)
-    from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
-
-    return OneByOne(prepared.follower, parallel=METHODS[prepared.compilation.method].parallel)

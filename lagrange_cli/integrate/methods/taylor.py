@@ -130,7 +130,7 @@ class Stepper:
             self._memory[self._layout.part(part)] = given
         self._memory[self._layout.time] = times.start
         if beside:
-            from lagrange_cli.integrate.certify.perturbation import perturb
+            from lagrange_cli.integrate.methods.perturbation import perturb
 
             perturb(self._constants, parameters, beside)
             self._rates()  # cyclic momenta are computed, and perturbed likewise

@@ -1,0 +1,75 @@
+"""The structure of the package: no module imports itself in a circle, nor does a package."""
+
+import ast
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+import lagrange_cli
+
+ROOT = Path(lagrange_cli.__file__).parent
+
+
+def module_of(path: Path) -> str:
+    parts = path.relative_to(ROOT.parent).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+MODULES = {module_of(path): path for path in ROOT.rglob("*.py")}
+
+
+def imported(path: Path) -> Iterator[str]:
+    """What a module imports of the package, wherever in it: in a function, or for type checkers only, too."""
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        if isinstance(node, ast.ImportFrom) and node.module:
+            named = [f"{node.module}.{alias.name}" for alias in node.names]
+            yield from (one if one in MODULES else node.module for one in named)
+        elif isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+
+
+@cache
+def imports() -> dict[str, set[str]]:
+    """The modules that each module imports."""
+    return {name: {*imported(path)} & MODULES.keys() - {name} for name, path in MODULES.items()}
+
+
+def circle(graph: Mapping[str, set[str]]) -> list[str]:
+    """What is left when whatever imports nothing that is left is taken away, again and again."""
+    left = {name: {*others} for name, others in graph.items()}
+    while leaves := [name for name, others in left.items() if not others & left.keys()]:
+        for name in leaves:
+            del left[name]
+    return sorted(left)
+
+
+def test_no_module_is_imported_in_a_circle():
+    assert len(MODULES) > 200
+    assert circle(imports()) == []
+
+
+def packages() -> list[str]:
+    """All but ``native``, whose kinds of numbers and functions still know each other."""
+    return sorted(
+        name for name, path in MODULES.items() if path.name == "__init__.py" and name != "lagrange_cli.native"
+    )
+
+
+@pytest.mark.parametrize("package", packages())
+def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle(package):
+    """A part is a module, or a package with all that is in it."""
+    depth = package.count(".") + 2
+    graph: dict[str, set[str]] = defaultdict(set)
+    for name, others in imports().items():
+        own = ".".join(name.split(".")[:depth])
+        if name.startswith(f"{package}."):
+            parts = {".".join(one.split(".")[:depth]) for one in others if one.startswith(f"{package}.")}
+            graph[own] |= parts - {own}
+    assert circle(graph) == []
+
+
+def test_a_circle_is_found():
+    assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
