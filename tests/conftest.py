@@ -1,15 +1,55 @@
-"""What holds for every test: compiled programs are kept in a folder of the test run's own."""
+"""What holds for every test: one cache of compiled programs, random draws, no deadlines."""
 
 import os
+import random
 import shutil
 import tempfile
 
+from hypothesis import HealthCheck, settings
+
+from tests.support import draws
+
+# How long an example takes depends on what else the machine does. What a failure is due to is printed.
+settings.register_profile(
+    "suite", deadline=None, print_blob=True,
+    suppress_health_check=[HealthCheck.too_slow, HealthCheck.function_scoped_fixture],
+)  # fmt: skip
+settings.load_profile("suite")
+
+
+def pytest_addoption(parser):
+    parser.addoption("--seed", type=int, help="seed of the draw from exhaustive suites [random]")
+
 
 def pytest_configure(config):
+    if thorough(config):
+        draws.be_thorough()
+    if hasattr(config, "workerinput"):  # it has the options and the environment of its controller
+        return
+    if config.option.seed is None:
+        config.option.seed = random.SystemRandom().randrange(10**9)
     config.cache_of_programs = tempfile.mkdtemp()
     os.environ["LAGRANGE_CACHE_DIR"] = os.path.join(config.cache_of_programs, "cache")
     os.environ.pop("LAGRANGE_NO_CACHE", None)
 
 
 def pytest_unconfigure(config):
-    shutil.rmtree(config.cache_of_programs, ignore_errors=True)
+    if not hasattr(config, "workerinput"):
+        shutil.rmtree(config.cache_of_programs, ignore_errors=True)
+
+
+def thorough(config):
+    return config.option.markexpr == draws.MARKER
+
+
+def pytest_collection_modifyitems(config, items):
+    if any("::" in argument for argument in config.args):
+        return
+    chosen = draws.sampled(items, config.option.seed, thorough(config))
+    kept = set(chosen)
+    config.hook.pytest_deselected(items=[item for item in items if item not in kept])
+    items[:] = chosen
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    terminalreporter.write_line(f"cases of the exhaustive suites drawn with --seed {config.option.seed}")

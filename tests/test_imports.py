@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.support.command import ENVIRONMENT, ROOT, SYSTEMS
+from tests.support.command import ROOT, SYSTEMS, environment
 
 HEAVY = {"click", "yaml", "numpy", "h5py", "llvmlite", "sympy", "mpmath", "scipy", "matplotlib"}
 PROBE = """
@@ -22,7 +22,7 @@ PENDULUM = str(SYSTEMS / "pendulum.yaml")
 def modules_imported_by(arguments: list[str], cwd: Path) -> set[str]:
     """The modules in memory after the command has done its work (which must have succeeded)."""
     run = subprocess.run(
-        [sys.executable, "-c", PROBE, *arguments], cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True
+        [sys.executable, "-c", PROBE, *arguments], cwd=cwd, env=environment(), capture_output=True, text=True
     )
     messages, _, answer = run.stderr.rstrip().rpartition("\n")
     status, modules = json.loads(answer)
@@ -67,7 +67,12 @@ def test_a_plain_solve_loads_only_the_stages_it_goes_through(tmp_path):
 def test_the_package_itself_imports_nothing():
     script = "import sys, lagrange_cli, json; print(json.dumps(list(sys.modules)))"
     run = subprocess.run(
-        [sys.executable, "-c", script], cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True, check=True
+        [sys.executable, "-c", script],
+        cwd=ROOT,
+        env=environment(),
+        capture_output=True,
+        text=True,
+        check=True,
     )
     modules = set(json.loads(run.stdout))
     assert not modules & HEAVY
@@ -78,5 +83,5 @@ def test_nothing_is_imported_before_ctrl_c_is_heeded():
     """Until ``run`` is called, Ctrl-C shows a traceback, so that must not take long."""
     probe = "import sys; before = set(sys.modules); import lagrange_cli.__main__ as m; m.run"
     probe += "; print(sorted(set(sys.modules) - before))"
-    run = subprocess.run([sys.executable, "-c", probe], env=ENVIRONMENT, capture_output=True, text=True)
+    run = subprocess.run([sys.executable, "-c", probe], env=environment(), capture_output=True, text=True)
     assert (run.stdout, run.stderr) == ("['lagrange_cli', 'lagrange_cli.__main__']\n", "")

@@ -10,7 +10,7 @@ from typing import Generic, TypeVar
 import pytest
 
 from lagrange_cli import records
-from tests.support.command import ENVIRONMENT
+from tests.support.command import environment
 
 T = TypeVar("T")
 BOTH = pytest.mark.parametrize("module", [records, dataclasses], ids=["records", "dataclasses"])
@@ -157,7 +157,7 @@ def test_the_commands_do_without_the_slower_ones(tmp_path):
     run = subprocess.run(
         [sys.executable, "-c", script],
         cwd=tmp_path,
-        env=ENVIRONMENT,
+        env=environment(),
         capture_output=True,
         text=True,
         check=True,

@@ -5,11 +5,12 @@ import resource
 
 import pytest
 
-from tests.support.command import SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange, lagrange_processes
 
 GOOD = (SYSTEMS / "pendulum.yaml").read_text(encoding="utf-8")
 MEMORY = 500_000_000
 """Bytes of address space; what may be imported before a file is found wrong fits well into it."""
+COMMANDS = ("solve", "check", "equations")
 
 
 def with_potential(expression: str) -> bytes:
@@ -54,21 +55,32 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("command", ["solve", "check", "equations"])
-@pytest.mark.parametrize(("content", "message"), BAD.values(), ids=BAD)
-def test_one_clear_message(tmp_path, command, content, message):
-    (tmp_path / "bad.yaml").write_bytes(content)
-    run = lagrange(
-        command,
-        "bad.yaml",
-        cwd=tmp_path,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
-        timeout=60,
-    )
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    """What each command says of each file, in one process with little memory; and the folder it worked in."""
+    root = tmp_path_factory.mktemp("bad")
+    commands = []
+    for i, (content, _) in enumerate(BAD.values()):
+        (root / str(i)).mkdir()
+        (root / str(i) / "bad.yaml").write_bytes(content)
+        commands += [(root / str(i), (command, "bad.yaml")) for command in COMMANDS]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("LAGRANGE_LIMITS", "terms=20000")  # a tenth of the default, reached ten times as soon
+        found = lagrange_processes(
+            commands, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+        )
+    names = [(name, command) for name in BAD for command in COMMANDS]
+    return {name: (run, folder) for name, run, (folder, _) in zip(names, found, commands, strict=True)}
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.parametrize("name", BAD)
+def test_one_clear_message(runs, name, command):
+    run, folder = runs[name, command]
     assert (run.returncode, run.stdout) == (3, ""), run.stderr
-    assert message in run.stderr and run.stderr.startswith("bad.yaml:")
+    assert BAD[name][1] in run.stderr and run.stderr.startswith("bad.yaml:")
     assert len(run.stderr) < 2_000 and "Traceback" not in run.stderr
-    assert os.listdir(tmp_path) == ["bad.yaml"]
+    assert os.listdir(folder) == ["bad.yaml"]
 
 
 @pytest.mark.parametrize("command", ["solve", "check"])

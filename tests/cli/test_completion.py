@@ -16,7 +16,7 @@ from lagrange_cli.cli.completion.shells import Bash, Zsh
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.outputs.catalog import OUTPUTS
-from tests.support.command import ENVIRONMENT, SYSTEMS
+from tests.support.command import PATIENCE, SYSTEMS, environment
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")
 CHAIN = str(SYSTEMS / "n_pendulum.yaml")
@@ -130,7 +130,7 @@ assert not heavy, heavy
 @pytest.mark.parametrize("words", ["lagrange solve {} --set ", "lagrange bench x --methods "])
 def test_little_is_imported(tmp_path, words):
     arguments = [sys.executable, "-c", COMPLETING, words.format(HOOP)]
-    run = subprocess.run(arguments, env=ENVIRONMENT, capture_output=True, text=True)
+    run = subprocess.run(arguments, env=environment(), capture_output=True, text=True)
     assert (run.returncode, run.stderr) == (0, "") and "plain," in run.stdout
 
 
@@ -166,7 +166,7 @@ def test_a_round_trip_in_bash(tmp_path):
     master, slave = os.openpty()
     process = subprocess.Popen(
         ["bash", "--norc", "--noprofile", "-i"], cwd=tmp_path,
-        env={**ENVIRONMENT, "TERM": "dumb", "INPUTRC": os.devnull, "HISTFILE": os.devnull},
+        env={**environment(), "TERM": "dumb", "INPUTRC": os.devnull, "HISTFILE": os.devnull},
         stdin=slave, stdout=slave, stderr=slave, start_new_session=True,
     )  # fmt: skip
     os.close(slave)
@@ -180,8 +180,8 @@ def test_a_round_trip_in_bash(tmp_path):
     reading = threading.Thread(target=read)
     reading.start()
     os.write(master, b". ./lagrange.sh\n" + "".join(f"{line}\n" for line in typed).encode() + b"exit\n")
-    process.wait(60)
-    reading.join(10)
+    process.wait(PATIENCE)
+    reading.join(PATIENCE)
     os.close(master)
     assert (tmp_path / "typed").read_text().splitlines() == [
         "<solve>",

@@ -16,7 +16,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.store.csv_file import column_names
 from lagrange_cli.store.layout import Series
 from tests.cli.test_resume import Nervous
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, environment, lagrange_process
 
 PENDULUM = str(SYSTEMS / "pendulum.yaml")
 RUN = ("solve", PENDULUM, "--stop", "1", "--step", "0.3")
@@ -81,7 +81,7 @@ def test_the_name_or_the_option_says_what_is_written():
 
 
 def test_it_is_streamed_to_standard_output():
-    run = lagrange(*RUN, "-o", "-", "--format", "csv", cwd=os.getcwd())
+    run = lagrange_process(*RUN, "-o", "-", "--format", "csv", cwd=os.getcwd())
     assert run.returncode == 0 and "wrote to standard output in" in run.stderr
     lines = run.stdout.splitlines()
     assert lines[0] == "t,theta,theta_dot,p_theta,h" and len(lines) == 6 and lines[-1].startswith("1.0,")
@@ -92,7 +92,7 @@ def test_a_reader_that_hangs_up_ends_an_endless_stream_quietly():
     command = [sys.executable, "-m", "lagrange_cli", "solve", PENDULUM, "--stop", "1e9", "--step", "0.1",
                "-o", "-", "--format", "csv"]  # fmt: skip
     pipes = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(command, env=ENVIRONMENT, **pipes) as process:
+    with subprocess.Popen(command, env=environment(), **pipes) as process:
         assert process.stdout.readline() == b"t,theta,theta_dot,p_theta,h\n"
         process.stdout.close()
         assert process.stderr.read() == b""
@@ -132,7 +132,7 @@ def test_it_is_kept_replaced_and_whole_as_any_output(capsys, monkeypatch):
 
 
 def test_a_full_disk_is_one_clear_error_and_leaves_nothing():
-    run = lagrange(
+    run = lagrange_process(
         "solve", PENDULUM, "--samples", "100000", "-o", "run.csv", cwd=os.getcwd(),
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000)),
     )  # fmt: skip

@@ -6,7 +6,6 @@ import pickle
 import signal
 import subprocess
 import sys
-import time
 from functools import partial
 
 import h5py
@@ -16,7 +15,7 @@ from lagrange_cli.cli.commands.solve import solve_system
 from lagrange_cli.cli.output import Invocation
 from lagrange_cli.run.request import Request
 from lagrange_cli.spec.spec import SolveDefaults
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import PATIENCE, SYSTEMS, environment, lagrange_process, wait_until
 
 NAMES = ("double_pendulum", "pendulum", "harmonic_oscillator")
 """The first one takes longest."""
@@ -30,7 +29,7 @@ def test_what_is_said_and_written_is_that_of_one_after_the_other(tmp_path):
     for jobs in ("1", "3"):
         (tmp_path / jobs).mkdir()
         (tmp_path / jobs / "wrong.yaml").write_text("coordinates: [x]\n")
-        run = lagrange("solve", *systems, "--json", "--jobs", jobs, cwd=tmp_path / jobs, input=stdin)
+        run = lagrange_process("solve", *systems, "--json", "--jobs", jobs, cwd=tmp_path / jobs, input=stdin)
         objects = [json.loads(line) for line in run.stdout.splitlines()]
         told.append(([{**each, "seconds": None} for each in objects], run.stderr, run.returncode))
     assert told[0] == told[1]
@@ -52,7 +51,7 @@ def test_the_summaries_stay_in_their_order_where_processes_begin_anew(tmp_path):
     systems = [str(SYSTEMS / f"{name}.yaml") for name in NAMES[:2]]
     run = subprocess.run(
         [sys.executable, "-c", program, "solve", *systems, "--jobs", "2", "--set", "g=9.8"],
-        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True,
+        cwd=tmp_path, env=environment(), capture_output=True, text=True,
     )  # fmt: skip
     assert (run.returncode, run.stderr) == (0, "")
     assert [line for line in run.stdout.splitlines() if line[0] != " "] == [
@@ -76,18 +75,16 @@ def test_an_interrupt_ends_all_and_keeps_what_was_computed(tmp_path, number):
     process = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", "solve", *(str(SYSTEMS / f"{name}.yaml") for name in names),
          "--jobs", "2", "--stop", "1e7", "--step", "100", "--checkpoint", "1000"],
-        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
         start_new_session=True,
     )  # fmt: skip
-    while process.poll() is None and len(list(tmp_path.glob(".*.h5.part"))) < 2:
-        time.sleep(0.02)
+    wait_until(lambda: len(list(tmp_path.glob(".*.h5.part"))) == 2, process)
     os.killpg(process.pid, number)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     outputs = [tmp_path / f"{name}.h5" for name in names[:2]]
     if number == signal.SIGKILL:
         assert process.returncode == -number
-        while not all(path.exists() for path in outputs):
-            time.sleep(0.02)
+        wait_until(lambda: all(path.exists() for path in outputs))
     else:
         assert process.returncode == 130, err
         assert out.count("interrupted; ") == 2 and len(err.splitlines()) == 2
@@ -107,13 +104,12 @@ def test_a_process_that_is_killed_is_told_of(tmp_path):
     process = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", "solve", str(SYSTEMS / "double_pendulum.yaml"), "nosuch.yaml",
          "--jobs", "2", *slow],
-        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+        cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
     )  # fmt: skip
-    while process.poll() is None and not list(tmp_path.glob(".*.h5.part")):
-        time.sleep(0.02)
+    wait_until(lambda: list(tmp_path.glob(".*.h5.part")), process)
     with open(f"/proc/{process.pid}/task/{process.pid}/children", encoding="ascii") as file:
-        (child,) = map(int, file.read().split())
+        child, *_ = map(int, file.read().split())  # in the order in which they were started
     os.kill(child, signal.SIGKILL)
-    _, err = process.communicate(timeout=60)
+    _, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 5
     assert err.splitlines()[0].endswith("double_pendulum.yaml: its process was killed by signal 9")

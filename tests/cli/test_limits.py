@@ -6,7 +6,7 @@ import resource
 import h5py
 import pytest
 
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange, lagrange_process, lagrange_processes
 
 PENDULUM, CHAIN = SYSTEMS / "pendulum.yaml", SYSTEMS / "fpu_chain.yaml"
 MEMORY = 1_000_000_000
@@ -20,14 +20,28 @@ embedding:
 """
 
 
+def small() -> None:
+    """Let this process have 1 GB."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+
+
 def limited(*arguments, cwd):
     """The command as a process that may use 1 GB."""
-    return lagrange(
-        *arguments,
-        cwd=cwd,
-        timeout=60,
-        preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
-    )
+    return lagrange_process(*arguments, cwd=cwd, preexec_fn=small)
+
+
+def limited_each(root, files, *commands):
+    """What each command says of each file, by its name, all in one process of 1 GB; and the folder."""
+    names, given = [], []
+    for i, (name, (path, text)) in enumerate(files.items()):
+        (root / str(i)).mkdir()
+        (root / str(i) / path).write_text(text)
+        names += [name] * len(commands)
+        given += [(root / str(i), command) for command in commands]
+    found: dict[str, list] = {}
+    for name, (folder, _), run in zip(names, given, lagrange_processes(given, preexec_fn=small), strict=True):
+        found.setdefault(name, []).append((run, folder))
+    return found
 
 
 HOSTILE = {
@@ -50,39 +64,45 @@ HOSTILE = {
 }
 
 
-@pytest.mark.parametrize(("text", "message"), HOSTILE.values(), ids=HOSTILE)
-def test_the_limit_is_named(tmp_path, text, message):
-    (tmp_path / "bad.yaml").write_text(SYSTEM + text)
-    for command in ("check", "solve"):
-        run = limited(command, "bad.yaml", cwd=tmp_path)
+@pytest.fixture(scope="module")
+def hostile_runs(tmp_path_factory):
+    files = {name: ("bad.yaml", SYSTEM + text) for name, (text, _) in HOSTILE.items()}
+    return limited_each(
+        tmp_path_factory.mktemp("hostile"), files, ("check", "bad.yaml"), ("solve", "bad.yaml")
+    )
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_the_limit_is_named(hostile_runs, name):
+    for run, folder in hostile_runs[name]:
         assert (run.returncode, run.stdout) == (3, ""), run.stderr
-        assert message in run.stderr and "Traceback" not in run.stderr and len(run.stderr) < 2000
-    assert os.listdir(tmp_path) == ["bad.yaml"]
+        assert HOSTILE[name][1] in run.stderr and "Traceback" not in run.stderr and len(run.stderr) < 2000
+        assert os.listdir(folder) == ["bad.yaml"]
 
 
 def test_a_hundred_thousand_coordinates(tmp_path):
-    run = limited("check", CHAIN, "--size", "N=100000", cwd=tmp_path)
+    run = lagrange("check", CHAIN, "--size", "N=100000", cwd=tmp_path)
     assert run.returncode == 3 and "LAGRANGE_LIMITS=members=..." in run.stderr
 
 
 @pytest.mark.parametrize("option", [("--over", "theta=0:1:1000000000000"), ("--random", "theta=normal(0,1)")])
 def test_too_many_runs(tmp_path, option):
     drawn = ("--members", "1000000000000") if option[0] == "--random" else ()
-    run = limited("sweep", PENDULUM, *option, *drawn, cwd=tmp_path)
+    run = lagrange_process("sweep", PENDULUM, *option, *drawn, cwd=tmp_path)
     assert run.returncode == 2 and "LAGRANGE_LIMITS=runs=..." in run.stderr
     assert os.listdir(tmp_path) == []
 
 
 def with_limits(monkeypatch, limits):
-    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", limits)
+    monkeypatch.setenv("LAGRANGE_LIMITS", limits)
 
 
 def test_limits_move(tmp_path, monkeypatch):
     (tmp_path / "family.yaml").write_text(SYSTEM + "sizes: {N: 20}\ndefinitions:\n  w[i in range(N)]: i\n")
     with_limits(monkeypatch, "members=19")
-    assert "more than 19 members" in lagrange("check", "family.yaml", cwd=tmp_path).stderr
+    assert "more than 19 members" in lagrange_process("check", "family.yaml", cwd=tmp_path).stderr
     with_limits(monkeypatch, "members=21, terms=1")
-    assert lagrange("check", "family.yaml", cwd=tmp_path).returncode == 0
+    assert lagrange_process("check", "family.yaml", cwd=tmp_path).returncode == 0
 
 
 @pytest.mark.parametrize(
@@ -90,7 +110,7 @@ def test_limits_move(tmp_path, monkeypatch):
 )
 def test_limits_that_make_no_sense(tmp_path, monkeypatch, limits):
     with_limits(monkeypatch, limits)
-    run = lagrange("check", PENDULUM, cwd=tmp_path)
+    run = lagrange_process("check", PENDULUM, cwd=tmp_path)
     assert run.returncode == 2 and run.stderr.startswith("Error: LAGRANGE_LIMITS: ")
 
 
@@ -98,7 +118,7 @@ def test_limits_that_make_no_sense(tmp_path, monkeypatch, limits):
 def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
     with_limits(monkeypatch, "seconds=2")
     settings = ("--set", f"g={gravity}", "--stop", "1e9", "--samples", "3", "-o", "out.h5")
-    run = lagrange("solve", PENDULUM, *settings, cwd=tmp_path, timeout=60)
+    run = lagrange_process("solve", PENDULUM, *settings, cwd=tmp_path)
     assert run.returncode == 130 and run.stderr.endswith(
         "The time limit is reached: LAGRANGE_LIMITS=seconds=2\n"
     )
@@ -108,7 +128,7 @@ def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
 
 def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
     with_limits(monkeypatch, "seconds=2")
-    run = lagrange("check", SYSTEMS / "n_pendulum.yaml", "--size", "N=600", cwd=tmp_path, timeout=60)
+    run = lagrange_process("check", SYSTEMS / "n_pendulum.yaml", "--size", "N=600", cwd=tmp_path)
     assert run.returncode == 130 and run.stderr.endswith(
         "The time limit is reached: LAGRANGE_LIMITS=seconds=2\n"
     )
@@ -116,7 +136,7 @@ def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
 
 def test_a_command_that_may_not_use_the_memory_it_needs(tmp_path, monkeypatch):
     with_limits(monkeypatch, "memory=1000")
-    run = lagrange("sweep", PENDULUM, "--over", "theta=0:1:100000000", cwd=tmp_path, timeout=60)
+    run = lagrange_process("sweep", PENDULUM, "--over", "theta=0:1:100000000", cwd=tmp_path)
     assert run.returncode == 4 and "not enough memory" in run.stderr and "Traceback" not in run.stderr
     assert os.listdir(tmp_path) == []
 
@@ -133,13 +153,20 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize(("text", "message"), TABLES.values(), ids=TABLES)
-def test_a_table_from_elsewhere(tmp_path, monkeypatch, text, message):
-    with_limits(monkeypatch, "runs=100")
-    (tmp_path / "table.csv").write_text(text)
-    run = limited("sweep", PENDULUM, "--table", "table.csv", cwd=tmp_path)
-    assert run.returncode == 2 and message in run.stderr, run.stderr
-    assert len(run.stderr) < 2000 and os.listdir(tmp_path) == ["table.csv"]
+@pytest.fixture(scope="module")
+def table_runs(tmp_path_factory):
+    files = {name: ("table.csv", text) for name, (text, _) in TABLES.items()}
+    with pytest.MonkeyPatch.context() as patch:
+        with_limits(patch, "runs=100")
+        sweep = ("sweep", PENDULUM, "--table", "table.csv")
+        return limited_each(tmp_path_factory.mktemp("tables"), files, sweep)
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_a_table_from_elsewhere(table_runs, name):
+    ((run, folder),) = table_runs[name]
+    assert run.returncode == 2 and TABLES[name][1] in run.stderr, run.stderr
+    assert len(run.stderr) < 2000 and os.listdir(folder) == ["table.csv"]
 
 
 def test_an_output_that_leads_elsewhere_is_not_gone_on_with(tmp_path):
@@ -156,13 +183,13 @@ def test_an_output_that_leads_elsewhere_is_not_gone_on_with(tmp_path):
 
 @pytest.mark.parametrize("command", ["check", "solve"])
 def test_equations_that_grow_beyond_bounds_are_refused_with_the_way_out(tmp_path, command, monkeypatch):
-    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "nodes=2000")
+    monkeypatch.setenv("LAGRANGE_LIMITS", "nodes=2000")
     chain = str(SYSTEMS / "n_pendulum.yaml")
-    run = lagrange(command, chain, "--size", "N=40", cwd=tmp_path)
+    run = lagrange_process(command, chain, "--size", "N=40", cwd=tmp_path)
     assert (run.returncode, run.stdout) == (3, "")
     assert run.stderr.startswith(chain) and "the equations have more than 2000 terms" in run.stderr
     assert "LAGRANGE_LIMITS=nodes=" in run.stderr and not os.listdir(tmp_path)
-    assert lagrange(command, chain, "--size", "N=4", cwd=tmp_path).returncode == 0
+    assert lagrange_process(command, chain, "--size", "N=4", cwd=tmp_path).returncode == 0
 
 
 BOTH = ("check", "equations")
@@ -186,6 +213,7 @@ LARGE = {
 }
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("text", "commands", "message"), LARGE.values(), ids=LARGE)
 def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands, message):
     """What is derived is derived by both; ``message`` is that of ``equations`` where it refuses."""
@@ -199,20 +227,22 @@ def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands,
         assert "'check' and 'solve' may work nevertheless" in run.stderr
 
 
-def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path):
-    text = "sizes: {N: 45000}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
+def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path, monkeypatch):
+    """Here a hundredth of what may usually be done, and a tenth of the coordinates that would take it."""
+    with_limits(monkeypatch, "work=200000")
+    text = "sizes: {N: 4500}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
     (tmp_path / "bad.yaml").write_text(text + "lagrangian: sum(x_dot[i]**2 - x[i]**2 for i in range(N))\n")
     run = limited("check", "bad.yaml", cwd=tmp_path)
-    assert run.returncode == 3 and "a mass matrix of 45000 coordinates takes more than" in run.stderr
+    assert run.returncode == 3 and "a mass matrix of 4500 coordinates takes more than" in run.stderr
     assert "LAGRANGE_LIMITS=work=" in run.stderr
 
 
 @pytest.mark.parametrize("command", ["check", "solve", "equations"])
 def test_the_work_of_deriving_is_bounded(tmp_path, command, monkeypatch):
     with_limits(monkeypatch, "work=2000")
-    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_NO_CACHE", "1")  # what has been derived before is not derived
+    monkeypatch.setenv("LAGRANGE_NO_CACHE", "1")  # what has been derived before is not derived
     pendulum = str(SYSTEMS / "double_pendulum.yaml")
-    run = lagrange(command, pendulum, cwd=tmp_path)
+    run = lagrange_process(command, pendulum, cwd=tmp_path)
     assert (run.returncode, run.stdout) == (3, "")
     assert f"{pendulum}: deriving the equations takes more than 2000 steps of work" in run.stderr
     assert "LAGRANGE_LIMITS=work=" in run.stderr and not os.listdir(tmp_path)

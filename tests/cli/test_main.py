@@ -13,7 +13,7 @@ from lagrange_cli.cli import console as report
 from lagrange_cli.cli import shipped
 from lagrange_cli.cli.main import COMMANDS, LazyGroup, main
 from lagrange_cli.errors import FileError, LagrangeError, MotionError, Problem, SpecError, UsageError
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, environment, lagrange
 
 
 def test_the_process_ends_at_once_but_not_before_what_was_asked_for_at_its_end(tmp_path):
@@ -26,7 +26,7 @@ def test_the_process_ends_at_once_but_not_before_what_was_asked_for_at_its_end(t
         run = subprocess.run(
             [sys.executable, "-c", script.format(arguments=arguments)],
             cwd=tmp_path,
-            env=ENVIRONMENT,
+            env=environment(),
             capture_output=True,
             text=True,
         )
@@ -159,7 +159,7 @@ def test_a_reader_that_hangs_up_is_no_error(arguments, tmp_path):
     run = subprocess.run(
         [sys.executable, "-m", "lagrange_cli", *arguments],
         cwd=tmp_path,
-        env=ENVIRONMENT,
+        env=environment(),
         stdout=writer,
         stderr=subprocess.PIPE,
         text=True,
@@ -172,7 +172,7 @@ def test_standard_output_on_a_full_disk(tmp_path):
     with open("/dev/full", "w") as full:
         run = subprocess.run(
             [sys.executable, "-m", "lagrange_cli", "systems"],
-            env=ENVIRONMENT,
+            env=environment(),
             stdout=full,
             stderr=subprocess.PIPE,
             text=True,
@@ -192,7 +192,7 @@ def test_standard_output_in_an_encoding_that_lacks_a_letter(tmp_path):
             "unicode",
             str(SYSTEMS / "pendulum.yaml"),
         ],
-        env={**ENVIRONMENT, "PYTHONUTF8": "0", "PYTHONIOENCODING": "latin-1"},
+        env={**environment(), "PYTHONUTF8": "0", "PYTHONIOENCODING": "latin-1"},
         capture_output=True,
         text=True,
     )

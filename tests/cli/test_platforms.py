@@ -13,7 +13,7 @@ import pytest
 from lagrange_cli.cli.console import INTERRUPTED
 from lagrange_cli.cli.main import COMMANDS, main
 from lagrange_cli.limits import limit_time
-from tests.support.command import ENVIRONMENT, ROOT, SYSTEMS
+from tests.support.command import ROOT, SYSTEMS, environment
 
 PENDULUM, DOUBLE = str(SYSTEMS / "pendulum.yaml"), str(SYSTEMS / "double_pendulum.yaml")
 LONG = ["solve", DOUBLE, "-o", "cut.h5", "--stop", "2000", "--samples", "1001"]
@@ -47,13 +47,12 @@ def on(system, *commands, cwd):
         [sys.executable, "-m", "tests.support.platforms", system, *words],
         cwd=cwd,
         env={
-            **ENVIRONMENT,
+            **environment(),
             "PYTHONPATH": str(ROOT),
             "LAGRANGE_CACHE_DIR": str(cwd / "cache"),
         },
         capture_output=True,
         text=True,
-        timeout=120,
     )
 
 

@@ -23,7 +23,7 @@ from lagrange_cli.cli.progress import (
     eraser,
 )
 from lagrange_cli.run.timings import Stopwatch
-from tests.support.command import ENVIRONMENT, SYSTEMS
+from tests.support.command import PATIENCE, SYSTEMS, environment
 
 
 class Terminal(io.StringIO):
@@ -215,6 +215,30 @@ def test_durations(seconds, text):
     assert duration(seconds) == text
 
 
+SLOW_STAGES = """
+import sys, time
+from lagrange_cli.cli.main import main
+from lagrange_cli.cli.report import progress
+
+progress.PATIENCE, progress.DELAY = 0, 1e-3
+enter, update = progress.Waiting._enter, progress.Waiting.update
+
+def enter_and_wait(self, text):
+    before, self.said = enter(self, text), False
+    while text is not None and self._line.enabled and not self.said:
+        time.sleep(1e-3)
+    return before
+
+def update_and_note(self):
+    update(self)
+    self.said = True
+
+progress.Waiting._enter, progress.Waiting.update = enter_and_wait, update_and_note
+sys.exit(main(sys.argv[1:]))
+"""
+"""The command, where every stage lasts until it has been shown."""
+
+
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 @pytest.mark.parametrize(
     ("command", "shown"),
@@ -228,29 +252,24 @@ def test_durations(seconds, text):
     ids=lambda x: x[0] if isinstance(x, tuple) else "",
 )
 def test_every_command_says_what_it_does_on_a_terminal(tmp_path, monkeypatch, command, shown):
-    """In a narrow pseudo-terminal, where every stage counts as long; at the end nothing is left of it."""
+    """In a narrow pseudo-terminal, in which at the end nothing is left of what was shown."""
     import fcntl
     import struct
     import termios
 
     master, slave = os.openpty()
     fcntl.ioctl(slave, termios.TIOCSWINSZ, struct.pack("HHHH", 24, 60, 0, 0))
-    patched = (
-        "import sys; from lagrange_cli.cli.report import progress; "
-        "progress.PATIENCE, progress.DELAY = 0, 1e-3; "
-        "from lagrange_cli.cli.main import main; sys.exit(main(sys.argv[1:]))"
-    )
     arguments = [str(SYSTEMS / "pendulum.yaml") if each == "PENDULUM" else each for each in command]
     said = bytearray()
     process = subprocess.Popen(
-        [sys.executable, "-c", patched, *arguments],
-        cwd=tmp_path, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=slave,
+        [sys.executable, "-c", SLOW_STAGES, *arguments],
+        cwd=tmp_path, env=environment(), stdout=subprocess.PIPE, stderr=slave,
     )  # fmt: skip
     os.close(slave)
     reading = threading.Thread(target=lambda: read_all(master, said))
     reading.start()
-    out, _ = process.communicate(timeout=120)
-    reading.join(10)
+    out, _ = process.communicate(timeout=PATIENCE)
+    reading.join(PATIENCE)
     os.close(master)
     text = said.decode()
     assert process.returncode == 0, text

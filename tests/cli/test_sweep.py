@@ -7,7 +7,6 @@ import resource
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import h5py
@@ -16,7 +15,7 @@ import pytest
 import xarray
 
 from tests.cli.test_solve import datasets
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import PATIENCE, SYSTEMS, environment, lagrange, lagrange_process, wait_until
 
 HOOP = SYSTEMS / "rotating_hoop.yaml"
 FALL = """
@@ -40,7 +39,8 @@ def sweep_json(*arguments: str | Path, cwd: Path, status: int = 0) -> dict:
 
 
 def test_a_grid_from_the_command_to_the_file(tmp_path):
-    run = lagrange("sweep", HOOP, "--over", "omega=0:10:5", "--over", "theta=-1,0.5", cwd=tmp_path)
+    grid = ("--over", "omega=0:10:5", "--over", "theta=-1,0.5")
+    run = lagrange_process("sweep", HOOP, *grid, cwd=tmp_path)
     assert (run.returncode, run.stderr) == (0, "")
     assert run.stdout.startswith("bead on a rotating hoop: 10 members (5 omega x 2 theta)\n")
     assert "10 reached the end" in run.stdout and "wrote rotating_hoop_sweep.h5" in run.stdout
@@ -293,18 +293,16 @@ def test_members_that_cannot_be_followed_are_kept_and_named(tmp_path):
 def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
     process = subprocess.Popen(
         [sys.executable, "-m", "lagrange_cli", "sweep", "--json", "--over", "theta=0:3:200000",
-         "--stop", "100", str(HOOP)],
+         "--stop", "100", "--jobs", "1", str(HOOP)],
         cwd=tmp_path,
-        env=ENVIRONMENT,
+        env=environment(),
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
     )  # fmt: skip
-    while process.poll() is None and not list(tmp_path.glob(".rotating_hoop_sweep.h5.part")):
-        time.sleep(0.02)
-    time.sleep(0.5)
+    wait_until((tmp_path / ".rotating_hoop_sweep.h5.part").exists, process)
     process.send_signal(number)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130, err
     assert "interrupted after" in err and "Traceback" not in err
     answer = json.loads(out)
@@ -378,7 +376,7 @@ def test_system_and_table_from_standard_input(tmp_path):
 
 
 def test_a_full_disk_is_one_clear_message(tmp_path):
-    run = lagrange(
+    run = lagrange_process(
         "sweep", HOOP, "--over", "theta=0:1:2000", "--outputs", "q", "--stop", "1", cwd=tmp_path,
         preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_000_000, 1_000_000)),
     )  # fmt: skip
@@ -400,7 +398,7 @@ for members in sys.argv[2:]:
 def test_memory_does_not_grow_with_members_times_samples(tmp_path):
     run = subprocess.run(
         [sys.executable, "-c", MEMORY, str(HOOP), "300", "3000"],
-        cwd=tmp_path, env=ENVIRONMENT, capture_output=True, text=True,
+        cwd=tmp_path, env=environment(), capture_output=True, text=True,
     )  # fmt: skip
     assert (run.returncode, run.stderr) == (0, "")
     few, many = map(int, run.stdout.split())

@@ -9,7 +9,7 @@ import h5py
 import pytest
 import xarray
 
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, environment, lagrange
 
 SLOW = """\
 time: {unit: days}
@@ -102,7 +102,7 @@ def test_a_file_without_units_looks_for_none(tmp_path):
     run = subprocess.run(
         [sys.executable, "-c", script],
         cwd=tmp_path,
-        env=ENVIRONMENT,
+        env=environment(),
         capture_output=True,
         text=True,
         check=True,

@@ -5,13 +5,14 @@ import math
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.native.recurrences import jet, layout
 from lagrange_cli.series.lowering import lower
 from tests.engine.motion import compiled, residual_of, solve, text_of
+from tests.support.draws import examples
 
 FUNCTIONS = {
     "sin(u)": mpmath.sin,
@@ -52,6 +53,7 @@ generalized_forces: {{x: "{force}"}}
 """
 
 
+@pytest.mark.exhaustive(keep=24)
 @pytest.mark.parametrize("u", ["0.1 + 0.5*t", "y", "y_dot*t + 0.1", "asin(sin(0.1 + 0.5*t))"])
 @pytest.mark.parametrize("force", FUNCTIONS)
 def test_a_force_that_is_a_known_function_of_time(force, u):
@@ -80,10 +82,11 @@ dissipation: 0.01*(u_dot**2 + w_dot**2)
 def shape_code(monkeypatch, stages, few):
     """So many stages written out; dot products in loops where there are more than ``few`` groups."""
     monkeypatch.setattr(jet, "ALONE", 0)
-    monkeypatch.setattr(jet, "WRITTEN_OUT", stages)
+    monkeypatch.setattr(jet, "UNROLLED", stages)
     monkeypatch.setattr(jet, "FEW_GROUPS", few)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(("stages", "few"), [(3, 0), (3, 99), (7, 0), (10, 99), (60, 0)])
 def test_loops_and_written_out_stages_agree(stages, few, monkeypatch):
     """Everything at once: each way to write the stages gives the same motion, and the ledgers close."""
@@ -98,6 +101,7 @@ def test_loops_and_written_out_stages_agree(stages, few, monkeypatch):
             assert np.max(np.abs(series)) <= 1e-12, path
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(
     "system",
     ["double_pendulum", "spherical_pendulum", "free_particles", "rotating_hoop", "parabola_bead", "pendulum"],
@@ -116,6 +120,7 @@ def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch
 ARRANGED = [("MIXED", 0), ("MIXED", 8), ("FEW", 0), ("FEW", 8), ("NEAR", 0)]
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "system", [ELLIPSOID, "spherical_pendulum", "rotating_hoop", "parabola_bead", "central_force_cartesian"]
 )
@@ -157,7 +162,8 @@ def lagrangian_of(matrix):
     return f"coordinates: [{names}]\nlagrangian: {' + '.join(terms)} {' '.join(slopes)}\n"
 
 
-@settings(max_examples=25, deadline=None)
+@pytest.mark.exhaustive
+@examples(6)
 @given(st.integers(2, 8), st.integers(0, 10**6), st.booleans())
 def test_coupled_mass_matrices_of_any_sign_are_solved(size, seed, hollow):
     """Indefinite M, also with zeros on its diagonal, in small blocks and in the large ones' loops."""

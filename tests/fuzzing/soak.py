@@ -25,7 +25,7 @@ from pathlib import Path
 import h5py
 
 from lagrange_cli.outputs.catalog import PARTICLE_OUTPUTS
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import PATIENCE, SYSTEMS, environment, lagrange_process
 
 KILLS = (signal.SIGKILL,) * 9 + (signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 """The most are such that the process is never asked."""
@@ -153,7 +153,7 @@ class Kill:
 def undisturbed(scene: Scene, folder: Path) -> tuple[bytes, float]:
     """What the command writes, and in how many seconds where it need not be compiled."""
     began = time.monotonic()
-    run = lagrange(*scene.arguments, "--json", cwd=folder)
+    run = lagrange_process(*scene.arguments, "--json", cwd=folder)
     seconds = time.monotonic() - began
     assert run.returncode in (0, 4), run.stderr
     took = json.loads(run.stdout)["seconds"]
@@ -164,27 +164,33 @@ def undisturbed(scene: Scene, folder: Path) -> tuple[bytes, float]:
 
 
 def disturbed(
-    scene: Scene, folder: Path, expected: bytes, seconds: float, chance: random.Random, most: int = 10**9
+    scene: Scene,
+    folder: Path,
+    expected: bytes,
+    seconds: float,
+    chance: random.Random,
+    most: int = MOST,
+    signals: tuple[signal.Signals, ...] = KILLS,
 ) -> Iterator[Kill]:
     """Run the command, each time with ``--resume``, and end it at a random moment, until it comes to its
     end or has been ended so often; then it is left in peace."""
     output, kills, earlier = folder / scene.output, 0, None
     if scene.shorter:
-        run = lagrange(*scene.arguments, *scene.shorter, cwd=folder)
+        run = lagrange_process(*scene.arguments, *scene.shorter, cwd=folder)
         assert run.returncode in (0, 4), run.stderr
         earlier = output.read_bytes()
     while True:
         fresh = ["--no-cache"] if chance.random() < 0.05 else []
         command = [sys.executable, "-m", "lagrange_cli", *scene.arguments, "--resume", "--json", *fresh]
         process = subprocess.Popen(
-            command, cwd=folder, env=ENVIRONMENT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+            command, cwd=folder, env=environment(), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
         )
-        number, after = chance.choice(KILLS), chance.uniform(0.25, 0.8) * seconds
+        number, after = chance.choice(signals), chance.uniform(0.25, 0.8) * seconds
         try:
             _, err = process.communicate(timeout=after if kills < most else None)
         except subprocess.TimeoutExpired:
             process.send_signal(number)
-            _, err = process.communicate(timeout=120)
+            _, err = process.communicate(timeout=PATIENCE)
         assert "Traceback" not in err and "report it" not in err, err
         whole = output.exists() and output.read_bytes() != earlier and is_whole(output, expected)
         if process.returncode in (0, 4):
@@ -223,7 +229,7 @@ def soak(kills: int, seed: int) -> int:
             count = 0
             try:
                 expected, seconds = undisturbed(scene, folder)
-                for kill in disturbed(scene, folder, expected, seconds, chance, MOST):
+                for kill in disturbed(scene, folder, expected, seconds, chance):
                     count += 1
                     left = ", ".join(kill.left) or "nothing"
                     print(

@@ -20,6 +20,9 @@ def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("LAGRANGE_DEBUG", "1")
     monkeypatch.setenv("LAGRANGE_NO_CACHE", "1")
+    monkeypatch.setattr(
+        fuzz, "PATIENCE", 1
+    )  # what would take long is interrupted soon, and has as long to end
     return tmp_path
 
 
@@ -47,6 +50,7 @@ def test_what_grows(folder, seed):
     assert set(statuses) <= set(fuzz.DOCUMENTED)
 
 
+@pytest.mark.exhaustive(keep=4)
 @pytest.mark.parametrize(
     "path", sorted((fuzz.ROOT / "tests" / "fuzzing" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
 )
@@ -55,7 +59,8 @@ def test_what_was_found_before(folder, path):
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
 
 
-@pytest.mark.parametrize("name", sorted(fuzz.kept_inputs())[::16])
+@pytest.mark.exhaustive(keep=10, most=100)
+@pytest.mark.parametrize("name", sorted(fuzz.kept_inputs()))
 def test_some_of_what_the_fuzzer_kept(folder, name):
     """Inputs that reach different code; all of them are where the next run of the fuzzer begins."""
     assert set(fuzz.feed(fuzz.kept_inputs()[name])) <= set(fuzz.DOCUMENTED)

@@ -35,6 +35,7 @@ def bytes_of(spec, prepared, stop):
     return outcome, {path: b"".join(chunk[path].tobytes() for chunk in chunks) for path in chunks[0]}
 
 
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_every_level_gives_the_same_bits(path, monkeypatch):
     """Also where quickly compiled code is cut into short blocks."""

@@ -24,7 +24,7 @@ from lagrange_cli.native.compilation.cache import Cache
 from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure
-from tests.support.command import ENVIRONMENT, SYSTEMS
+from tests.support.command import PATIENCE, SYSTEMS, environment
 from tests.support.systems import SIZES
 
 PENDULUM = (SYSTEMS / "pendulum.yaml").read_text()
@@ -55,6 +55,7 @@ def cache(tmp_path):
     return Cache(str(tmp_path / "cache"))
 
 
+@pytest.mark.exhaustive(keep=15)
 @pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
 @pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):
@@ -238,11 +239,11 @@ def test_work_alongside_gives_its_value_after_both_are_done():
 
     def work():
         begun.set()
-        assert done.wait(10)
+        assert done.wait(PATIENCE)
         return 42
 
     def other():
-        assert begun.wait(10)
+        assert begun.wait(PATIENCE)
         done.set()
 
     assert concurrently(work, other) == 42
@@ -274,7 +275,7 @@ def test_a_run_from_the_cache_loads_neither_llvm_nor_what_derives(tmp_path):
             subprocess.run(
                 [sys.executable, "-c", PROBE, *arguments],
                 cwd=tmp_path,
-                env={**ENVIRONMENT, "LAGRANGE_CACHE_DIR": str(tmp_path / "cache")},
+                env={**environment(), "LAGRANGE_CACHE_DIR": str(tmp_path / "cache")},
                 capture_output=True,
                 text=True,
                 check=True,

@@ -37,6 +37,7 @@ def equations(system: str, method: str = "Radau") -> tuple[Equations, np.ndarray
     return Equations.of(machine, parameters), y + 0.1 + 0.05 * np.sin(np.arange(len(y)))
 
 
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("system", [*NAMES, WILD], ids=[*NAMES, "wild"])
 def test_the_jacobian_is_the_slope_of_the_rates(system: str) -> None:
     """Against Richardson's extrapolation of central differences, quadratures included."""

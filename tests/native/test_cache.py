@@ -9,7 +9,7 @@ import pytest
 
 from lagrange_cli.native.compilation import cache as module
 from lagrange_cli.native.compilation.cache import Cache, cache_folder, find_cache, name_of, pack, unpack
-from tests.support.command import ENVIRONMENT
+from tests.support.command import PATIENCE, environment
 
 
 @pytest.fixture
@@ -229,12 +229,12 @@ for i in range(100):
 def test_processes_share_the_folder_without_waiting_or_failing(cache):
     processes = [
         subprocess.Popen(
-            [sys.executable, "-c", WRITER, cache.folder, str(i)], env=ENVIRONMENT, stderr=subprocess.PIPE
+            [sys.executable, "-c", WRITER, cache.folder, str(i)], env=environment(), stderr=subprocess.PIPE
         )
         for i in range(4)
     ]
     for process in processes:
-        _, messages = process.communicate(timeout=60)
+        _, messages = process.communicate(timeout=PATIENCE)
         assert (process.returncode, messages) == (0, b"")
     assert not [name for name in os.listdir(cache.folder) if name.endswith(module.UNFINISHED)]
 

@@ -12,7 +12,7 @@ from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.numbers import double as emitter
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
-from tests.support.command import ENVIRONMENT, SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange_process
 
 BODIES = """
 sizes: {N: 24}
@@ -50,7 +50,7 @@ def test_values_that_do_not_fit_the_stack_of_the_process(tmp_path):
     def small_stack() -> None:
         resource.setrlimit(resource.RLIMIT_STACK, (2**19, 2**19))
 
-    run = lagrange("solve", "bodies.yaml", "--no-cache", cwd=tmp_path, preexec_fn=small_stack, timeout=100)
+    run = lagrange_process("solve", "bodies.yaml", "--no-cache", cwd=tmp_path, preexec_fn=small_stack)
     assert run.returncode == 0, run.stderr
 
 
@@ -68,23 +68,23 @@ def test_functions_of_too_many_instructions_are_refused(monkeypatch):
 
 
 def test_series_of_too_many_convolutions_are_refused_before_any_code_is_written(tmp_path, monkeypatch):
-    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "convolutions=2207")  # 24*23/2 pairs take 8 each
-    (tmp_path / "bodies.yaml").write_text(BODIES)
-    run = lagrange("solve", "bodies.yaml", "--no-cache", cwd=tmp_path)
+    monkeypatch.setenv("LAGRANGE_LIMITS", "convolutions=527")  # 12*11/2 pairs take 8 each
+    (tmp_path / "bodies.yaml").write_text(BODIES.replace("N: 24", "N: 12"))
+    run = lagrange_process("solve", "bodies.yaml", "--no-cache", cwd=tmp_path)
     assert run.returncode == 3
-    assert "2208 convolutions per order; at most 2207" in run.stderr
+    assert "528 convolutions per order; at most 527" in run.stderr
     assert "--method DOP853" in run.stderr and "LAGRANGE_LIMITS=convolutions=" in run.stderr
     assert not list(tmp_path.glob("*.h5"))
-    run = lagrange("solve", "bodies.yaml", "--method", "DOP853", "--no-cache", cwd=tmp_path)
+    run = lagrange_process("solve", "bodies.yaml", "--method", "DOP853", "--no-cache", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
-    run = lagrange("solve", "bodies.yaml", "--precision", "double-double", "--force", cwd=tmp_path)
-    assert run.returncode == 3 and "at most 551" in run.stderr and "DOP853" not in run.stderr
+    run = lagrange_process("solve", "bodies.yaml", "--precision", "double-double", "--force", cwd=tmp_path)
+    assert run.returncode == 3 and "at most 131" in run.stderr and "DOP853" not in run.stderr
 
 
 def test_the_refusal_names_the_file(tmp_path, monkeypatch):
-    monkeypatch.setitem(ENVIRONMENT, "LAGRANGE_LIMITS", "instructions=50")
+    monkeypatch.setenv("LAGRANGE_LIMITS", "instructions=50")
     system = str(SYSTEMS / "double_pendulum.yaml")
-    run = lagrange("solve", system, "--no-cache", cwd=tmp_path)
+    run = lagrange_process("solve", system, "--no-cache", cwd=tmp_path)
     assert run.returncode == 3 and run.stderr.startswith(f"{system}: the machine code has more than 50 ")
 
 

@@ -32,12 +32,21 @@ SHORT = {"solar_system": "--stop 200", "fpu_chain": "--stop 20"}
 """Motions that would take long with an fma in software."""
 
 
-def all_systems(folder: Path) -> list[str]:
-    """Every shipped one, with its options, and one that has every function."""
+def functions(folder: Path) -> list[str]:
+    """One that has every function, in either precision."""
     written = folder / "functions.yaml"
     written.write_text(FUNCTIONS, encoding="utf-8")
-    shipped = [f"{path} {SHORT.get(path.stem, '')}".strip() for path in sorted(SYSTEMS.glob("*.yaml"))]
-    return [str(written), f"{written} --precision double-double", *shipped]
+    return [str(written), f"{written} --precision double-double"]
+
+
+def shipped(name: str) -> str:
+    """One that comes with the program, with its options."""
+    return f"{SYSTEMS / name}.yaml {SHORT.get(name, '')}".strip()
+
+
+def all_systems(folder: Path) -> list[str]:
+    """Every one of these."""
+    return [*functions(folder), *(shipped(path.stem) for path in sorted(SYSTEMS.glob("*.yaml")))]
 
 
 def digests(folder: Path, system: str, *options: str) -> dict[str, str]:

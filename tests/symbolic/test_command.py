@@ -7,8 +7,7 @@ import pytest
 from lagrange_cli.cli.main import main
 from lagrange_cli.run import equations
 from lagrange_cli.symbolic.verify import Verification
-from tests.support import command
-from tests.support.command import SYSTEMS, lagrange
+from tests.support.command import SYSTEMS, lagrange, lagrange_process
 from tests.support.systems import NAMES, SIZES
 
 PENDULUM = SYSTEMS / "pendulum.yaml"
@@ -99,8 +98,7 @@ def test_verify_decides_the_status(difference, arguments, monkeypatch, capsys):
 def test_the_text_is_the_same_whatever_order_sets_have(tmp_path, monkeypatch):
     outputs = set()
     for seed in "12":
-        monkeypatch.setitem(command.ENVIRONMENT, "PYTHONHASHSEED", seed)
-        outputs.add(
-            lagrange("equations", SYSTEMS / "double_pendulum.yaml", "--form", "hamilton", cwd=tmp_path).stdout
-        )
+        monkeypatch.setenv("PYTHONHASHSEED", seed)
+        system = SYSTEMS / "double_pendulum.yaml"
+        outputs.add(lagrange_process("equations", system, "--form", "hamilton", cwd=tmp_path).stdout)
     assert len(outputs) == 1

@@ -1,0 +1,47 @@
+"""What is drawn at random: which cases of exhaustive suites are run, how many examples hypothesis tries.
+
+``@pytest.mark.exhaustive(keep=4)`` marks a suite of too many cases for every day. Usually four of them are
+run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw.
+``-m exhaustive`` runs all cases of all such suites (or ``most`` of them). A case that is named on the command
+line is always run.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Sequence
+
+import pytest
+from hypothesis import settings
+
+MARKER = "exhaustive"
+THOROUGH = 10
+"""So many times as many examples are tried under ``-m exhaustive``."""
+_thorough = False
+
+
+def be_thorough() -> None:
+    """From now on ``examples`` are many; called before the tests are imported."""
+    global _thorough
+    _thorough = True
+
+
+def examples(count: int) -> settings:
+    """Hypothesis tries ``count`` examples, and ``THOROUGH`` times as many under ``-m exhaustive``."""
+    return settings(max_examples=count * THOROUGH if _thorough else count)
+
+
+def sampled(items: Sequence[pytest.Item], seed: int, everything: bool) -> list[pytest.Item]:
+    """The items without the cases of exhaustive suites that are not drawn."""
+    suites: dict[str, list[pytest.Item]] = {}
+    for item in items:
+        if item.get_closest_marker(MARKER) is not None:
+            suites.setdefault(item.nodeid.partition("[")[0], []).append(item)
+    left_out: set[pytest.Item] = set()
+    for name, cases in suites.items():
+        marker = cases[0].get_closest_marker(MARKER)
+        assert marker is not None
+        count = marker.kwargs.get("most", len(cases)) if everything else marker.kwargs.get("keep", 1)
+        drawn = random.Random(f"{seed} {name}").sample(cases, min(count, len(cases)))
+        left_out |= {*cases} - {*drawn}
+    return [item for item in items if item not in left_out]
