@@ -67,6 +67,11 @@ class SeriesProgram:
     stored: int = 0
 
     @property
+    def state(self) -> tuple[int, ...]:
+        """The series of the state's rows: q, v and the integrals."""
+        return (*self.coordinates, *self.velocities, *self.integrals)
+
+    @property
     def convolutions(self) -> int:
         """How many convolutions one order costs: the measure of a formulation.
 

@@ -10,24 +10,25 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import factorial
 
-from lagrange_cli.native.numbers.double import Operand, literal, operand
-from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define, fast_sum, two_product
+from lagrange_cli.native.numbers.double import Value, literal
+from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
+from lagrange_cli.native.numbers.error_free import fast_sum, two_product
 
 LARGEST_ANGLE = 2.0**40
 """Beyond it there is no sine: few digits would be left of the angle, and four doubles of pi no longer do."""
 SERIES = 31
 """The last power of sine's series that counts below pi/4."""
 
-MINUS_ONE, INFINITY = operand(literal(-1.0)), operand(literal(float("inf")))
+MINUS_ONE, INFINITY = literal(-1.0), literal(float("inf"))
 PI = Fraction("3.141592653589793238462643383279502884197169399375105820974944592307816406286208998628")
 LN2 = Fraction("0.6931471805599453094172321214581765680755001343602552541206800094933936219696947156058633")
 
 
 def horner(e: DoubleDoubleBody, coefficients: Sequence[Fraction], x: Pair) -> Pair:
     """sum_j coefficients[j] x^j."""
-    total = e.number(coefficients[-1])
+    total = e.pair(coefficients[-1])
     for one in reversed(coefficients[:-1]):
-        total = total * x + e.number(one)
+        total = total * x + e.pair(one)
     return total
 
 
@@ -45,124 +46,124 @@ def parts(value: Fraction, count: int) -> list[float]:
     return found
 
 
-def nearest(e: DoubleDoubleBody, x: Operand) -> Operand:
+def nearest(e: DoubleDoubleBody, x: Value) -> Value:
     """The whole number nearest to a double, or nearly so."""
-    return e.call("llvm.floor.f64", e.add(x, literal(0.5)))
+    return e.intrinsic("floor", e.add(x, literal(0.5)))
 
 
-def whole(e: DoubleDoubleBody, x: Operand) -> str:
+def whole(e: DoubleDoubleBody, x: Value) -> str:
     """A double that is whole as an integer."""
     return e.define(f"fptosi double {x} to i64")
 
 
 def _sin_cos(cosine: bool) -> str:
     def formula(e: DoubleDoubleBody, x: Pair) -> Pair:
-        size = e.call("llvm.fabs.f64", x.high)
+        size = e.magnitude(x.high)
         good = e.compare("olt", size, LARGEST_ANGLE)
-        turns = nearest(e, operand(e.mul(x.high, literal(float(2 / PI)))))
-        turns = e.define(f"select i1 {good}, double {turns}, double {operand(None)}")
+        turns = nearest(e, e.mul(x.high, literal(float(2 / PI))))
+        turns = e.select(good, turns, None)
         first, *others = parts(PI / 2, 4)
-        product, error = two_product(e, turns, operand(literal(first)))
-        rest = Pair(e, operand(e.sub(x.high, product)), operand(None))
-        rest = rest + Pair(e, *fast_sum(e, operand(e.neg(error)), operand(None)))
-        rest = rest + Pair(e, x.low, operand(None))
+        product, error = two_product(e, turns, literal(first))
+        rest = Pair(e, e.sub(x.high, product), None)
+        rest = rest + Pair(e, *fast_sum(e, e.neg(error), None))
+        rest = rest + Pair(e, x.low, None)
         for one in others:
-            rest = rest - Pair(e, *two_product(e, turns, operand(literal(one))))
+            rest = rest - Pair(e, *two_product(e, turns, literal(one)))
         square = rest * rest
         sine = rest + rest * (square * horner(e, series(3, SERIES, 2, -1), square).scaled(MINUS_ONE))
-        cosines = e.number(1) - square * horner(e, series(2, SERIES + 1, 2, -1), square)
+        cosines = e.pair(1) - square * horner(e, series(2, SERIES + 1, 2, -1), square)
         quarter = e.integer("and", e.integer("add", whole(e, turns), int(cosine)), 3)
         odd = e.define(f"trunc i64 {quarter} to i1")
         made = e.choose(odd, cosines, sine)
         negative = e.define(f"icmp uge i64 {quarter}, 2")
         made = e.choose(negative, -made, made)
-        return e.choose(good, made, e.number(float("nan")))
+        return e.choose(good, made, e.pair(float("nan")))
 
     return define("cos" if cosine else "sin", "p", formula)
 
 
 def _exp(e: DoubleDoubleBody, x: Pair) -> Pair:
-    bounded = e.call("llvm.minnum.f64", e.call("llvm.maxnum.f64", x.high, literal(-800.0)), literal(800.0))
-    twos = nearest(e, operand(e.mul(bounded, literal(float(1 / LN2)))))
-    rest = x - Pair(e, *two_product(e, twos, operand(literal(parts(LN2, 3)[0]))))
+    bounded = e.intrinsic("minnum", e.intrinsic("maxnum", x.high, literal(-800.0)), literal(800.0))
+    twos = nearest(e, e.mul(bounded, literal(float(1 / LN2))))
+    rest = x - Pair(e, *two_product(e, twos, literal(parts(LN2, 3)[0])))
     for one in parts(LN2, 3)[1:]:
-        rest = rest - Pair(e, *two_product(e, twos, operand(literal(one))))
-    made = e.number(1) + (rest + rest * rest * horner(e, series(2, 27), rest))
+        rest = rest - Pair(e, *two_product(e, twos, literal(one)))
+    made = e.pair(1) + (rest + rest * rest * horner(e, series(2, 27), rest))
     half = e.define(f"ashr i64 {whole(e, twos)}, 1")  # 2^1024 is no double: in two steps
     for power in (half, e.integer("sub", whole(e, twos), half)):
         bits = e.integer("shl", e.integer("add", power, 1023), 52)
         factor = e.define(f"bitcast i64 {bits} to double")
-        made = Pair(e, operand(e.mul(made.high, factor)), operand(e.mul(made.low, factor)))
+        made = Pair(e, e.mul(made.high, factor), e.mul(made.low, factor))
     zero, infinite = e.compare("olt", x.high, -745.2), e.compare("ogt", x.high, 709.79)
-    return e.choose(zero, e.number(0), e.choose(infinite, Pair(e, INFINITY, operand(None)), made))
+    return e.choose(zero, e.pair(0), e.choose(infinite, Pair(e, INFINITY, None), made))
 
 
 def _log(e: DoubleDoubleBody, x: Pair) -> Pair:
-    first = Pair(e, e.call("llvm.log.f64", x.high), operand(None))
-    rest = x * e.function("exp", -first) - e.number(1)
-    made = first + (rest - (rest * rest).scaled(operand(literal(0.5))))
-    finite = e.compare("olt", e.call("llvm.fabs.f64", first.high), INFINITY)
+    first = Pair(e, e.intrinsic("log", x.high), None)
+    rest = x * e.apply("exp", -first) - e.pair(1)
+    made = first + (rest - (rest * rest).scaled(literal(0.5)))
+    finite = e.compare("olt", e.magnitude(first.high), INFINITY)
     return e.choose(finite, made, first)
 
 
 def _pow(e: DoubleDoubleBody, x: Pair, y: Pair) -> Pair:
-    return e.function("exp", y * e.function("log", x))
+    return e.apply("exp", y * e.apply("log", x))
 
 
 def _atan2(e: DoubleDoubleBody, y: Pair, x: Pair) -> Pair:
-    first = Pair(e, e.call("atan2", y.high, x.high), operand(None))
+    first = Pair(e, e.call("atan2", y.high, x.high), None)
     return refined_angle(e, first, y, x)
 
 
 def refined_angle(e: DoubleDoubleBody, first: Pair, y: Pair, x: Pair) -> Pair:
     """The angle of (x, y) from one near it, by the tangent of the difference: three times its digits."""
-    sine, cosine = e.function("sin", first), e.function("cos", first)
+    sine, cosine = e.apply("sin", first), e.apply("cos", first)
     return first + (y * cosine - x * sine) / (x * cosine + y * sine)
 
 
 def _tan(e: DoubleDoubleBody, x: Pair) -> Pair:
-    return e.function("sin", x) / e.function("cos", x)
+    return e.apply("sin", x) / e.apply("cos", x)
 
 
 def leg(e: DoubleDoubleBody, x: Pair) -> Pair:
     """sqrt(1 - x^2)."""
-    return e.function("sqrt", (e.number(1) - x) * (e.number(1) + x))
+    return e.apply("sqrt", (e.pair(1) - x) * (e.pair(1) + x))
 
 
 def sinh_within(e: DoubleDoubleBody, x: Pair) -> Pair:
     """sinh x where e^x does not overflow."""
-    power = e.function("exp", x)
-    large = (power - e.number(1) / power).scaled(operand(literal(0.5)))
+    power = e.apply("exp", x)
+    large = (power - e.pair(1) / power).scaled(literal(0.5))
     square = x * x
     small = x + x * square * horner(e, series(3, 27, 2), square)
-    return e.choose(e.compare("olt", e.call("llvm.fabs.f64", x.high), 0.5), small, large)
+    return e.choose(e.compare("olt", e.magnitude(x.high), 0.5), small, large)
 
 
 def _sinh(e: DoubleDoubleBody, x: Pair) -> Pair:
     made = sinh_within(e, x)
-    return _overflowing(e, x, made, Pair(e, e.call("sinh", x.high), operand(None)))
+    return _overflowing(e, x, made, Pair(e, e.call("sinh", x.high), None))
 
 
 def cosh_within(e: DoubleDoubleBody, x: Pair) -> Pair:
     """cosh x, likewise."""
-    power = e.function("exp", x)
-    return (power + e.number(1) / power).scaled(operand(literal(0.5)))
+    power = e.apply("exp", x)
+    return (power + e.pair(1) / power).scaled(literal(0.5))
 
 
 def _cosh(e: DoubleDoubleBody, x: Pair) -> Pair:
     made = cosh_within(e, x)
-    return _overflowing(e, x, made, Pair(e, e.call("cosh", x.high), operand(None)))
+    return _overflowing(e, x, made, Pair(e, e.call("cosh", x.high), None))
 
 
 def _overflowing(e: DoubleDoubleBody, x: Pair, made: Pair, double: Pair) -> Pair:
-    inside = e.compare("olt", e.call("llvm.fabs.f64", x.high), 700.0)
+    inside = e.compare("olt", e.magnitude(x.high), 700.0)
     return e.choose(inside, made, double)
 
 
 def _tanh(e: DoubleDoubleBody, x: Pair) -> Pair:
-    made = e.function("sinh", x) / e.function("cosh", x)
-    sign = Pair(e, e.call("tanh", x.high), operand(None))  # beyond 40 it is 1 to the last digit
-    return e.choose(e.compare("olt", e.call("llvm.fabs.f64", x.high), 40.0), made, sign)
+    made = e.apply("sinh", x) / e.apply("cosh", x)
+    sign = Pair(e, e.call("tanh", x.high), None)  # beyond 40 it is 1 to the last digit
+    return e.choose(e.compare("olt", e.magnitude(x.high), 40.0), made, sign)
 
 
 def functions() -> Sequence[str]:
@@ -175,9 +176,9 @@ def functions() -> Sequence[str]:
         define("pow", "pp", _pow),
         define("atan2", "pp", _atan2),
         define("tan", "p", _tan),
-        define("atan", "p", lambda e, x: e.function("atan2", x, e.number(1))),
-        define("asin", "p", lambda e, x: e.function("atan2", x, leg(e, x))),
-        define("acos", "p", lambda e, x: e.function("atan2", leg(e, x), x)),
+        define("atan", "p", lambda e, x: e.apply("atan2", x, e.pair(1))),
+        define("asin", "p", lambda e, x: e.apply("atan2", x, leg(e, x))),
+        define("acos", "p", lambda e, x: e.apply("atan2", leg(e, x), x)),
         define("sinh", "p", _sinh),
         define("cosh", "p", _cosh),
         define("tanh", "p", _tanh),

@@ -7,7 +7,7 @@ computed, x being an integer times a power of two, by integers of 256 bits of th
 from __future__ import annotations
 
 from lagrange_cli.native.functions.double_double import PI
-from lagrange_cli.native.numbers.double import Operand, literal, operand
+from lagrange_cli.native.numbers.double import Operand, Value, literal
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
 
 LEAST_WIDE = 2.0**20
@@ -67,33 +67,31 @@ def reduced(e: DoubleDoubleBody, size: Operand) -> tuple[str, Pair]:
     top = words[-1]
     count = e.integer("lshr", e.integer("add", top, 1 << (WORD - 3)), WORD - 2)
     rest = e.integer("sub", top, e.integer("shl", count, WORD - 2))
-    total = e.number(0)
+    total = e.pair(0)
     scale = 2.0 ** (PIECE - WORD + 2)
     for shift, word in (("ashr", rest), ("lshr", words[-2]), ("lshr", words[-3])):
         upper, lower = e.integer(shift, word, PIECE), e.integer("and", word, (1 << PIECE) - 1)
         for piece in (upper, lower):
             number = e.define(f"sitofp i64 {piece} to double")
-            total = total + Pair(e, operand(e.mul(number, literal(scale))), operand(None))
+            total = total + Pair(e, e.mul(number, literal(scale)), None)
             scale /= 2.0**PIECE
     return count, total
 
 
 def _wide(cosine: bool) -> str:
     def formula(e: DoubleDoubleBody, x: Operand) -> Pair:
-        size = e.call("llvm.fabs.f64", x)
+        size = e.magnitude(x)
         finite = e.compare("olt", size, float("inf"))
-        wide = e.define(f"and i1 {finite}, {e.compare('oge', size, LEAST_WIDE)}")
-        count, rest = reduced(
-            e, e.define(f"select i1 {wide}, double {size}, double {operand(literal(LEAST_WIDE))}")
-        )
-        rest = rest * e.number(PI / 2)
-        sine, cosines = e.function("sin", rest), e.function("cos", rest)
+        wide = e.both(finite, e.compare("oge", size, LEAST_WIDE))
+        count, rest = reduced(e, e.select(wide, size, literal(LEAST_WIDE)))
+        rest = rest * e.pair(PI / 2)
+        sine, cosines = e.apply("sin", rest), e.apply("cos", rest)
         quarter = e.integer("and", e.integer("add", count, int(cosine)), 3)
         made = e.choose(e.define(f"trunc i64 {quarter} to i1"), cosines, sine)
         made = e.choose(e.define(f"icmp uge i64 {quarter}, 2"), -made, made)
         if not cosine:
             made = e.choose(e.compare("olt", x, 0.0), -made, made)
-        return e.choose(finite, made, e.number(float("nan")))
+        return e.choose(finite, made, e.pair(float("nan")))
 
     return define("wide_cos" if cosine else "wide_sin", "d", formula)
 

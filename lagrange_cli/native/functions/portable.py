@@ -24,10 +24,10 @@ from lagrange_cli.native.functions.double_double import (
 )
 from lagrange_cli.native.functions.formulas import LEAST_NORMAL
 from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE, table, wide_functions
-from lagrange_cli.native.numbers.double import Operand, fused, literal, operand
+from lagrange_cli.native.llvm.declarations import LIBRARY
+from lagrange_cli.native.numbers.double import Operand, Value, fused, literal
 from lagrange_cli.native.numbers.double_double import TYPE, DoubleDoubleBody, Pair, operations
 from lagrange_cli.native.numbers.vector import Body
-from lagrange_cli.native.recurrences.evaluation import LIBRARY
 
 INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
 """LLVM's functions that become calls of the C library."""
@@ -50,7 +50,7 @@ LARGE, SMALL = 2.0**500, 2.0**-500
 OVERFLOWING = 700.0
 """The hyperbolic functions' argument from which e^-x no longer counts."""
 
-ZERO, ONE, INFINITY, NAN = (operand(literal(x)) for x in (0.0, 1.0, float("inf"), float("nan")))
+ZERO, ONE, INFINITY, NAN = (literal(x) for x in (0.0, 1.0, float("inf"), float("nan")))
 Formula = Callable[..., "Pair | Operand"]
 
 
@@ -118,132 +118,117 @@ def _double(name: str, count: int, formula: Formula) -> str:
     return f"define internal double @{name}({heads}) #0 {{\n{lines}\n  ret double {result}\n}}\n"
 
 
-def pair(e: DoubleDoubleBody, x: Operand) -> Pair:
+def pair(e: DoubleDoubleBody, x: Value) -> Pair:
     """A double as a number of two."""
     return Pair(e, x, ZERO)
 
 
-def rounded(e: DoubleDoubleBody, value: Pair) -> Operand:
+def rounded(e: DoubleDoubleBody, value: Pair) -> Value:
     """The double nearest to it."""
-    return operand(e.add(value.high, value.low))
+    return e.add(value.high, value.low)
 
 
-def select(e: DoubleDoubleBody, condition: str, yes: Operand, no: Operand) -> Operand:
-    """One of two doubles."""
-    return e.define(f"select i1 {condition}, double {yes}, double {no}")
-
-
-def both(e: DoubleDoubleBody, a: str, b: str) -> str:
-    """Whether both conditions hold."""
-    return e.define(f"and i1 {a}, {b}")
-
-
-def size_of(e: DoubleDoubleBody, x: Operand) -> Operand:
-    """|x|."""
-    return e.call("llvm.fabs.f64", x)
-
-
-def signed(e: DoubleDoubleBody, size: Operand, x: Operand) -> Operand:
+def signed(e: DoubleDoubleBody, size: Value, x: Value) -> Value:
     """``size`` with the sign of x, zeros' too."""
     bits = e.define(f"bitcast double {x} to i64")
-    return select(e, e.define(f"icmp slt i64 {bits}, 0"), operand(e.neg(size)), size)
+    return e.select(e.define(f"icmp slt i64 {bits}, 0"), e.neg(size), size)
 
 
-def tangent(e: DoubleDoubleBody, x: Operand) -> Operand:
+def tangent(e: DoubleDoubleBody, x: Value) -> Value:
     """tan x."""
-    near = e.compare("olt", size_of(e, x), LEAST_WIDE)
-    wide = e.function("wide_sin", x) / e.function("wide_cos", x)
-    return rounded(e, e.choose(near, e.function("tan", pair(e, x)), wide))
+    near = e.compare("olt", e.magnitude(x), LEAST_WIDE)
+    wide = e.apply("wide_sin", x) / e.apply("wide_cos", x)
+    return rounded(e, e.choose(near, e.apply("tan", pair(e, x)), wide))
 
 
-def normal(e: DoubleDoubleBody, x: Operand) -> tuple[str, Operand]:
+def normal(e: DoubleDoubleBody, x: Value) -> tuple[str, Value]:
     """Whether x > 0 is denormal, and x, raised if it is."""
-    tiny = both(e, e.compare("ogt", x, 0.0), e.compare("olt", x, LEAST_NORMAL))
-    return tiny, select(e, tiny, operand(e.mul(x, literal(2.0**RAISED))), x)
+    tiny = e.both(e.compare("ogt", x, 0.0), e.compare("olt", x, LEAST_NORMAL))
+    return tiny, e.select(tiny, e.mul(x, literal(2.0**RAISED)), x)
 
 
-def beyond_log(e: DoubleDoubleBody, x: Operand) -> Operand:
+def beyond_log(e: DoubleDoubleBody, x: Value) -> Value:
     """ln x of what is not a normal positive number."""
     tiny, raised = normal(e, x)
-    made = elementary.logarithm(e, select(e, tiny, raised, ONE))
-    made = operand(e.sub(made, literal(float(RAISED * LN2))))
-    other = select(e, e.compare("olt", x, 0.0), NAN, x)
-    other = select(e, e.compare("oeq", x, 0.0), operand(literal(float("-inf"))), other)
-    return select(e, tiny, made, other)
+    made = elementary.logarithm(e, e.select(tiny, raised, ONE))
+    made = e.sub(made, literal(float(RAISED * LN2)))
+    other = e.select(e.compare("olt", x, 0.0), NAN, x)
+    other = e.select(e.compare("oeq", x, 0.0), literal(float("-inf")), other)
+    return e.select(tiny, made, other)
 
 
-def beyond_pow(e: DoubleDoubleBody, x: Operand, y: Operand) -> Operand:
+def beyond_pow(e: DoubleDoubleBody, x: Value, y: Value) -> Value:
     """x^y where it is not a product of normal numbers, or x is not positive; C's special values."""
-    size = size_of(e, x)
+    size = e.magnitude(x)
     tiny, raised = normal(e, size)
-    log = e.function("log", pair(e, raised))
-    log = e.choose(tiny, log - e.number(RAISED * LN2), log)
-    made = rounded(e, e.function("exp", pair(e, y) * log))
-    exponent = operand(e.mul(y, e.call("llvm.log.f64", size)))
-    made = select(e, e.compare("olt", exponent, -746.0), ZERO, made)
-    made = select(e, e.compare("ogt", exponent, 710.0), INFINITY, made)
-    made = select(e, e.compare("oeq", size, 1.0), ONE, made)
-    half = operand(e.mul(y, literal(0.5)))
-    whole = e.compare("oeq", e.call("llvm.floor.f64", y), y)
-    odd = both(e, whole, e.compare("one", e.call("llvm.floor.f64", half), half))
+    log = e.apply("log", pair(e, raised))
+    log = e.choose(tiny, log - e.pair(RAISED * LN2), log)
+    made = rounded(e, e.apply("exp", pair(e, y) * log))
+    exponent = e.mul(y, e.intrinsic("log", size))
+    made = e.select(e.compare("olt", exponent, -746.0), ZERO, made)
+    made = e.select(e.compare("ogt", exponent, 710.0), INFINITY, made)
+    made = e.select(e.compare("oeq", size, 1.0), ONE, made)
+    half = e.mul(y, literal(0.5))
+    whole = e.compare("oeq", e.intrinsic("floor", y), y)
+    odd = e.both(whole, e.compare("one", e.intrinsic("floor", half), half))
     real = e.define(f"or i1 {whole}, {e.compare('oeq', size, float('inf'))}")
-    of_negative = select(e, real, select(e, odd, operand(e.neg(made)), made), NAN)
-    made = select(e, e.compare("olt", x, 0.0), of_negative, made)
-    return select(e, e.compare("oeq", y, 0.0), ONE, made)
+    of_negative = e.select(real, e.select(odd, e.neg(made), made), NAN)
+    made = e.select(e.compare("olt", x, 0.0), of_negative, made)
+    return e.select(e.compare("oeq", y, 0.0), ONE, made)
 
 
 def angle(e: DoubleDoubleBody, y: Pair, x: Pair) -> Pair:
     """The angle of the point (x, y), which is neither very far nor very near."""
-    across, along = size_of(e, y.high), size_of(e, x.high)
+    across, along = e.magnitude(y.high), e.magnitude(x.high)
     steep = e.compare("ogt", across, along)
-    shorter, longer = select(e, steep, along, across), select(e, steep, across, along)
-    nowhere = e.compare("oeq", operand(e.add(across, along)), 0.0)
-    ratio = select(e, nowhere, ZERO, operand(e.div(shorter, longer)))
-    square = operand(e.mul(ratio, ratio))
-    total = operand(literal(ARC_TANGENT[-1]))
+    shorter, longer = e.select(steep, along, across), e.select(steep, across, along)
+    nowhere = e.compare("oeq", e.add(across, along), 0.0)
+    ratio = e.select(nowhere, ZERO, e.div(shorter, longer))
+    square = e.mul(ratio, ratio)
+    total = literal(ARC_TANGENT[-1])
     for one in reversed(ARC_TANGENT[:-1]):
-        total = operand(e.add(e.mul(total, square), literal(one)))
-    first = operand(e.mul(total, ratio))
-    first = select(e, steep, operand(e.sub(literal(float(PI / 2)), first)), first)
-    first = select(e, e.compare("olt", x.high, 0.0), operand(e.sub(literal(float(PI)), first)), first)
+        total = e.add(e.mul(total, square), literal(one))
+    first = e.mul(total, ratio)
+    first = e.select(steep, e.sub(literal(float(PI / 2)), first), first)
+    first = e.select(e.compare("olt", x.high, 0.0), e.sub(literal(float(PI)), first), first)
     start = pair(e, signed(e, first, y.high))
     return e.choose(nowhere, start, refined_angle(e, start, y, x))
 
 
-def atan2(e: DoubleDoubleBody, y: Operand, x: Operand) -> Operand:
+def atan2(e: DoubleDoubleBody, y: Value, x: Value) -> Value:
     """The angle of any point."""
-    across, along = size_of(e, y), size_of(e, x)
-    far = e.call("llvm.maxnum.f64", across, along)
-    factor = select(e, e.compare("ogt", far, LARGE), operand(literal(SMALL)), ONE)
-    factor = select(e, e.compare("olt", far, SMALL), operand(literal(LARGE)), factor)
+    across, along = e.magnitude(y), e.magnitude(x)
+    far = e.larger(across, along)
+    factor = e.select(e.compare("ogt", far, LARGE), literal(SMALL), ONE)
+    factor = e.select(e.compare("olt", far, SMALL), literal(LARGE), factor)
     endless = e.compare("oeq", far, float("inf"))
     sides = []
     for one, size in ((y, across), (x, along)):
-        unit = select(e, e.compare("oeq", size, float("inf")), ONE, ZERO)
-        unit = select(e, e.compare("uno", size, 0.0), NAN, unit)
-        sides.append(pair(e, signed(e, select(e, endless, unit, operand(e.mul(size, factor))), one)))
+        unit = e.select(e.compare("oeq", size, float("inf")), ONE, ZERO)
+        unit = e.select(e.compare("uno", size, 0.0), NAN, unit)
+        sides.append(pair(e, signed(e, e.select(endless, unit, e.mul(size, factor)), one)))
     return rounded(e, angle(e, *sides))
 
 
 def growing(within: Callable[[DoubleDoubleBody, Pair], Pair]) -> Formula:
     """sinh or cosh: e^|x| / 2 where the other half does not count."""
 
-    def formula(e: DoubleDoubleBody, x: Operand) -> Operand:
-        size = size_of(e, x)
-        half = rounded(e, e.function("exp", pair(e, size) - e.number(LN2)))
-        half = select(e, e.compare("oeq", size, float("inf")), size, half)
+    def formula(e: DoubleDoubleBody, x: Value) -> Value:
+        size = e.magnitude(x)
+        half = rounded(e, e.apply("exp", pair(e, size) - e.pair(LN2)))
+        half = e.select(e.compare("oeq", size, float("inf")), size, half)
         half = half if within is cosh_within else signed(e, half, x)
-        return select(e, e.compare("olt", size, OVERFLOWING), rounded(e, within(e, pair(e, x))), half)
+        return e.select(e.compare("olt", size, OVERFLOWING), rounded(e, within(e, pair(e, x))), half)
 
     return formula
 
 
-def tanh(e: DoubleDoubleBody, x: Operand) -> Operand:
+def tanh(e: DoubleDoubleBody, x: Value) -> Value:
     """1 to the last digit beyond 40."""
     number = pair(e, x)
     made = rounded(e, sinh_within(e, number) / cosh_within(e, number))
-    made = select(e, e.compare("ogt", x, 40.0), ONE, made)
-    return select(e, e.compare("olt", x, -40.0), operand(literal(-1.0)), made)
+    made = e.select(e.compare("ogt", x, 40.0), ONE, made)
+    return e.select(e.compare("olt", x, -40.0), literal(-1.0), made)
 
 
 FORMULAS: Mapping[str, tuple[int, Formula]] = {
@@ -253,10 +238,10 @@ FORMULAS: Mapping[str, tuple[int, Formula]] = {
     "portable.log": (1, lambda e, x: elementary.logarithm(e, x)),
     "portable.pow": (2, lambda e, x, y: elementary.power(e, x, y)),
     "portable.log2": (
-        1, lambda e, x: operand(e.mul(elementary.logarithm(e, x), literal(float(1 / LN2)))),
+        1, lambda e, x: e.mul(elementary.logarithm(e, x), literal(float(1 / LN2))),
     ),
     "portable.exp2": (
-        1, lambda e, x: elementary.exponential(e, operand(e.mul(x, literal(float(LN2))))),
+        1, lambda e, x: elementary.exponential(e, e.mul(x, literal(float(LN2)))),
     ),
     "portable.tan": (1, tangent),
     "portable.atan": (1, lambda e, x: atan2(e, x, ONE)),
@@ -266,9 +251,9 @@ FORMULAS: Mapping[str, tuple[int, Formula]] = {
     "portable.sinh": (1, growing(sinh_within)),
     "portable.cosh": (1, growing(cosh_within)),
     "portable.tanh": (1, tanh),
-    "beyond.sin": (1, lambda e, x: e.function("wide_sin", x)),
-    "beyond.cos": (1, lambda e, x: e.function("wide_cos", x)),
-    "beyond.exp": (1, lambda e, x: e.function("exp", pair(e, x))),
+    "beyond.sin": (1, lambda e, x: e.apply("wide_sin", x)),
+    "beyond.cos": (1, lambda e, x: e.apply("wide_cos", x)),
+    "beyond.exp": (1, lambda e, x: e.apply("exp", pair(e, x))),
     "beyond.log": (1, beyond_log),
     "beyond.pow": (2, beyond_pow),
 }  # fmt: skip

@@ -8,67 +8,108 @@ loops of ``linear.ll`` and ``definite.ll``.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import TypeAlias
+from collections.abc import Callable, Mapping, Sequence
+from typing import Generic, Protocol
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.triangular import solver_of
-from lagrange_cli.native.numbers.double import ONE, Emitter, Value, literal, operand
-from lagrange_cli.native.recurrences.convolution import store_rows
+from lagrange_cli.native.numbers.double import Emitter, Value, literal, operand
+from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
 from lagrange_cli.records import dataclass
 
 UNROLLED = {"definite": 12, "general": 5}
 """Rows of a block up to which its elimination is written out."""
 
-DEFINITE_FLOOR = 64 * 2.0**-52
-"""A pivot smaller than this part of its diagonal entry is rounding: the matrix is singular."""
+FLOOR = 128.0
+"""Units of rounding: a pivot smaller than this part of its diagonal entry is nothing else, and the matrix is
+singular."""
+
+
+class Factored(Protocol[V]):
+    """A block that equations can be solved with."""
+
+    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
+        """x with M x = ``scale * right``."""
+
+
+class Large(Factored[V], Protocol[V]):
+    """One that is factored by loops; it takes so many ``doubles`` of memory."""
+
+    @property
+    def doubles(self) -> int: ...
+
+    def factor(self, matrix: list[list[V | None]]) -> Condition:
+        """Store the block and factor it: whether it is regular."""
+
+
+@dataclass
+class Factorization(Generic[V]):
+    """How blocks are factored: written out up to so many rows (``unrolled``), larger ones by ``large`` (of what
+    kind, where, how many rows), one behind the other from ``%work[place]`` on."""
+
+    kind: NumberKind[V]
+    place: int
+    large: Callable[[str, int, int], Large[V]]
+    unrolled: Mapping[str, int]
+
+    def factor(self, matrix: list[list[V | None]], definite: bool) -> tuple[Factored[V], Condition]:
+        """A factored block, and whether it is regular."""
+        name = "definite" if definite else "general"
+        if len(matrix) <= self.unrolled[name]:
+            return (factor_definite if definite else factor_general)(self.kind, matrix)
+        block = self.large(name, self.place, len(matrix))
+        self.place += block.doubles
+        return block, block.factor(matrix)
 
 
 @dataclass(frozen=True)
-class Definite:
+class Definite(Generic[V]):
     """L D L^T of a block: ``lower[j][i]`` for i < j, and the reciprocals of D."""
 
-    lower: tuple[tuple[Value, ...], ...]
-    reciprocal: tuple[Value, ...]
+    kind: NumberKind[V]
+    lower: tuple[tuple[V | None, ...], ...]
+    reciprocal: tuple[V | None, ...]
 
-    def solve(self, emitter: Emitter, right: list[Value], scale: Value) -> list[Value]:
+    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with M x = ``scale * right``."""
-        x = list(right)
+        kind, x = self.kind, list(right)
         size = len(x)
         for j in range(size):
             for i in range(j):
-                x[j] = emitter.fms(self.lower[j][i], x[i], x[j])
-        scales = [emitter.mul(reciprocal, scale) for reciprocal in self.reciprocal]
-        x = [emitter.mul(value, factor) for value, factor in zip(x, scales)]
+                x[j] = kind.fms(self.lower[j][i], x[i], x[j])
+        scales = [kind.mul(reciprocal, scale) for reciprocal in self.reciprocal]
+        x = [kind.mul(value, factor) for value, factor in zip(x, scales)]
         for j in reversed(range(size)):
             for i in range(j + 1, size):
-                x[j] = emitter.fms(self.lower[i][j], x[i], x[j])
+                x[j] = kind.fms(self.lower[i][j], x[i], x[j])
         return x
 
 
 @dataclass(frozen=True)
-class General:
-    """P M = L U of a block: ``swaps[j][i]`` says (as an i1) whether rows j and i were exchanged."""
+class General(Generic[V]):
+    """P M = L U of a block: ``swaps[j][i]`` says whether rows j and i were exchanged."""
 
-    swaps: tuple[tuple[str, ...], ...]
-    lower: tuple[tuple[Value, ...], ...]
-    upper: tuple[tuple[Value, ...], ...]
-    reciprocal: tuple[Value, ...]
+    kind: NumberKind[V]
+    swaps: tuple[tuple[Condition, ...], ...]
+    lower: tuple[tuple[V | None, ...], ...]
+    upper: tuple[tuple[V | None, ...], ...]
+    reciprocal: tuple[V | None, ...]
 
-    def solve(self, emitter: Emitter, right: list[Value], scale: Value) -> list[Value]:
+    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with M x = ``scale * right``."""
-        x = [emitter.mul(value, scale) for value in right]
+        kind = self.kind
+        x = [kind.mul(value, scale) for value in right]
         size = len(x)
         for j in range(size):
             for i, swap in zip(range(j + 1, size), self.swaps[j]):
-                x[j], x[i] = exchange(emitter, swap, x[j], x[i])
+                x[j], x[i] = exchange(kind, swap, x[j], x[i])
         for j in range(size):
             for i in range(j + 1, size):
-                x[i] = emitter.fms(self.lower[i][j], x[j], x[i])
+                x[i] = kind.fms(self.lower[i][j], x[j], x[i])
         for j in reversed(range(size)):
             for i in range(j + 1, size):
-                x[j] = emitter.fms(self.upper[j][i], x[i], x[j])
-            x[j] = emitter.mul(x[j], self.reciprocal[j])
+                x[j] = kind.fms(self.upper[j][i], x[i], x[j])
+            x[j] = kind.mul(x[j], self.reciprocal[j])
         return x
 
 
@@ -77,7 +118,8 @@ class InMemory:
     """A block of ``size`` rows at ``%work[place]``; behind it are what ``definite.py`` keeps of its diagonal
     blocks, its pivots' row and the right-hand side's."""
 
-    kind: str
+    emitter: Emitter
+    name: str
     place: int
     size: int
 
@@ -105,119 +147,95 @@ class InMemory:
     def _sizes(self) -> tuple[str, str]:
         return f"i64 {self.size}", f"i64 {self.stride}"
 
-    def _call(self, emitter: Emitter, result: str, name: str, places: Sequence[int], *more: str) -> str:
+    def _call(self, result: str, name: str, places: Sequence[int], *more: str) -> str:
         pointers = [
-            "ptr " + emitter.define(f"getelementptr inbounds double, ptr %work, i64 {place}")
+            "ptr " + self.emitter.define(f"getelementptr inbounds double, ptr %work, i64 {place}")
             for place in places
         ]
         return f"call {result} @{name}({', '.join([*pointers, *more])})"
 
-    def factor(self, emitter: Emitter, matrix: list[list[Value]]) -> str:
+    def factor(self, matrix: list[list[Value]]) -> str:
         """Store the block and factor it; an i1 that tells whether it is regular."""
         for j, row in enumerate(matrix):
-            for k in range(j if self.kind == "definite" else 0, self.size):
-                emitter.store(row[k], "%work", self.place + self.stride * j + k)
-            if self.kind == "definite":
-                emitter.store(row[j], "%work", self.pivots + j)
-        places, name = (self.place, self.pivots), f"factor_{self.kind}"
-        floor = f"double {operand(literal(DEFINITE_FLOOR))}"
-        return emitter.define(self._call(emitter, "i1", name, places, *self._sizes, floor))
+            for k in range(j if self.name == "definite" else 0, self.size):
+                self.emitter.store(row[k], "%work", self.place + self.stride * j + k)
+            if self.name == "definite":
+                self.emitter.store(row[j], "%work", self.pivots + j)
+        places, name = (self.place, self.pivots), f"factor_{self.name}"
+        floor = f"double {operand(literal(FLOOR * self.emitter.unit))}"
+        return self.emitter.define(self._call("i1", name, places, *self._sizes, floor))
 
-    def solve(self, emitter: Emitter, right: list[Value], scale: Value) -> list[Value]:
+    def solve(self, right: list[Value], scale: Value) -> list[Value]:
         """x with M x = ``scale * right``."""
-        scaled = [emitter.mul(value, scale) for value in right]
-        store_rows(emitter, self.stride, scaled, "%work", self.right)
+        scaled = [self.emitter.mul(value, scale) for value in right]
+        self.emitter.store_rows(self.stride, scaled, "%work", self.right)
         places = self.place, self.pivots, self.right
-        if self.kind == "definite":
-            emitter.line("  " + self._call(emitter, "void", solver_of(self.stride), places))
+        if self.name == "definite":
+            self.emitter.line("  " + self._call("void", solver_of(self.stride), places))
         else:
-            emitter.line("  " + self._call(emitter, "void", "solve_general", places, *self._sizes))
-        return [emitter.load("%work", self.right + j) for j in range(self.size)]
+            self.emitter.line("  " + self._call("void", "solve_general", places, *self._sizes))
+        return [self.emitter.load("%work", self.right + j) for j in range(self.size)]
 
 
-Factored: TypeAlias = "Definite | General | InMemory"
-
-
-def factor_block(
-    emitter: Emitter, matrix: list[list[Value]], definite: bool, place: int
-) -> tuple[Factored, str, int]:
-    """A factored block, an i1 that tells whether it is regular, and the doubles it takes at
-    ``%work[place]``."""
-    kind = "definite" if definite else "general"
-    if len(matrix) > UNROLLED[kind]:
-        block = InMemory(kind, place, len(matrix))
-        return block, block.factor(emitter, matrix), block.doubles
-    factored, regular = (factor_definite if definite else factor_general)(emitter, matrix)
-    return factored, regular, 0
-
-
-def exchange(emitter: Emitter, swap: str, a: Value, b: Value) -> tuple[Value, Value]:
+def exchange(
+    kind: NumberKind[V], swap: Condition, a: V | None, b: V | None
+) -> tuple[V | None, V | None]:
     """(b, a) where ``swap`` holds, else (a, b)."""
     if a is None and b is None:
         return None, None
-    first = emitter.define(f"select i1 {swap}, double {operand(b)}, double {operand(a)}")
-    second = emitter.define(f"select i1 {swap}, double {operand(a)}, double {operand(b)}")
-    return first, second
+    return kind.select(swap, b, a), kind.select(swap, a, b)
 
 
-def factor_definite(emitter: Emitter, matrix: list[list[Value]]) -> tuple[Definite, str]:
-    """L D L^T of a symmetric positive block, and an i1 that tells whether it is regular."""
+def factor_definite(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[Definite[V], Condition]:
+    """L D L^T of a symmetric positive block, and whether it is regular."""
     size = len(matrix)
-    lower: list[list[Value]] = [[] for _ in range(size)]
-    scaled: list[list[Value]] = [[] for _ in range(size)]  # L[j][i] * D[i]
-    reciprocal: list[Value] = []
-    regular = "true"
+    lower: list[list[V | None]] = [[] for _ in range(size)]
+    scaled: list[list[V | None]] = [[] for _ in range(size)]  # L[j][i] * D[i]
+    reciprocal: list[V | None] = []
+    regular = kind.true
     for j in range(size):
         for i in range(j):
             value = matrix[j][i]
             for m in range(i):
-                value = emitter.fms(scaled[j][m], lower[i][m], value)
+                value = kind.fms(scaled[j][m], lower[i][m], value)
             scaled[j].append(value)
-            lower[j].append(emitter.mul(value, reciprocal[i]))
+            lower[j].append(kind.mul(value, reciprocal[i]))
         pivot = matrix[j][j]
         for m in range(j):
-            pivot = emitter.fms(scaled[j][m], lower[j][m], pivot)
-        floor = emitter.mul(literal(DEFINITE_FLOOR), matrix[j][j]) if j else None
-        good = emitter.define(f"fcmp ogt double {operand(pivot)}, {operand(floor)}")
-        regular = emitter.define(f"and i1 {regular}, {good}")
-        reciprocal.append(emitter.div(ONE, pivot))
-    return Definite(tuple(map(tuple, lower)), tuple(reciprocal)), regular
+            pivot = kind.fms(scaled[j][m], lower[j][m], pivot)
+        floor = kind.mul(kind.number(FLOOR * kind.unit), matrix[j][j]) if j else None
+        regular = kind.both(regular, kind.compare("ogt", pivot, floor))
+        reciprocal.append(kind.div(kind.one, pivot))
+    return Definite(kind, tuple(map(tuple, lower)), tuple(reciprocal)), regular
 
 
-def factor_general(emitter: Emitter, matrix: list[list[Value]]) -> tuple[General, str]:
-    """P M = L U of a block by partial pivoting, and an i1 that tells whether it is regular."""
+def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[General[V], Condition]:
+    """P M = L U of a block by partial pivoting, and whether it is regular."""
     size = len(matrix)
     rows = [list(row) for row in matrix]
-    lower: list[list[Value]] = [[None] * size for _ in range(size)]
-    swaps: list[tuple[str, ...]] = []
-    reciprocal: list[Value] = []
-    regular = "true"
+    lower: list[list[V | None]] = [[None] * size for _ in range(size)]
+    swaps: list[tuple[Condition, ...]] = []
+    reciprocal: list[V | None] = []
+    regular = kind.true
     for j in range(size):
         swapped = []
-        scale: Value = None
+        scale: V | None = None
         for i in range(j, size):
-            scale = emitter.call("llvm.maxnum.f64", scale, emitter.call("llvm.fabs.f64", matrix[i][j]))
+            scale = kind.larger(scale, kind.magnitude(matrix[i][j]))
         for i in range(j + 1, size):
-            here = emitter.call("llvm.fabs.f64", rows[j][j])
-            there = emitter.call("llvm.fabs.f64", rows[i][j])
-            swap = emitter.define(f"fcmp ogt double {there}, {here}")
+            here, there = kind.magnitude(rows[j][j]), kind.magnitude(rows[i][j])
+            swap = kind.compare("ogt", there, here)
             swapped.append(swap)
             for k in range(size):
-                if k >= j:
-                    rows[j][k], rows[i][k] = exchange(emitter, swap, rows[j][k], rows[i][k])
-                else:
-                    lower[j][k], lower[i][k] = exchange(emitter, swap, lower[j][k], lower[i][k])
+                both = rows if k >= j else lower
+                both[j][k], both[i][k] = exchange(kind, swap, both[j][k], both[i][k])
         swaps.append(tuple(swapped))
-        floor = emitter.mul(literal(DEFINITE_FLOOR), scale) if j else None
-        good = emitter.define(
-            f"fcmp ogt double {emitter.call('llvm.fabs.f64', rows[j][j])}, {operand(floor)}"
-        )
-        regular = emitter.define(f"and i1 {regular}, {good}")
-        reciprocal.append(emitter.div(ONE, rows[j][j]))
+        floor = kind.mul(kind.number(FLOOR * kind.unit), scale) if j else None
+        regular = kind.both(regular, kind.compare("ogt", kind.magnitude(rows[j][j]), floor))
+        reciprocal.append(kind.div(kind.one, rows[j][j]))
         for i in range(j + 1, size):
-            lower[i][j] = emitter.mul(rows[i][j], reciprocal[j])
+            lower[i][j] = kind.mul(rows[i][j], reciprocal[j])
             for k in range(j + 1, size):
-                rows[i][k] = emitter.fms(lower[i][j], rows[j][k], rows[i][k])
-    return General(
-        tuple(swaps), tuple(map(tuple, lower)), tuple(map(tuple, rows)), tuple(reciprocal)
-    ), regular
+                rows[i][k] = kind.fms(lower[i][j], rows[j][k], rows[i][k])
+    parts = (tuple(map(tuple, part)) for part in (swaps, lower, rows))
+    return General(kind, *parts, tuple(reciprocal)), regular

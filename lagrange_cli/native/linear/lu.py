@@ -2,7 +2,38 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair
+from lagrange_cli.native.numbers.double_double import DoubleDouble, DoubleDoubleBody, Pair, function
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class InMemory:
+    """A block of ``size`` rows at ``%work[place]``; behind it are its pivots, and room for a right-hand side."""
+
+    kind: DoubleDouble
+    place: int
+    size: int
+
+    @property
+    def doubles(self) -> int:
+        """Doubles that the block takes in all."""
+        return 2 * self.size * (self.size + 2)
+
+    def factor(self, matrix: list[list[Pair | None]]) -> str:
+        """Store the block and factor it; an i1 that tells whether it is regular."""
+        for i, entry in enumerate(entry for row in matrix for entry in row):
+            self.kind.store(entry, "%work", self.place + 2 * i, 1)
+        block = self.kind.body.place("%work", self.place)
+        return self.kind.body.define(f"call i1 @factor(ptr {block}, i64 {self.size})")
+
+    def solve(self, right: list[Pair | None], scale: Pair | None) -> list[Pair | None]:
+        """x with M x = ``scale * right``."""
+        kind, place = self.kind, self.place + 2 * self.size * (self.size + 1)
+        for i, value in enumerate(right):
+            kind.store(kind.mul(value, scale), "%work", place + 2 * i, 1)
+        block, solution = (kind.body.place("%work", at) for at in (self.place, place))
+        kind.body.line(f"  call void @solve(ptr {block}, ptr {solution}, i64 {self.size})")
+        return [kind.load("%work", place + 2 * i, 1) for i in range(self.size)]
 
 
 def linear_solver() -> str:
@@ -28,9 +59,9 @@ def _factor() -> str:
         e.line(f"  store double -1.0, ptr {largest}\n  store i64 {j}, ptr {where}")
 
         def search(i: str) -> None:
-            size = e.call("llvm.fabs.f64", e.load("%a", at(i, j)))
+            size = e.magnitude(e.load("%a", at(i, j)))
             larger = e.compare("ogt", size, e.load(largest, 0))
-            best = e.define(f"select i1 {larger}, double {size}, double {e.load(largest, 0)}")
+            best = e.select(larger, size, e.load(largest, 0))
             old = e.define(f"load i64, ptr {where}")
             e.line(f"  store i64 {e.define(f'select i1 {larger}, i64 {i}, i64 {old}')}, ptr {where}")
             e.store(best, largest, 0)
@@ -48,7 +79,7 @@ def _factor() -> str:
             e.put(other, "%a", at(j, c), 1)
 
         e.loop(0, "%n", swap)
-        inverse = e.number(1) / e.get("%a", at(j, j), 1)
+        inverse = e.pair(1) / e.get("%a", at(j, j), 1)
         e.put(inverse, "%a", at(j, j), 1)
         below = e.integer("add", j, 1)
 
@@ -66,8 +97,7 @@ def _factor() -> str:
 
     e.loop(0, "%n", column)
     e.line(f"  ret i1 {e.define(f'load i1, ptr {good}')}")
-    lines = "\n".join(e.lines)
-    return f"define internal i1 @factor(ptr %a, i64 %n) #0 {{\n{lines}\n}}\n"
+    return function("i1 @factor(ptr %a, i64 %n)", e)
 
 
 def _solve() -> str:
@@ -102,5 +132,5 @@ def _solve() -> str:
     e.loop(0, "%n", swap)
     e.loop(0, "%n", forward)
     e.loop(0, "%n", backward)
-    lines = "\n".join(e.lines)
-    return f"define internal void @solve(ptr %a, ptr %b, i64 %n) #0 {{\n{lines}\n  ret void\n}}\n"
+    e.line("  ret void")
+    return function("void @solve(ptr %a, ptr %b, i64 %n)", e)

@@ -7,17 +7,21 @@ that additions and multiplications with 0 are never written.
 from __future__ import annotations
 
 import struct
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TypeAlias
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.limits import way_out, whole
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.declarations import INTRINSICS
+from lagrange_cli.native.numbers.kind import Number
 
 Operand: TypeAlias = str
 Value: TypeAlias = str | None
 
 MOST_INSTRUCTIONS = whole("instructions")
 
+ZERO: Operand = "0x0000000000000000"
 ONE: Operand = "0x3FF0000000000000"
 
 
@@ -30,7 +34,7 @@ def literal(value: float) -> Value:
 
 def operand(value: Value) -> Operand:
     """A value as an instruction needs it: 0 written out."""
-    return "0x0000000000000000" if value is None else value
+    return ZERO if value is None else value
 
 
 def fused(text: str) -> str:
@@ -41,8 +45,14 @@ def fused(text: str) -> str:
 
 
 class Emitter:
-    """Collects the body of one function."""
+    """The body of one function of doubles, as a ``NumberKind``: values are operands' texts.
 
+    What is written for another type differs in the class's constants only.
+    """
+
+    REAL, BIT, TAG, ALIGN = "double", "i1", "f64", 8
+    one, zero, true = ONE, ZERO, "true"
+    parts, unit, fused, products = 1, 2.0**-53, True, 16
     COST = 1
     """How much longer than others its instructions take to compile."""
     WAY_OUT = "write a smaller system, choose a method whose code is shorter: --method DOP853, " + way_out(
@@ -96,60 +106,75 @@ class Emitter:
         """Everything that was made so far has long been known: a loop begins."""
         self._depth.clear()
 
+    def number(self, value: Number) -> Value:
+        return literal(value)
+
+    def written(self, value: Value) -> Operand:
+        """A value as an instruction needs it: 0 written out."""
+        return self.zero if value is None else value
+
     def add(self, a: Value, b: Value) -> Value:
         if a is None:
             return b
         if b is None:
             return a
-        return self._arithmetic(f"fadd double {a}, {b}", a, b)
+        return self._arithmetic(f"fadd {self.REAL} {a}, {b}", a, b)
 
     def sub(self, a: Value, b: Value) -> Value:
         if b is None:
             return a
         if a is None:
             return self.neg(b)
-        return self._arithmetic(f"fsub double {a}, {b}", a, b)
+        return self._arithmetic(f"fsub {self.REAL} {a}, {b}", a, b)
 
     def neg(self, a: Value) -> Value:
-        if a is not None and a.startswith("0x"):
-            return f"0x{int(a, 16) ^ 1 << 63:016X}"
-        return None if a is None else self._arithmetic(f"fneg double {a}", a)
+        if a is not None and not a.startswith("%"):
+            return self.opposite(a)
+        return None if a is None else self._arithmetic(f"fneg {self.REAL} {a}", a)
+
+    def opposite(self, constant: Operand) -> Operand:
+        """A constant with the other sign."""
+        return f"0x{int(constant, 16) ^ 1 << 63:016X}"
 
     def mul(self, a: Value, b: Value) -> Value:
         if a is None or b is None:
             return None
-        if a == ONE:
+        if a == self.one:
             return b
-        if b == ONE:
+        if b == self.one:
             return a
-        return self._arithmetic(f"fmul double {a}, {b}", a, b)
+        return self._arithmetic(f"fmul {self.REAL} {a}, {b}", a, b)
 
     def div(self, a: Value, b: Value) -> Value:
         if a is None:
             return None
-        return self._arithmetic(f"fdiv double {a}, {operand(b)}", a, b)
+        return self._arithmetic(f"fdiv {self.REAL} {a}, {self.written(b)}", a, b)
 
     def fma(self, a: Value, b: Value, c: Value) -> Value:
-        """``a * b + c``, fused where the processor can."""
+        """``a * b + c``, with one rounding where the processor can."""
         if a is None or b is None:
             return c
         if c is None:
             return self.mul(a, b)
-        if a == ONE:
+        if a == self.one:
             return self.add(b, c)
-        if b == ONE:
+        if b == self.one:
             return self.add(a, c)
-        return self._arithmetic(f"call double @llvm.fmuladd.f64(double {a}, double {b}, double {c})", a, b, c)
+        return self.intrinsic("fmuladd", a, b, c)
 
     def fms(self, a: Value, b: Value, c: Value) -> Value:
-        """``c - a * b``, fused where the processor can."""
+        """``c - a * b``, likewise."""
         if a is None or b is None:
             return c
         return self.fma(self.neg(a), b, c)
 
+    def exact_fma(self, a: Value, b: Value, c: Value) -> Operand:
+        """``a * b + c`` with one rounding."""
+        return self.intrinsic("fma", a, b, c)
+
     def total(self, terms: Iterable[tuple[Value, Value]], start: Value = None) -> Value:
         """``start`` + sum of products, what is known last added last: so nothing waits for long."""
-        known = [(a, b) for a, b in [(start, ONE), *terms] if a is not None and b is not None]
+        known = [(a, b) for a, b in [(start, self.one), *terms] if a is not None and b is not None]
         known.sort(key=lambda term: max(self.depth(term[0]), self.depth(term[1])))
         result: Value = None
         for a, b in known:
@@ -157,16 +182,59 @@ class Emitter:
         return result
 
     def call(self, function: str, *arguments: Value) -> Operand:
-        """A call of a declared function of doubles."""
-        listed = ", ".join(f"double {operand(a)}" for a in arguments)
-        return self._arithmetic(f"call double @{function}({listed})", *arguments)
+        """A call of a declared function of such numbers."""
+        listed = ", ".join([f"{self.REAL} {self.written(a)}" for a in arguments])
+        return self._arithmetic(f"call {self.REAL} @{function}({listed})", *arguments)
 
-    def load(self, pointer: str, index: int | str) -> Operand:
-        """``pointer[index]``."""
-        address = self.define(f"getelementptr inbounds double, ptr {pointer}, i64 {index}")
-        return self.define(f"load double, ptr {address}, align 8")
+    def intrinsic(self, name: str, *arguments: Value) -> Operand:
+        """One of LLVM's functions."""
+        return self.call(f"llvm.{name}.{self.TAG}", *arguments)
 
-    def store(self, value: Value, pointer: str, index: int | str) -> None:
-        """``pointer[index] = value``."""
-        address = self.define(f"getelementptr inbounds double, ptr {pointer}, i64 {index}")
-        self.line(f"  store double {operand(value)}, ptr {address}, align 8")
+    def function(self, name: str, *arguments: Value) -> Operand:
+        return self.intrinsic(name, *arguments) if name in INTRINSICS else self.call(name, *arguments)
+
+    def normalized(self, a: Value) -> Value:
+        return a
+
+    def magnitude(self, a: Value) -> Value:
+        return self.intrinsic("fabs", a)
+
+    def larger(self, a: Value, b: Value) -> Value:
+        return self.intrinsic("maxnum", a, b)
+
+    def compare(self, relation: str, a: Value, b: Value) -> Operand:
+        return self.define(f"fcmp {relation} {self.REAL} {self.written(a)}, {self.written(b)}")
+
+    def both(self, a: Operand, b: Operand) -> Operand:
+        return self.define(f"and {self.BIT} {a}, {b}")
+
+    def select(self, condition: Operand, yes: Value, no: Value) -> Operand:
+        real = self.REAL
+        return self.define(
+            f"select {self.BIT} {condition}, {real} {self.written(yes)}, {real} {self.written(no)}"
+        )
+
+    def place(self, pointer: str, index: int | str) -> Operand:
+        """The address of ``pointer[index]``."""
+        return self.define(f"getelementptr inbounds {self.REAL}, ptr {pointer}, i64 {index}")
+
+    def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Operand:
+        return self.define(f"load {self.REAL}, ptr {self.place(pointer, index)}, align {self.ALIGN}")
+
+    def store(self, value: Value, pointer: str, index: int | str, beyond: int | str = 0) -> None:
+        place = self.place(pointer, index)
+        self.line(f"  store {self.REAL} {self.written(value)}, ptr {place}, align {self.ALIGN}")
+
+    def store_rows(self, width: int, values: Sequence[Value], pointer: str, index: int) -> None:
+        """Store ``values``, and 0 after them, as whole vectors of ``width`` lanes, or of 8 where that is more.
+
+        (What is stored one by one cannot be loaded as a vector until it has reached memory.)
+        """
+        lanes = min(width, LANES)
+        for start in range(0, width, lanes):
+            whole = "zeroinitializer"
+            for lane, value in enumerate(values[start : start + lanes]):
+                if value is not None:
+                    whole = self.define(f"insertelement <{lanes} x double> {whole}, double {value}, i64 {lane}")
+            place = self.place(pointer, index + start)
+            self.line(f"  store <{lanes} x double> {whole}, ptr {place}, align {8 * lanes}")

@@ -1,42 +1,48 @@
-"""Instructions over vectors, a lane for each of eight motions."""
+"""Vectors as a kind of numbers: a lane for each of eight motions."""
 
 from __future__ import annotations
 
-import re
-
 from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.numbers.double import Emitter, Operand, Value, operand
+from lagrange_cli.native.numbers.double import ONE, ZERO, Emitter, Operand, Value, literal
+from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.vector import kind, suffix
 
-VECTOR = f"<{LANES} x double>"
-BITS = f"<{LANES} x i1>"
+VECTOR = kind("double", LANES)
+BITS = kind("i1", LANES)
 OWN = frozenset({"sin", "cos", *elementary.FUNCTIONS})
-"""Functions of ``elementary``; what else is called are intrinsics that vectors have too."""
-_SCALAR = re.compile(r"<[^<>]*>|\b(?:double|i1)\b|\b0x[0-9A-F]{16}\b|\btrue\b|\.f64\b|\balign 8\b")
+"""Functions of ``elementary``; the others are intrinsics that vectors have too."""
+
+
+def splat(type: str, one: object) -> str:
+    """A constant in every lane."""
+    return f"<{', '.join([f'{type} {one}'] * LANES)}>"
 
 
 class LaneEmitter(Emitter):
-    """Writes what ``Emitter`` writes for one double for all lanes: an index counts vectors."""
+    """What ``Emitter`` is for one double, for all lanes: an index counts vectors."""
+
+    REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
+    one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
 
     def __init__(self, prefix: str = "%v") -> None:
         super().__init__(prefix)
         self._angles: dict[Operand, tuple[Operand, Operand]] = {}
 
-    def define(self, text: str) -> Operand:
-        return super().define(in_lanes(text))
+    def number(self, value: Number) -> Value:
+        one = literal(value)
+        return None if one is None else splat("double", one)
 
-    def store(self, value: Value, pointer: str, index: int | str) -> None:
-        address = self.define(f"getelementptr inbounds double, ptr {pointer}, i64 {index}")
-        self.line(in_lanes(f"  store double {operand(value)}, ptr {address}, align 8"))
+    def opposite(self, constant: Operand) -> Operand:
+        return splat("double", super().opposite(constant.rpartition(" ")[2].rstrip(">")))
 
-    def call(self, function: str, *arguments: Value) -> Operand:
-        """A function of doubles, of all lanes; sine and cosine of one angle are computed together."""
-        name = function.removeprefix("llvm.").removesuffix(".f64")
+    def function(self, name: str, *arguments: Value) -> Operand:
+        """A function, of all lanes; sine and cosine of one angle are computed together."""
         if name not in OWN:
-            return super().call(function, *arguments)
+            return super().function(name, *arguments)
         self.operations += 1
         if name in ("sin", "cos"):
-            angle = operand(arguments[0])
+            angle = self.written(arguments[0])
             if angle not in self._angles:
                 self._angles[angle] = elementary.sin_cos(self, angle, lanes=LANES)
             return self._angles[angle][name == "cos"]
@@ -44,34 +50,9 @@ class LaneEmitter(Emitter):
 
     def everywhere(self, table: str, first: str, index: int) -> Operand:
         """The one double ``table[first + index]`` in every lane."""
-        row = super().define(f"getelementptr inbounds double, ptr {table}, i64 {first}")
-        place = super().define(f"getelementptr inbounds double, ptr {row}, i64 {index}")
-        one = super().define(f"load double, ptr {place}, align 8")
-        lane = super().define(f"insertelement {VECTOR} poison, double {one}, i64 0")
+        row = self.define(f"getelementptr inbounds double, ptr {table}, i64 {first}")
+        place = self.define(f"getelementptr inbounds double, ptr {row}, i64 {index}")
+        one = self.define(f"load double, ptr {place}, align 8")
+        lane = self.define(f"insertelement {VECTOR} poison, double {one}, i64 0")
         zeros = f"<{LANES} x i32> zeroinitializer"
-        return super().define(f"shufflevector {VECTOR} {lane}, {VECTOR} poison, {zeros}")
-
-
-def in_lanes(text: str) -> str:
-    """The same instruction for vectors."""
-    return _SCALAR.sub(_vector, text)
-
-
-def _vector(found: re.Match[str]) -> str:
-    one = found[0]
-    if one[0] == "<":  # for vectors already
-        return one
-    if one == "double":
-        return VECTOR
-    if one == "i1":
-        return BITS
-    if one == ".f64":
-        return f".v{LANES}f64"
-    if one == "align 8":
-        return f"align {8 * LANES}"
-    return splat("i1" if one == "true" else "double", one)
-
-
-def splat(kind: str, one: object) -> str:
-    """A constant in every lane."""
-    return f"<{', '.join([f'{kind} {one}'] * LANES)}>"
+        return self.define(f"shufflevector {VECTOR} {lane}, {VECTOR} poison, {zeros}")

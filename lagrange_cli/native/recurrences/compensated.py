@@ -1,114 +1,144 @@
-"""Code for values in twice the precision: a double and what is left over.
+"""Doubles and what they are off as a kind of numbers: twice the precision where that is cheap.
 
-Sums and products by transformations without rounding (Dekker, Numerische Mathematik 18, 1971; Knuth, TAOCP 2,
-sec. 4.2.2); functions and other powers of such values to first order, with the rounding of a double.
+Sums and products lose nothing that counts; functions are to first order, with the rounding of a double.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable
 from typing import TypeAlias
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.native.numbers.double import ONE, Emitter, Value, literal
-from lagrange_cli.native.recurrences.evaluation import Constants, emit_node, emit_power, emit_values
+from lagrange_cli.expression.node import Node
+from lagrange_cli.native.numbers.double import Emitter, Operand, Value
+from lagrange_cli.native.numbers.error_free import two_product, two_sum
+from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
+from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, InMemory
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.series.program import SeriesProgram
 
-Compensated: TypeAlias = "tuple[Value, Value]"
+Sum: TypeAlias = "tuple[Value, Value]"
 """A value is the sum of these two."""
 
 
-class Compensation:
-    """Computes nodes from ``known`` ones, the symbols that are no constants of the motion among them."""
+class Compensated:
+    """Such sums as a ``NumberKind`` over that of doubles."""
 
-    def __init__(
-        self, graph: Graph, emitter: Emitter, constants: Constants, known: Mapping[Node, Compensated]
-    ) -> None:
-        self._graph, self._emitter, self._constants = graph, emitter, constants
-        self._known = dict(known)
+    parts, unit, fused, products = 1, 2.0**-100, False, 16
 
-    def set(self, symbol: Node, value: Compensated) -> None:
-        """Make a symbol known."""
-        self._known[symbol] = value
+    def __init__(self, emitter: Emitter) -> None:
+        self._emitter = emitter
+        self.one: Sum = (emitter.one, None)
+        self.true = emitter.true
 
-    def value(self, node: Node) -> Compensated:
-        """A node's value, its first part the double nearest to it."""
-        moving = 0
-        for symbol in self._known:
-            moving |= symbol.symbols if symbol.kind is Kind.SYMBOL else 0
-        for inner in reachable([node], lambda n: n not in self._known):
-            if not inner.symbols & moving:
-                self._known[inner] = self._constants.value(self._emitter, inner), None
-            elif inner.kind is Kind.SUM:
-                self._known[inner] = self._sum(inner)
-            elif inner.kind is Kind.PRODUCT:
-                self._known[inner] = self._product(inner)
-            else:
-                self._known[inner] = self._function(inner)
-        high, low = self._known[node]
-        return self._exact_sum(high, low)
+    def number(self, value: Number) -> Sum | None:
+        high = self._emitter.number(value)
+        return high and (high, None)
 
-    def _sum(self, node: Node) -> Compensated:
-        constant, coefficients = node.data
-        total: Value = literal(constant)
-        rest: Value = None
-        for argument, coefficient in zip(node.arguments, coefficients):
-            high, low = self._multiply(self._known[argument], (literal(coefficient), None))
-            total, error = self._exact_sum(total, high)
-            rest = self._emitter.add(rest, self._emitter.add(error, low))
-        return total, rest
+    def add(self, a: Sum | None, b: Sum | None) -> Sum | None:
+        if a is None or b is None:
+            return b if a is None else a
+        total, error = two_sum(self._emitter, a[0], b[0])
+        return total, self._emitter.add(a[1], self._emitter.add(error, b[1]))
 
-    def _product(self, node: Node) -> Compensated:
-        above: Compensated = (ONE, None)
-        below: Compensated = (ONE, None)
-        for argument, exponent in zip(node.arguments, node.data):
-            base = self._known[argument]
-            if not isinstance(exponent, int):
-                above = self._multiply(above, self._power(base, exponent))
-                continue
-            for _ in range(abs(exponent)):
-                if exponent > 0:
-                    above = self._multiply(above, base)
-                else:
-                    below = self._multiply(below, base)
-        return above if below[0] == ONE else self._divide(above, below)
+    def neg(self, a: Sum | None) -> Sum | None:
+        return a and (self._emitter.neg(a[0]), self._emitter.neg(a[1]))
 
-    def _power(self, base: Compensated, exponent: float) -> Compensated:
-        emitter = self._emitter
-        value = emit_power(emitter, base[0], exponent)
-        slope = emitter.div(emitter.mul(literal(exponent), value), base[0])
-        return value, emitter.mul(slope, base[1])
+    def sub(self, a: Sum | None, b: Sum | None) -> Sum | None:
+        return self.add(a, self.neg(b))
 
-    def _function(self, node: Node) -> Compensated:
-        emitter = self._emitter
-        high = {inner: value for inner, (value, _) in self._known.items()}
-        value = emit_node(emitter, node, high.__getitem__)
-        partials = self._graph.partials(node)
-        emit_values(emitter, list(partials), high, self._constants)
-        lows = (self._known[argument][1] for argument in node.arguments)
-        return value, emitter.total(zip((high[partial] for partial in partials), lows))
+    def mul(self, a: Sum | None, b: Sum | None) -> Sum | None:
+        if a is None or b is None:
+            return None
+        if self.one in (a, b):
+            return b if a == self.one else a
+        value, error = two_product(self._emitter, a[0], b[0])
+        return value, self._emitter.total([(a[0], b[1]), (a[1], b[0])], error)
 
-    def _multiply(self, a: Compensated, b: Compensated) -> Compensated:
-        if a == (ONE, None) or b == (ONE, None):
-            return b if a == (ONE, None) else a
-        emitter = self._emitter
-        value = emitter.mul(a[0], b[0])
-        error: Value = None
-        if value is not None:
-            error = emitter.call("llvm.fma.f64", a[0], b[0], emitter.neg(value))
-        return value, emitter.total([(a[0], b[1]), (a[1], b[0])], error)
-
-    def _divide(self, a: Compensated, b: Compensated) -> Compensated:
+    def div(self, a: Sum | None, b: Sum | None) -> Sum | None:
+        if a is None or b is None:
+            return None
         emitter = self._emitter
         value = emitter.div(a[0], b[0])
-        rest: Value = emitter.call("llvm.fma.f64", emitter.neg(value), b[0], a[0])
+        rest: Value = emitter.exact_fma(emitter.neg(value), b[0], a[0])
         rest = emitter.fms(value, b[1], emitter.add(rest, a[1]))
         return value, emitter.div(rest, b[0])
 
-    def _exact_sum(self, a: Value, b: Value) -> Compensated:
-        if a is None or b is None:
-            return (b if a is None else a), None
-        emitter = self._emitter
-        total = emitter.add(a, b)
-        back = emitter.sub(total, a)
-        return total, emitter.add(emitter.sub(a, emitter.sub(total, back)), emitter.sub(b, back))
+    def fma(self, a: Sum | None, b: Sum | None, c: Sum | None) -> Sum | None:
+        return self.add(c, self.mul(a, b))
+
+    def fms(self, a: Sum | None, b: Sum | None, c: Sum | None) -> Sum | None:
+        return self.sub(c, self.mul(a, b))
+
+    def total(self, terms: Iterable[tuple[Sum | None, Sum | None]], start: Sum | None = None) -> Sum | None:
+        for a, b in terms:
+            start = self.fma(a, b, start)
+        return start
+
+    def function(self, name: str, *arguments: Sum | None) -> Sum:
+        emitter, graph = self._emitter, Graph()
+        symbols = [graph.symbol(f"argument {i}") for i in range(len(arguments))]
+        node = graph.power(*symbols) if name == "pow" else graph.function(name, symbols)
+        lows = {graph.diff(node, x): a[1] for x, a in zip(symbols, arguments) if a and a[1] is not None}
+        known: dict[Node, Value] = {x: a and a[0] for x, a in zip(symbols, arguments)}
+        emit_values(emitter, [node, *lows], known, None)
+        return known[node], emitter.total((known[partial], low) for partial, low in lows.items())
+
+    def normalized(self, a: Sum | None) -> Sum | None:
+        return a and two_sum(self._emitter, *a)
+
+    def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Sum:
+        place = self._emitter.place(pointer, index)
+        return self._emitter.load(place, 0), self._emitter.load(place, beyond) if beyond else None
+
+    def store(self, value: Sum | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
+        place = self._emitter.place(pointer, index)
+        for offset, part in zip((0, beyond), value or (None, None)):
+            self._emitter.store(part, place, offset)
+
+    def magnitude(self, a: Sum | None) -> Sum | None:
+        return a and self.select(self.compare("olt", a, None), self.neg(a), a)
+
+    def larger(self, a: Sum | None, b: Sum | None) -> Sum:
+        return self.select(self.compare("ogt", a, b), a, b)
+
+    def compare(self, relation: str, a: Sum | None, b: Sum | None) -> Operand:
+        return self._emitter.compare(relation, a and a[0], b and b[0])
+
+    def both(self, a: Operand, b: Operand) -> Operand:
+        return self._emitter.both(a, b)
+
+    def select(self, condition: Operand, yes: Sum | None, no: Sum | None) -> Sum:
+        pairs = zip(yes or (None, None), no or (None, None))
+        high, low = (self._emitter.select(condition, a, b) for a, b in pairs)
+        return high, low
+
+    def depth(self, value: Sum | None) -> int:
+        return 0
+
+
+def compensated_expansion(
+    emitter: Emitter, residual: Residual, program: SeriesProgram, constants: Constants, width: int, place: int
+) -> Expansion[str]:
+    """The expansion in doubles of a state with remainders, ``width`` behind its rows; large blocks of masses lie
+    from ``%work[place]`` on."""
+
+    def large(name: str, place: int, size: int) -> InMemory:
+        return InMemory(emitter, name, place, size)
+
+    factorization = Factorization(emitter, place, large, UNROLLED)
+    expansion = Expansion(residual, program, emitter, constants, factorization, "%t", width)
+    series = (*program.coordinates, *program.velocities)
+    expansion.remainders = {index: emitter.load("%state", width + row) for row, index in enumerate(series)}
+    if residual.cyclic_momenta:
+        known: dict[Node, Sum | None] = {residual.model.time: ("%t", None)}
+        for row, (symbol, index) in enumerate(zip((*residual.model.q, *residual.model.v), series)):
+            known[symbol] = emitter.load("%state", row), expansion.remainders[index]
+        kind = Compensated(emitter)
+        values, speeds = cyclic_values(kind, residual, program, width, known, constants)
+        expansion.cyclic = {node: value and value[0] for node, value in values.items()}
+        expansion.remainders.update((index, speed[1]) for index, speed in speeds.items())
+    return expansion

@@ -1,4 +1,7 @@
-"""Code for the dot products of a group: a lane for each, so that nothing is ever summed across a vector."""
+"""Code for the dot products of a group: a lane for each, so that nothing is ever summed across a vector.
+
+Stages of any schedule take their sums from here, and store their coefficients as vectors for later ones.
+"""
 
 from __future__ import annotations
 
@@ -6,10 +9,11 @@ from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.numbers.double import Emitter, Operand, Value, operand
+from lagrange_cli.native.numbers.double import ONE, Emitter, Operand, Value, literal, operand
 from lagrange_cli.native.recurrences.layout import FIRST, Group
+from lagrange_cli.native.recurrences.stage import Factors, Stage
 
-Pair: TypeAlias = "tuple[Operand, Operand]"
+Vectors: TypeAlias = "tuple[Operand, Operand]"
 """A vector of the first operands, and one of the second ones."""
 
 CHAINS = 4
@@ -23,15 +27,6 @@ def vector(group: Group) -> str:
     return f"<{group.width} x double>"
 
 
-def assemble(emitter: Emitter, width: int, values: Sequence[Value]) -> Operand:
-    """A vector of ``width`` lanes, the first ones ``values``, the others 0."""
-    whole = "zeroinitializer"
-    for lane, value in enumerate(values):
-        if value is not None:
-            whole = emitter.define(f"insertelement <{width} x double> {whole}, double {value}, i64 {lane}")
-    return whole
-
-
 def packed(emitter: Emitter, group: Group, values: Sequence[Value]) -> Operand:
     """A vector of the group, a value for each of its dot products; what is in the other lanes, none asks."""
     whole = "poison"
@@ -40,19 +35,7 @@ def packed(emitter: Emitter, group: Group, values: Sequence[Value]) -> Operand:
     return whole
 
 
-def store_rows(emitter: Emitter, width: int, values: Sequence[Value], base: str, place: int) -> None:
-    """Store ``values`` as whole vectors of ``width`` lanes, or of 8 where that is more.
-
-    (What is stored one by one cannot be loaded as a vector until it has reached memory.)
-    """
-    lanes = min(width, LANES)
-    for start in range(0, width, lanes):
-        whole = assemble(emitter, lanes, values[start : start + lanes])
-        address = emitter.define(f"getelementptr inbounds double, ptr {base}, i64 {place + start}")
-        emitter.line(f"  store <{lanes} x double> {whole}, ptr {address}, align {8 * lanes}")
-
-
-def store(emitter: Emitter, group: Group, pair: Pair, base: str, m: int) -> None:
+def store(emitter: Emitter, group: Group, pair: Vectors, base: str, m: int) -> None:
     """Keep vector m of both operands, counted from ``base``.
 
     (Volatile, so that it is stored as one: a vector of which halves are stored cannot be loaded until both
@@ -81,7 +64,7 @@ def multiply_add(emitter: Emitter, group: Group, a: Operand, b: Operand, total: 
 
 
 def sum_unrolled(
-    emitter: Emitter, group: Group, last: int, base: str, n: int, recent: Mapping[int, Pair]
+    emitter: Emitter, group: Group, last: int, base: str, n: int, recent: Mapping[int, Vectors]
 ) -> Operand | None:
     """sum_{m=1}^{last} a[m] b[n-m] of vectors, ``n`` counted from ``base``; None for no terms.
 
@@ -154,3 +137,32 @@ def moved(emitter: Emitter, index: str, width: int) -> Operand:
     """``%work`` moved on by so many vectors."""
     doubles = emitter.define(f"mul i64 {index}, {width}")
     return emitter.define(f"getelementptr inbounds double, ptr %work, i64 {doubles}")
+
+
+def take(emitter: Emitter, stage: Stage[str], group: Group, total: Operand | None) -> None:
+    """``stage.sums`` from the vector sums of a group; to be added is what its vectors do not hold."""
+    table = stage.expansion.table
+    for lane, (dot, (first, second)) in enumerate(zip(group.dots, group.shifts)):
+        start = total and emitter.define(f"extractelement {vector(group)} {total}, i64 {lane}")
+        n = dot.level
+        terms: Factors[str] = []
+        for m in range(1, first + 1):
+            a = table[dot.a].get(m)
+            terms.append((emitter.mul(literal(m), a) if dot.weighted else a, stage.at(dot.b, n - m)))
+        for m in range(1, second + 1):
+            a = stage.at(dot.a, n - m)
+            weight = stage.number(n - m) if dot.weighted else ONE
+            terms.append((emitter.mul(weight, a), table[dot.b].get(m)))
+        stage.sums[dot.index, dot.weighted] = start, terms
+
+
+def vectors(emitter: Emitter, stage: Stage[str], group: Group) -> Vectors:
+    """Vectors k + level of the group."""
+    first: list[Value] = []
+    second: list[Value] = []
+    for dot, shifts in zip(group.dots, group.shifts):
+        a, b = (group.level + shift for shift in shifts)
+        value = stage.at(dot.a, a)
+        first.append(emitter.mul(stage.number(a), value) if dot.weighted else value)
+        second.append(stage.at(dot.b, b))
+    return packed(emitter, group, first), packed(emitter, group, second)

@@ -1,180 +1,171 @@
 """The series of one step while their code is written: order 0, the mass matrix, what later orders need
-of both."""
+of both. For any kind of numbers."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import Generic
+
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.linear.blocks import Factored, InMemory, factor_block
-from lagrange_cli.native.numbers.double import ONE, Emitter, Value, operand
-from lagrange_cli.native.recurrences.convolution import Pair
-from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
-from lagrange_cli.native.recurrences.evaluation import Constants, emit_function, emit_power, emit_values
-from lagrange_cli.native.recurrences.layout import Group, Layout
+from lagrange_cli.native.linear.blocks import Factored, Factorization
+from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
+from lagrange_cli.native.recurrences.evaluation import Constants, add_scaled, emit_power, emit_values
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.program import Op, Series, SeriesProgram
 
 
 @dataclass
-class Expansion:
+class Expansion(Generic[V]):
     """The series of one step while their code is being written.
 
-    ``table[i][m]`` is coefficient m of series i where it was written out.
+    ``table[i][m]`` is coefficient m of series i where it was written out. ``time`` is t, and ``width`` the number
+    of doubles from the state's numbers to their low parts.
     """
 
     residual: Residual
     program: SeriesProgram
-    layout: Layout
+    kind: NumberKind[V]
     constants: Constants
-    emitter: Emitter = field(default_factory=Emitter)
-    table: list[dict[int, Value]] = field(default_factory=list)
-    factors: list[Factored] = field(default_factory=list)
-    scratch: int = 0
-    """Doubles of ``%work`` behind the layout's own."""
-    gains: dict[int, tuple[Value, Value]] = field(default_factory=dict)
-    low: dict[int, Value] = field(default_factory=dict)
-    """What q and q_dot hold beyond their double, as the compensated update leaves it."""
-    cyclic_momenta: dict[Node, Value] = field(default_factory=dict)
-    """Expressions that are computed when the step begins."""
-    unrounded: dict[Node, Value] = field(default_factory=dict)
-    """Functions of a coordinate before its low part is added."""
-    regular: str = "true"
-    recent: dict[Group, dict[int, Pair]] = field(default_factory=dict)
-    """The last vectors of each group in stages that are written out, by their indices."""
-    newest: dict[tuple[int, int], Value] = field(default_factory=dict)
-    """The last coefficients that were written: by series and by how many stages old."""
+    factorization: Factorization[V]
+    time: V
+    width: int
+    table: list[Mapping[int, V | None]] = field(default_factory=list)
+    factors: list[Factored[V]] = field(default_factory=list)
+    sensitivities: dict[int, tuple[V | None, V | None]] = field(default_factory=dict)
+    """Of powers p of x: dp/dx, and 1/x."""
+    remainders: dict[int, V | None] = field(default_factory=dict)
+    """What q and q_dot are more than their numbers, as the compensated update leaves it."""
+    cyclic: dict[Node, V | None] = field(default_factory=dict)
+    """Constants of a step that contain cyclic momenta."""
+    unrounded: dict[Node, V | None] = field(default_factory=dict)
+    """Functions of a coordinate before its remainder is added."""
+    regular: Condition = None
 
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]
-        for kind, indices in enumerate((self.program.coordinates, self.program.velocities)):
-            for i, index in enumerate(indices):
-                row = kind * len(indices) + i
-                self.low[index] = self.emitter.load("%state", self.layout.width + row)
-        self.cyclic_momenta = cyclic_values(
-            self.residual, self.program, self.layout.width, self.low, self.emitter, self.constants
-        )
+        self.regular = self.kind.true
 
-    def constant(self, node: Node) -> Value:
+    def constant(self, node: Node) -> V | None:
         """What does not change during a step: an expression in parameters and in cyclic momenta."""
-        return (
-            self.cyclic_momenta[node]
-            if node in self.cyclic_momenta
-            else self.constants.value(self.emitter, node)
-        )
+        return self.cyclic[node] if node in self.cyclic else self.constants.value(self.kind, node)
 
-    def start(self, index: int) -> Value:
-        """Coefficient 0 of a series whose operation has a closed form at order 0."""
-        one, emitter = self.program.series[index], self.emitter
+    def coordinate(self, i: int) -> V:
+        """q_i where the step begins."""
+        return self.kind.load("%state", i, self.width)
+
+    def velocity(self, i: int) -> V:
+        """q_dot_i there."""
+        return self.kind.load("%state", i + len(self.program.coordinates), self.width)
+
+    def start(self, index: int) -> V | None:
+        """Coefficient 0 of a series that is no derivative."""
+        one, kind = self.program.series[index], self.kind
+        first, low = [self.table[i].get(0) for i in one.arguments], self.remainders
         if one.op is Op.TIME:
-            return "%t"
+            return self.time
         if one.op is Op.COORDINATE:
             assert isinstance(one.data, int)
-            return emitter.load("%state", one.data)
+            return self.coordinate(one.data)
+        if one.op is Op.LINEAR:
+            assert isinstance(one.data, tuple)
+            constant, scales = one.data
+            total: V | None = None
+            for index, scale in zip(one.arguments, scales):
+                total = self.add_scaled(scale, low.get(index), total)
+            if not constant.is_zero:
+                total = kind.add(total, self.constant(constant))
+            for value, scale in zip(first, scales):
+                total = self.add_scaled(scale, value, total)
+            return total
+        if one.op is Op.MULTIPLY:
+            a, b = one.arguments
+            rest = kind.fma(first[0], low.get(b), kind.mul(first[1], low.get(a)))
+            return kind.fma(first[0], first[1], rest)
         if one.op is Op.POWER:
             return self._start_power(index, one)
-        assert one.op is Op.PRIMITIVE and one.node is not None
-        if all(i in self.low for i in one.sources):
-            return self._start_function(one, one.node)
-        values = {a: self.table[i][0] for a, i in zip(self._moving(one.node), one.sources)}
-        if one.node.kind is Kind.POWER:
-            return emitter.call("llvm.pow.f64", *(self._operand(a, values) for a in one.node.arguments))
-        return emit_function(
-            emitter, str(one.node.data), [self._operand(a, values) for a in one.node.arguments]
-        )
+        assert one.op is Op.PRIMITIVE
+        return None if one.node is None else self._start_function(one, one.node)
 
-    def _start_function(self, one: Series, node: Node) -> Value:
-        """A function of coordinates, to first order in what they hold beyond their doubles."""
-        emitter, moving = self.emitter, self._moving(node)
+    def _start_function(self, one: Series, node: Node) -> V | None:
+        """A function; one of coordinates alone, to first order in their remainders."""
+        kind = self.kind
+        moving = [a for a in node.arguments if a.symbols & self.residual.variables]
+        values = {a: self.table[i][0] for a, i in zip(moving, one.sources)}
+        if not all(i in self.remainders for i in one.sources):
+            name = "pow" if node.kind is Kind.POWER else str(node.data)
+            return kind.function(name, *(values[a] if a in values else self.constant(a) for a in node.arguments))
         partials = [p for a, p in zip(node.arguments, self.residual.graph.partials(node)) if a in moving]
-        for argument, index in zip(moving, one.sources):
-            self.unrounded[argument] = self.table[index][0]
-        emit_values(emitter, [node, *partials], self.unrounded, self.constants)
+        self.unrounded.update(values)
+        emit_values(kind, [node, *partials], self.unrounded, self.constants)
         value = self.unrounded[node]
         for partial, index in zip(partials, one.sources):
-            value = emitter.fma(self.unrounded[partial], self.low[index], value)
+            value = kind.fma(self.unrounded[partial], self.remainders[index], value)
         return value
 
-    def _moving(self, node: Node) -> list[Node]:
-        return [a for a in node.arguments if a.symbols & self.residual.variables]
-
-    def _operand(self, node: Node, values: dict[Node, Value]) -> Value:
-        return values[node] if node in values else self.constants.value(self.emitter, node)
-
-    def _start_power(self, index: int, one: Series) -> Value:
-        emitter, base = self.emitter, self.table[one.arguments[0]][0]
-        assert isinstance(one.data, Node)
-        exponent = self.constants.value(emitter, one.data)
-        if one.data.kind is Kind.NUMBER:
-            value = emit_power(emitter, base, one.data.data)
+    def _start_power(self, index: int, one: Series) -> V | None:
+        kind, (argument,), power = self.kind, one.arguments, one.data
+        assert isinstance(power, Node)
+        base, low, exponent = self.table[argument][0], self.remainders.get(argument), self.constant(power)
+        if power.kind is Kind.NUMBER:
+            value = emit_power(kind, base, power.data)
         else:
-            value = emitter.call("llvm.pow.f64", base, exponent)
-        reciprocal = emitter.div(ONE, base)
-        slope = emitter.mul(emitter.mul(exponent, value), reciprocal)
-        value = emitter.fma(slope, self.low.get(one.arguments[0]), value)
-        self.gains[index] = (emitter.mul(emitter.mul(exponent, value), reciprocal), reciprocal)
+            value = kind.function("pow", base, exponent)
+        reciprocal = kind.div(kind.one, base)
+        if low is not None:
+            value = kind.fma(kind.mul(kind.mul(exponent, value), reciprocal), low, value)
+        self.sensitivities[index] = kind.mul(kind.mul(exponent, value), reciprocal), reciprocal
         return value
 
     def factor(self) -> None:
         """The mass matrix at order 0, factored block by block."""
-        emitter, residual = self.emitter, self.residual
-        model = residual.model
-        known: dict[Node, Value] = {}
+        kind, residual = self.kind, self.residual
+        known: dict[Node, V | None] = {}
         for index, one in enumerate(self.program.series):
             if one.node is not None and 0 in self.table[index]:
                 known[one.node] = self.table[index][0]
-        for i, velocity in enumerate(model.v):
-            known[velocity] = self.table[self.program.velocities[i]][0]
+        for velocity, index in zip(residual.model.v, self.program.velocities):
+            known[velocity] = self.table[index][0]
         entries = [entry for row in residual.mass_matrix for entry in row if not entry.is_zero]
         entries = [*(entry for entry in entries if entry.symbols & residual.variables), *residual.inertias]
-        emit_values(emitter, entries, known, self.constants)
+        emit_values(kind, entries, known, self.constants)
         for inertia in residual.inertias:
-            good = emitter.define(f"fcmp one double {operand(known[inertia])}, {operand(None)}")
-            self.regular = emitter.define(f"and i1 {self.regular}, {good}")
+            self.regular = kind.both(self.regular, kind.compare("one", known[inertia], None))
         for block in residual.blocks:
-            matrix: list[list[Value]] = [
+            matrix = [
                 [
-                    known[entry]
-                    if (entry := residual.mass_matrix[j][k]).symbols & residual.variables
-                    else self.constants.value(emitter, entry)
-                    for k in block
+                    known[entry] if entry.symbols & residual.variables else self.constants.value(kind, entry)
+                    for entry in (residual.mass_matrix[j][k] for k in block)
                 ]
                 for j in block
             ]
-            place = self.layout.doubles + self.scratch
-            made, good, doubles = factor_block(emitter, matrix, residual.definite, place)
+            made, good = self.factorization.factor(matrix, residual.definite)
             self.factors.append(made)
-            self.scratch += doubles
-            self.regular = emitter.define(f"and i1 {self.regular}, {good}")
+            self.regular = kind.both(self.regular, good)
 
-    @property
-    def strides(self) -> set[int]:
-        """Rows, as they lie in memory, of the definite blocks that are too large to be written out."""
-        return {one.stride for one in self.factors if isinstance(one, InMemory) and one.kind == "definite"}
-
-    def solved(self, residual: list[Value], scale: Value) -> list[Value]:
+    def solved(self, residual: list[V | None], scale: V | None) -> list[V | None]:
         """a with M a = ``scale * residual``."""
-        result: list[Value] = [None] * len(residual)
+        result: list[V | None] = [None] * len(residual)
         for block, factor in zip(self.residual.blocks, self.factors):
             right = [residual[j] for j in block]
             if any(value is not None for value in right):
-                for j, value in zip(block, factor.solve(self.emitter, right, scale)):
+                for j, value in zip(block, factor.solve(right, scale)):
                     result[j] = value
         return result
 
-    def linear(self, one: Series, values: list[Value], start: Value = None) -> Value:
+    def linear(self, one: Series, values: list[V | None], start: V | None = None) -> V | None:
         """``start`` + what the ``values`` of a LINEAR series' operands add to it, as they are known."""
-        emitter = self.emitter
         assert isinstance(one.data, tuple)
         terms = [(None, start), *zip(one.data[1], values)]
-        total: Value = None
-        for scale, value in sorted(terms, key=lambda term: emitter.depth(term[1])):
-            total = emitter.add(total, value) if scale is None else self.add_scaled(scale, value, total)
+        total: V | None = None
+        for scale, value in sorted(terms, key=lambda term: self.kind.depth(term[1])):
+            total = self.kind.add(total, value) if scale is None else self.add_scaled(scale, value, total)
         return total
 
-    def add_scaled(self, scale: Node, value: Value, total: Value) -> Value:
+    def add_scaled(self, scale: Node, value: V | None, total: V | None) -> V | None:
         """``total + scale * value``; nothing is loaded for a value of 0."""
         if value is None:
             return total
-        if scale.kind is Kind.NUMBER and scale.data == -1.0:
-            return self.emitter.sub(total, value)
-        return self.emitter.fma(self.constant(scale), value, total)
+        if scale.kind is Kind.NUMBER:
+            return add_scaled(self.kind, total, value, scale.data)
+        return self.kind.fma(self.constant(scale), value, total)

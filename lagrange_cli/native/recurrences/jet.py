@@ -8,12 +8,9 @@ from __future__ import annotations
 import itertools
 
 from lagrange_cli.native.numbers.double import operand
-from lagrange_cli.native.recurrences.convolution import store_rows
-from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout import CARRIED
-from lagrange_cli.native.recurrences.rolled import Rolled
-from lagrange_cli.native.recurrences.unrolled import Unrolled
-from lagrange_cli.series.program import Op
+from lagrange_cli.native.recurrences.layout import CARRIED, Layout
+from lagrange_cli.native.recurrences.rolled import Memory, Opening, Rolled
+from lagrange_cli.series.program import Op, SeriesProgram
 
 UNROLLED = 3
 """Stages, besides the two that start the series, that are written out.
@@ -30,22 +27,22 @@ LOWEST = 3
 """In a loop every convolution is at this index or above, where the pairs with index 1 are two."""
 
 
-def write_jet(expansion: Expansion) -> str:
+def write_jet(memory: Memory) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
-    emitter, groups = expansion.emitter, expansion.layout.groups
-    last = expansion.layout.order - 2
-    looped = min(last + 1, first_looped(expansion))
+    expansion, emitter, layout = memory.expansion, memory.emitter, memory.layout
+    last = layout.order - 2
+    looped = min(last + 1, first_looped(expansion.program, layout))
     for k in range(-2, looped):
-        Unrolled(expansion, k).write()
-    expansion.newest = {
+        Opening(memory, k).write()
+    memory.newest = {
         (index, age): expansion.table[index].get(looped - 1 + one.level - age)
         for index, one in enumerate(expansion.program.series)
         for age in range(CARRIED)
     }
-    padded = sum(len({dot.level for dot in group.dots}) for group in groups) <= FEW_GROUPS
+    padded = sum(len({dot.level for dot in group.dots}) for group in layout.groups) <= FEW_GROUPS
     for start, stop in split(looped, last, SHORT_LOOP if padded else last):
-        write_loop(expansion, start, stop, padded)
-    finish(expansion)
+        write_loop(memory, start, stop, padded)
+    finish(memory)
     body = "\n".join(emitter.lines)
     return (
         "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work)"
@@ -53,31 +50,31 @@ def write_jet(expansion: Expansion) -> str:
     )
 
 
-def first_looped(expansion: Expansion) -> int:
+def first_looped(program: SeriesProgram, layout: Layout) -> int:
     """The first stage that a loop may have, or one after the last."""
-    groups = expansion.layout.groups
+    groups = layout.groups
     if len(groups) <= ALONE:
-        return expansion.layout.order - 1
-    levels = [one.level for one in expansion.program.series if one.op in (Op.MULTIPLY, Op.POWER)]
+        return layout.order - 1
+    levels = [one.level for one in program.series if one.op in (Op.MULTIPLY, Op.POWER)]
     return max([UNROLLED, *(LOWEST - level for level in (*levels, *(group.level for group in groups)))])
 
 
-def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> None:
+def write_loop(memory: Memory, start: int, stop: int, padded: bool) -> None:
     """A loop over the stages start .. stop."""
-    emitter, k = expansion.emitter, f"%k{start}"
+    emitter, k = memory.emitter, f"%k{start}"
     emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
     place = len(emitter.lines)
     emitter.forget_depths()
     emitter.repeated = stop - start + 1
-    stage = Rolled(expansion, k, start, stop, padded)
+    stage = Rolled(memory, k, start, stop, padded)
     latch = stage.write(f"stages{start}")
     emitter.repeated = 1
     phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
     for (index, age), name in stage.carried.items():
-        old, new = operand(expansion.newest[index, age - 1]), operand(stage.newest(index, age - 1))
+        old, new = operand(memory.newest[index, age - 1]), operand(stage.newest(index, age - 1))
         phis.append(f"  {name} = phi double [ {old}, %before{start} ], [ {new}, %{latch} ]")
-    ages = [*((index, 0) for index in range(len(expansion.table))), *stage.carried]
-    expansion.newest = {one: stage.newest(*one) for one in ages}
+    ages = [*((index, 0) for index in range(len(memory.expansion.table))), *stage.carried]
+    memory.newest = {one: stage.newest(*one) for one in ages}
     emitter.lines[place:place] = phis
     emitter.line(
         f"  %next{start} = add nuw nsw i64 {k}, 1\n  %more{start} = icmp ule i64 %next{start}, {stop}"
@@ -85,12 +82,11 @@ def write_loop(expansion: Expansion, start: int, stop: int, padded: bool) -> Non
     emitter.line(f"  br i1 %more{start}, label %stages{start}, label %after{start}\nafter{start}:")
 
 
-def finish(expansion: Expansion) -> None:
+def finish(memory: Memory) -> None:
     """Store q's last coefficients, which are one order ahead of the velocities'."""
-    layout = expansion.layout
-    coordinates = expansion.program.coordinates
-    values = [expansion.newest[index, 0] if index in coordinates else None for index in layout.state]
-    store_rows(expansion.emitter, layout.width, values, "%work", layout.width * layout.order)
+    layout, coordinates = memory.layout, memory.expansion.program.coordinates
+    values = [memory.newest[index, 0] if index in coordinates else None for index in layout.state]
+    memory.emitter.store_rows(layout.width, values, "%work", layout.width * layout.order)
 
 
 def split(start: int, last: int, length: int) -> list[tuple[int, int]]:

@@ -5,7 +5,6 @@ Every series has a row: coefficients' high parts behind zeros, then the low part
 
 from __future__ import annotations
 
-from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
 from lagrange_cli.records import dataclass
@@ -23,12 +22,11 @@ class Rows:
     order: int
     width: int
     weighted: dict[int, int]
-    blocks: tuple[int, ...]
 
     @property
-    def state(self) -> list[int]:
+    def state(self) -> tuple[int, ...]:
         """The series of q, v and the integrals."""
-        return [*self.program.coordinates, *self.program.velocities, *self.program.integrals]
+        return self.program.state
 
     @property
     def top(self) -> int:
@@ -44,22 +42,17 @@ class Rows:
         """Where coefficient 0 of a series is."""
         return 2 * self.beyond * index + LANES
 
-    def block(self, index: int) -> int:
-        """Where the factors of a block are, n rows of n numbers; then n pivots, and n numbers of room."""
-        rows = 2 * self.beyond * (len(self.program.series) + len(self.weighted))
-        return rows + sum(2 * n * (n + 2) for n in self.blocks[:index])
-
     @property
-    def doubles(self) -> int:
-        """Size of ``%work``."""
-        return LANES * -(-self.block(len(self.blocks)) // LANES)
+    def blocks(self) -> int:
+        """Where the factors of large blocks are."""
+        return 2 * self.beyond * (len(self.program.series) + len(self.weighted))
 
 
-def arrange(program: SeriesProgram, residual: Residual, order: int, width: int) -> Rows:
+def arrange(program: SeriesProgram, order: int, width: int) -> Rows:
     """The places for ``program`` with q's series to ``order``."""
     weighted = [i for i, one in enumerate(program.series) if one.op is Op.POWER and not reciprocal(one.data)]
     places = {index: len(program.series) + i for i, index in enumerate(weighted)}
-    return Rows(program, order, width, places, tuple(map(len, residual.blocks)))
+    return Rows(program, order, width, places)
 
 
 def velocities(rows: Rows, body: DoubleDoubleBody) -> list[tuple[int, str]]:

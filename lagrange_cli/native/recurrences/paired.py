@@ -11,9 +11,8 @@ share what they read, so that two products take two vectors from memory.
 
 from __future__ import annotations
 
-from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.numbers.double import Value, literal
-from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.numbers.double import Value
+from lagrange_cli.native.numbers.lanes import BITS, VECTOR, LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot
 from lagrange_cli.native.recurrences.layout_lanes import LaneLayout
@@ -28,60 +27,69 @@ AT_ONCE = 8
 """Sums of one inner loop: three registers each, of 32."""
 
 
-def write_paired_jet(expansion: Expansion, layout: LaneLayout) -> str:
+@dataclass
+class Memory:
+    """Where the coefficients of the series are, for all stages."""
+
+    expansion: Expansion[str]
+    emitter: LaneEmitter
+    layout: LaneLayout
+
+
+def write_paired_jet(memory: Memory) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; a bit for each lane, not set
     where M is singular."""
-    emitter, program = expansion.emitter, expansion.program
-    last = layout.order - 2
+    emitter, program = memory.emitter, memory.expansion.program
+    last = memory.layout.order - 2
     levels = [one.level for one in program.series if one.op in (Op.MULTIPLY, Op.POWER)]
     first = max(CAREFUL, *(FIRST + 1 - level for level in levels), 0)
     first += (last + 1 - first) % 2
     for k in range(-2, min(first, last + 1)):
-        Opening(expansion, k, layout).write()
+        Opening(memory, k).write()
     if first <= last:
-        write_pairs(expansion, layout, first, last)
+        write_pairs(memory, first, last)
     head = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
-    bits, body = f"<{LANES} x i1>", "\n".join(emitter.lines)
+    body = "\n".join(emitter.lines)
     return (
-        f"define internal {bits} @paired_jet({head}) #1 {{\nentry:\n{body}\n"
-        f"  ret {bits} {expansion.regular}\n}}\n"
+        f"define internal {BITS} @paired_jet({head}) #1 {{\nentry:\n{body}\n"
+        f"  ret {BITS} {memory.expansion.regular}\n}}\n"
     )
 
 
-class Opening(Unrolled):
+class Opening(Unrolled[str]):
     """One of the first stages."""
 
-    def __init__(self, expansion: Expansion, k: int, layout: LaneLayout) -> None:
-        super().__init__(expansion, k)
-        self._layout = layout
+    def __init__(self, memory: Memory, k: int) -> None:
+        super().__init__(memory.expansion, k)
+        self._memory = memory
 
-    def keep(self) -> None:
-        emitter, layout = self.expansion.emitter, self._layout
+    def store(self) -> None:
+        emitter, layout = self._memory.emitter, self._memory.layout
         for index, one in enumerate(self.expansion.program.series):
             m = self.k + one.level
             if m >= 1 and index in layout.rows:
                 emitter.store(self.at(index, one.level), "%work", layout.slot(layout.rows[index], m))
             if m >= 1 and index in layout.scaled:
-                scaled = emitter.mul(literal(m), self.at(index, one.level))
+                scaled = emitter.mul(emitter.number(m), self.at(index, one.level))
                 emitter.store(scaled, "%work", layout.slot(layout.scaled[index], m))
 
 
-def write_pairs(expansion: Expansion, layout: LaneLayout, first: int, last: int) -> None:
+def write_pairs(memory: Memory, first: int, last: int) -> None:
     """The loop over the pairs of stages from ``first`` on; the number of stages is even."""
-    emitter = expansion.emitter
+    emitter, layout = memory.emitter, memory.layout
     emitter.line("  br label %pairs.before\npairs.before:\n  br label %pairs\npairs:")
     place = len(emitter.lines)
-    rows = emitter.define("getelementptr inbounds double, ptr %work, i64 %k")
+    rows = emitter.place("%work", "%k")
     sums: dict[Dot, tuple[Value, Value]] = {}
     label = "pairs"
     for start in range(0, len(layout.dots), AT_ONCE):
         group = layout.dots[start : start + AT_ONCE]
-        made = Sums(expansion, layout, group, rows, f"sums{start}", label)
+        made = Sums(memory, group, rows, f"sums{start}", label)
         sums |= zip(group, made.write())
         label = made.after
-    one = LaneStage(expansion, layout, first, rows, None)
+    one = LaneStage(memory, first, rows, None)
     one.write({dot: both[0] for dot, both in sums.items()})
-    other = LaneStage(expansion, layout, first, rows, one)
+    other = LaneStage(memory, first, rows, one)
     other.write({dot: both[1] for dot, both in sums.items()})
     emitter.lines.insert(place, f"  %k = phi i64 [ {first}, %pairs.before ], [ %k.next, %{label} ]")
     emitter.line(f"  %k.next = add nuw nsw i64 %k, 2\n  %k.more = icmp ult i64 %k.next, {last}")
@@ -96,8 +104,7 @@ class Sums:
     k + 1. The latter b is what the former was for the m before.
     """
 
-    expansion: Expansion
-    layout: LaneLayout
+    memory: Memory
     group: tuple[Dot, ...]
     rows: str
     """Where coefficient k of the first row is."""
@@ -111,7 +118,7 @@ class Sums:
 
     def write(self) -> list[tuple[Value, Value]]:
         """The sums for both stages."""
-        emitter, layout, head = self.expansion.emitter, self.layout, self.head
+        emitter, layout, head = self.memory.emitter, self.memory.layout, self.head
         m, last = f"%{head}.m", f"%{head}.last"
         places = [(layout.first(dot), layout.second(dot), self._level(dot)) for dot in self.group]
         shifted = {(b, level): f"%{head}.b{i}" for i, (_, b, level) in enumerate(places)}
@@ -121,8 +128,8 @@ class Sums:
         )
         emitter.line(f"  br i1 %{head}.any, label %{head}, label %{self.after}\n{head}:")
         place = len(emitter.lines)
-        forward = emitter.define(f"getelementptr inbounds double, ptr %work, i64 {m}")
-        backward = emitter.define(f"getelementptr inbounds double, ptr {self.rows}, i64 %{head}.back")
+        forward = emitter.place("%work", m)
+        backward = emitter.place(self.rows, f"%{head}.back")
         old = {
             row: emitter.load(forward, layout.slot(row, 0)) for row in dict.fromkeys(a for a, _, _ in places)
         }
@@ -151,11 +158,11 @@ class Sums:
         return min(map(self._level, self.group))
 
     def _level(self, dot: Dot) -> int:
-        return self.expansion.program.series[dot.index].level
+        return self.memory.expansion.program.series[dot.index].level
 
     def _beyond(self, dot: Dot, one: Value, other: Value) -> tuple[Value, Value]:
         """With the terms up to n-2 of a level that is not the lowest."""
-        emitter, layout, above = self.expansion.emitter, self.layout, self._level(dot) - self._lowest
+        emitter, layout, above = self.memory.emitter, self.memory.layout, self._level(dot) - self._lowest
         for more in range(above):  # the index of a is k + lowest - 1 + more
             a = emitter.load(self.rows, layout.slot(layout.first(dot), self._lowest - 1 + more))
             place = layout.slot(layout.second(dot), above + 1 - more)
@@ -164,14 +171,13 @@ class Sums:
         return one, other
 
 
-class LaneStage(Stage):
+class LaneStage(Stage[str]):
     """Stage k of a pair or, with the ``earlier`` one, stage k + 1; ``first`` is the first k."""
 
-    def __init__(
-        self, expansion: Expansion, layout: LaneLayout, first: int, rows: str, earlier: LaneStage | None
-    ) -> None:
-        super().__init__(expansion)
-        self._layout, self._first, self._rows, self._earlier = layout, first, rows, earlier
+    def __init__(self, memory: Memory, first: int, rows: str, earlier: LaneStage | None) -> None:
+        super().__init__(memory.expansion)
+        self._emitter, self._layout = memory.emitter, memory.layout
+        self._first, self._rows, self._earlier = first, rows, earlier
         self._second = int(earlier is not None)
         self._known: dict[tuple[str, int], Value] = {}
         self._scaled: dict[int, Value] = {}
@@ -190,7 +196,7 @@ class LaneStage(Stage):
         """Coefficient k + ahead of a row."""
         place = self._layout.slot(row, ahead + self._second)
         if ("", place) not in self._known:
-            self._known["", place] = self.expansion.emitter.load(self._rows, place)
+            self._known["", place] = self._emitter.load(self._rows, place)
         return self._known["", place]
 
     def set_top(self, index: int, value: Value) -> None:
@@ -200,13 +206,13 @@ class LaneStage(Stage):
         series, table = self.expansion.program.series, self.expansion.table
         if series[a].degree <= SHORT:
             reach = range(1, series[a].degree + 1)
-            return [(literal(m), table[a].get(m), self.at(b, ahead - m)) for m in reach]
+            return [(self._emitter.number(m), table[a].get(m), self.at(b, ahead - m)) for m in reach]
         reach = range(1, series[b].degree + 1)
         return [(self.number(ahead - m), self.at(a, ahead - m), table[b].get(m)) for m in reach]
 
     def _total(self, dot: Dot, total: Value) -> Value:
         """``total`` with the terms m = 1 and n - 1 and, of a second stage, n - 2: its b[2] comes too late."""
-        emitter, layout = self.expansion.emitter, self._layout
+        emitter, layout = self._emitter, self._layout
         newest = self.expansion.program.series[dot.index].level - 1
         a, b = layout.first(dot), layout.second(dot)
         if self._second:
@@ -224,9 +230,8 @@ class LaneStage(Stage):
 
     def _tabulated(self, name: str, ahead: int) -> Value:
         if (name, ahead) not in self._known:
-            emitter = self.expansion.emitter
-            assert isinstance(emitter, LaneEmitter)
-            self._known[name, ahead] = emitter.everywhere(f"@lane_{name}", "%k", ahead + self._second)
+            table = f"@lane_{name}"
+            self._known[name, ahead] = self._emitter.everywhere(table, "%k", ahead + self._second)
         return self._known[name, ahead]
 
     def number(self, ahead: int) -> Value:
@@ -241,16 +246,15 @@ class LaneStage(Stage):
         self.sums = {(dot.index, dot.weighted): (self._total(dot, one), []) for dot, one in sums.items()}
         moving = [i for i, one in enumerate(series) if one.degree >= self._first + one.level]
         self.top = dict.fromkeys(range(len(series)))
-        for index in moving:
-            self.top[index] = self.recur(index)
+        self.evaluate(moving)
         self.solve()
         for index in moving:
             level = series[index].level
             if index in layout.rows:
                 self._store(self.top[index], layout.rows[index], level)
             if index in layout.scaled:
-                self._scaled[index] = self.expansion.emitter.mul(self.number(level), self.top[index])
+                self._scaled[index] = self._emitter.mul(self.number(level), self.top[index])
                 self._store(self._scaled[index], layout.scaled[index], level)
 
     def _store(self, value: Value, row: int, ahead: int) -> None:
-        self.expansion.emitter.store(value, self._rows, self._layout.slot(row, ahead + self._second))
+        self._emitter.store(value, self._rows, self._layout.slot(row, ahead + self._second))

@@ -1,31 +1,89 @@
-"""The later stages of a step, as the body of a loop over k."""
+"""The series of one motion in doubles: stages written out, then a loop over k; sums of products side by side."""
 
 from __future__ import annotations
 
-from lagrange_cli.native.numbers.double import Value, literal
+from lagrange_cli.native.numbers.double import Emitter, Value, literal
 from lagrange_cli.native.recurrences.convolution import (
     TOGETHER,
+    Vectors,
     moved,
     store,
-    store_rows,
     sum_in_loop,
     sum_unrolled,
+    take,
+    vectors,
 )
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout import CARRIED, FIRST
+from lagrange_cli.native.recurrences.layout import CARRIED, FIRST, Group, Layout
 from lagrange_cli.native.recurrences.stage import Stage
+from lagrange_cli.native.recurrences.unrolled import Unrolled
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.program import SHORT
 
+SIDE_BY_SIDE = 4
+"""The lowest sum of their vectors' indices from which on dot products are summed in lanes."""
+RECENT = 4
+"""Vectors that the next stages take from registers: from memory they would come later."""
 
-class Rolled(Stage):
+
+@dataclass
+class Memory:
+    """Where the coefficients of the series are, for all stages."""
+
+    expansion: Expansion[str]
+    emitter: Emitter
+    layout: Layout
+    recent: dict[Group, dict[int, Vectors]] = field(default_factory=dict)
+    """The last vectors of each group in stages that are written out, by their indices."""
+    newest: dict[tuple[int, int], Value] = field(default_factory=dict)
+    """The last coefficients that were written: by series and by how many stages old."""
+
+    def state(self, stage: Stage[str]) -> list[Value]:
+        """Coefficients k + 1 of q, v and the integrals."""
+        return [stage.at(index, 1) for index in self.layout.state]
+
+
+class Opening(Unrolled[str]):
+    """One of the first stages, which leaves what loops read."""
+
+    def __init__(self, memory: Memory, k: int) -> None:
+        super().__init__(memory.expansion, k)
+        self.memory = memory
+
+    def convolve(self) -> None:
+        emitter = self.memory.emitter
+        for group in self.memory.layout.groups:
+            n = self.k + group.level
+            if n >= SIDE_BY_SIDE:
+                recent = self.memory.recent[group]
+                take(emitter, self, group, sum_unrolled(emitter, group, n - FIRST, "%work", n, recent))
+
+    def store(self) -> None:
+        memory, emitter, layout = self.memory, self.memory.emitter, self.memory.layout
+        for group in layout.groups:
+            m, recent = self.k + group.level, memory.recent.setdefault(group, {})
+            if m >= FIRST:
+                recent[m] = vectors(emitter, self, group)
+                store(emitter, group, recent[m], "%work", m)
+                recent.pop(m - RECENT, None)
+        if self.k >= 0:
+            emitter.store_rows(layout.width, memory.state(self), "%work", layout.width * (self.k + 1))
+        for index, one in enumerate(self.expansion.program.series):
+            m = self.k + one.level
+            if m >= 1 and index in layout.rows:
+                emitter.store(self.at(index, one.level), "%work", layout.slot(index, m))
+
+
+class Rolled(Stage[str]):
     """One stage of a loop over ``k`` from ``first`` to ``last``.
 
     Where they are ``padded``, dot products are written out with as many terms as the last stage needs: before
     that, what is too many meets zeros. (A loop would end each time where the processor does not expect it.)
     """
 
-    def __init__(self, expansion: Expansion, k: str, first: int, last: int, padded: bool) -> None:
-        super().__init__(expansion)
+    def __init__(self, memory: Memory, k: str, first: int, last: int, padded: bool) -> None:
+        super().__init__(memory.expansion)
+        self.memory, self.emitter = memory, memory.emitter
         self.k, self.first, self.last = k, first, last
         self.padded = padded
         self.carried: dict[tuple[int, int], str] = {}
@@ -46,8 +104,8 @@ class Rolled(Stage):
     def _carry(self, index: int, age: int) -> Value:
         for one in range(1, age + 1):
             if (index, one) not in self.carried:
-                self.carried[index, one] = self.expansion.emitter.fresh()
-                self.expansion.emitter.set_depth(self.carried[index, one], int(one == 1))
+                self.carried[index, one] = self.emitter.fresh()
+                self.emitter.set_depth(self.carried[index, one], int(one == 1))
         return self.carried[index, age]
 
     def newest(self, index: int, age: int) -> Value:
@@ -57,15 +115,15 @@ class Rolled(Stage):
     def _load(self, index: int, ahead: int) -> Value:
         key = (str(index), ahead)
         if key not in self._known:
-            layout = self.expansion.layout
+            layout = self.memory.layout
             base = self._base(layout.stride(index))
-            self._known[key] = self.expansion.emitter.load(base, layout.slot(index, ahead))
+            self._known[key] = self.emitter.load(base, layout.slot(index, ahead))
         return self._known[key]
 
     def _base(self, width: int) -> str:
         """``%work`` moved on by k vectors of that width."""
         if width not in self._bases:
-            self._bases[width] = moved(self.expansion.emitter, self.k, width)
+            self._bases[width] = moved(self.emitter, self.k, width)
         return self._bases[width]
 
     def set_top(self, index: int, value: Value) -> None:
@@ -82,9 +140,7 @@ class Rolled(Stage):
     def _tabulated(self, name: str, ahead: int) -> Value:
         key = (name, ahead)
         if key not in self._known:
-            emitter = self.expansion.emitter
-            place = emitter.define(f"getelementptr inbounds double, ptr @{name}, i64 {self.k}")
-            self._known[key] = emitter.load(place, ahead)
+            self._known[key] = self.emitter.load(self.emitter.place(f"@{name}", self.k), ahead)
         return self._known[key]
 
     def number(self, ahead: int) -> Value:
@@ -98,32 +154,31 @@ class Rolled(Stage):
 
         It begins in the block ``label``; returns the label of the last block.
         """
-        expansion, emitter, layout = self.expansion, self.expansion.emitter, self.expansion.layout
+        expansion, emitter, layout = self.expansion, self.emitter, self.memory.layout
         groups = layout.groups
         if self.padded:
             for group in groups:
                 last = self.last + group.level - FIRST
                 base = self._base(group.width)
-                self.take(group, sum_unrolled(emitter, group, last, base, group.level, {}))
+                take(emitter, self, group, sum_unrolled(emitter, group, last, base, group.level, {}))
         else:
             for start in range(0, len(groups), TOGETHER):
                 some = groups[start : start + TOGETHER]
                 sums, label = sum_in_loop(emitter, some, self.k, range(self.first, self.last + 1), label)
                 for group, total in zip(some, sums):
-                    self.take(group, total)
+                    take(emitter, self, group, total)
         moving = [
             (index, one)
             for index, one in enumerate(expansion.program.series)
             if one.degree >= self.first + one.level
         ]
         self.top = dict.fromkeys(range(len(expansion.program.series)))
-        for index, _ in moving:
-            self.top[index] = self.recur(index)
+        self.evaluate(index for index, _ in moving)
         self.solve()
         for group in groups:
-            store(emitter, group, self.vectors(group), self._base(group.width), group.level)
+            store(emitter, group, vectors(emitter, self, group), self._base(group.width), group.level)
         for index, one in moving:
             if index in layout.rows:
                 emitter.store(self.top[index], self._base(1), layout.slot(index, one.level))
-        store_rows(emitter, layout.width, self.state(), self._base(layout.width), layout.width)
+        emitter.store_rows(layout.width, self.memory.state(self), self._base(layout.width), layout.width)
         return label

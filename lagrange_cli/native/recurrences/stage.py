@@ -7,122 +7,159 @@ function z = f(u, ..) is the primitive of z' = sum_i (df/du_i) u_i', whose produ
 from __future__ import annotations
 
 from collections.abc import Iterable
+from typing import Generic, TypeAlias
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.native.numbers.double import ONE, Operand, Value, literal
-from lagrange_cli.native.recurrences.convolution import Pair, packed, vector
+from lagrange_cli.native.numbers.kind import V
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout import Group
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.program import Op, Series, reciprocal
 
+Factors: TypeAlias = "list[tuple[V | None, V | None]]"
+
 
 @dataclass
-class Stage:
-    """What written-out and looped stages share: the recurrences. ``ahead`` is an index relative to k.
+class Stage(Generic[V]):
+    """What stages of any schedule share: the recurrences, for any kind of numbers. ``ahead`` is an index relative
+    to k.
 
     ``sums`` holds the dot products of the stage that were made side by side, by series and whether weighted:
     a sum, and the factors of what is still to be added to it.
     """
 
-    expansion: Expansion
-    top: dict[int, Value] = field(default_factory=dict)
+    expansion: Expansion[V]
+    top: dict[int, V | None] = field(default_factory=dict)
     careful: bool = False
-    """Whether what q and q_dot hold beyond their doubles still matters at this order."""
-    sums: dict[tuple[int, bool], tuple[Value, list[tuple[Value, Value]]]] = field(default_factory=dict)
+    """Whether the remainders of q and q_dot still matter at this order."""
+    sums: dict[tuple[int, bool], tuple[V | None, Factors[V]]] = field(default_factory=dict)
 
-    def at(self, index: int, ahead: int) -> Value:
+    whole = False
+    """Whether dot products have both their ends, the terms with a coefficient 0."""
+
+    def at(self, index: int, ahead: int) -> V | None:
         """Coefficient k + ahead of a series."""
         raise NotImplementedError
 
-    def products(self, a: int, b: int, ahead: int) -> list[tuple[Value, Value, Value]]:
+    def set_top(self, index: int, value: V | None) -> None:
+        """Set coefficient k + level of a series."""
+        raise NotImplementedError
+
+    def products(self, a: int, b: int, ahead: int) -> list[tuple[V | None, V | None, V | None]]:
         """(m, a[m], b[n-m]) for m = 1 .. n-1, n = k + ahead, as far as neither is 0."""
         raise NotImplementedError
 
-    def number(self, ahead: int) -> Value:
+    def number(self, ahead: int) -> V | None:
         """k + ahead."""
         raise NotImplementedError
 
-    def reciprocal(self, ahead: int) -> Value:
+    def reciprocal(self, ahead: int) -> V | None:
         """1 / (k + ahead); None where its rounding counts.
 
         (A product with the rounded reciprocal errs by the same factor in every step: the energy would drift.)
         """
         raise NotImplementedError
 
-    def divided(self, value: Value, ahead: int) -> Value:
-        """``value / (k + ahead)``, correctly rounded or nearly so where that counts."""
-        return self.expansion.emitter.mul(value, self.reciprocal(ahead))
+    def is_index(self, ahead: int, index: int) -> bool:
+        """Whether k + ahead is ``index`` (in a loop it never is a small one)."""
+        return False
 
-    def product(self, index: int, one: Series) -> Value:
+    def divided(self, value: V | None, ahead: int) -> V | None:
+        """``value / (k + ahead)``, correctly rounded or nearly so where that counts."""
+        return self.expansion.kind.mul(value, self.reciprocal(ahead))
+
+    def derived(self, value: V | None, ahead: int, start: V | None = None) -> V | None:
+        """``start`` + what coefficient k + ahead of a series gives to its derivative."""
+        return self.expansion.kind.total([(self.number(ahead), value)], start)
+
+    def integrated(self, value: V | None, ahead: int) -> V | None:
+        """What a rate gives to coefficient k + ahead."""
+        return self.divided(value, ahead)
+
+    def evaluate(self, moving: Iterable[int]) -> None:
+        """Coefficients k + level of these series, as far as they are known before the accelerations."""
+        for index in moving:
+            begins = self.is_index(self.expansion.program.series[index].level, 0)
+            self.set_top(index, self.begin(index) if begins else self.recur(index))
+
+    def begin(self, index: int) -> V | None:
+        """Coefficient 0 of a series."""
+        one = self.expansion.program.series[index]
+        if one.op is Op.DERIVATIVE:
+            return self.derived(self.at(one.arguments[0], one.level + 1), one.level + 1)
+        return self.expansion.start(index)
+
+    def product(self, index: int, one: Series) -> V | None:
         """Coefficient k + level (at least 1) of a product."""
-        emitter, table, ahead = self.expansion.emitter, self.expansion.table, one.level
+        kind, table, ahead = self.expansion.kind, self.expansion.table, one.level
         a, b = one.arguments
-        terms = [(table[a][0], self.at(b, ahead)), (self.at(a, ahead), table[b][0])]
+        terms: Factors[V] = []
+        if not self.whole:
+            terms = [(table[a][0], self.at(b, ahead)), (self.at(a, ahead), table[b][0])]
         if self.careful:
-            low = self.expansion.low
+            low = self.expansion.remainders
             terms += [(low.get(a), self.at(b, ahead)), (self.at(a, ahead), low.get(b))]
         start, rest = self.dot(index, a, b, ahead)
-        return emitter.total([*rest, *terms], start)
+        return kind.total([*rest, *terms], start)
 
     def dot(
         self, index: int, a: int, b: int, ahead: int, weighted: bool = False
-    ) -> tuple[Value, list[tuple[Value, Value]]]:
+    ) -> tuple[V | None, Factors[V]]:
         """sum_{m=1}^{n-1} w(m) a[m] b[n-m], n = k + ahead: a sum, and the factors of what is still to be
         added to it."""
         if (index, weighted) in self.sums:
             return self.sums[index, weighted]
         products = self.products(a, b, ahead)
-        return None, [(self.expansion.emitter.mul(m, x) if weighted else x, y) for m, x, y in products]
+        return None, [(self.expansion.kind.mul(m, x) if weighted else x, y) for m, x, y in products]
 
-    def power(self, index: int, one: Series) -> Value:
+    def power(self, index: int, one: Series) -> V | None:
         """Coefficient k + level (at least 1) of a power p = x^e.
 
         With n = k + level, n x[0] p[n] = sum_{m<n} (e (n-m) - m) x[n-m] p[m].
         """
-        expansion, emitter, ahead, base = self.expansion, self.expansion.emitter, one.level, one.arguments[0]
+        expansion, kind, ahead, base = self.expansion, self.expansion.kind, one.level, one.arguments[0]
         assert isinstance(one.data, Node)
-        gain, inverse = expansion.gains[index]
+        sensitivity, inverse = expansion.sensitivities[index]
         start, terms = self.dot(index, index, base, ahead)
-        plain = emitter.total(terms, start)
+        plain = kind.total(terms, start)
         if reciprocal(one.data):
-            rest = emitter.neg(plain)
+            rest = kind.neg(plain)
         else:
-            exponent = expansion.constants.value(emitter, one.data)
+            exponent = expansion.constant(one.data)
             start, terms = self.dot(index, index, base, ahead, weighted=True)
-            weighted = emitter.total(terms, start)
-            weighted = emitter.mul(emitter.add(exponent, ONE), self.divided(weighted, ahead))
-            rest = emitter.sub(emitter.mul(exponent, plain), weighted)
-        return emitter.fma(gain, self.at(base, ahead), emitter.mul(rest, inverse))
+            weighted = kind.total(terms, start)
+            weighted = kind.mul(kind.add(exponent, kind.one), self.divided(weighted, ahead))
+            rest = kind.sub(kind.mul(exponent, plain), weighted)
+        if self.whole:
+            return kind.mul(rest, inverse)
+        return kind.fma(sensitivity, self.at(base, ahead), kind.mul(rest, inverse))
 
-    def recur(self, index: int) -> Value:
+    def recur(self, index: int) -> V | None:
         """Coefficient k + level (at least 1) of a series from those of its operands."""
-        expansion, emitter = self.expansion, self.expansion.emitter
+        expansion = self.expansion
         one = expansion.program.series[index]
         ahead = one.level
         if one.op in (Op.COORDINATE, Op.TIME):
-            return literal(1.0) if one.op is Op.TIME and self.is_index(ahead, 1) else None
+            if not self.is_index(ahead, 1):
+                return None
+            rate = expansion.kind.one if one.op is Op.TIME else expansion.velocity(one.data)
+            return self.integrated(rate, ahead)
         if one.op is Op.LINEAR:
             return expansion.linear(one, [self.at(argument, ahead) for argument in one.arguments])
         if one.op is Op.MULTIPLY:
             return self.product(index, one)
         if one.op is Op.DERIVATIVE:
-            return emitter.mul(self.number(ahead + 1), self.at(one.arguments[0], ahead + 1))
+            return self.derived(self.at(one.arguments[0], ahead + 1), ahead + 1)
         if one.op is Op.PRIMITIVE:
-            return self.divided(self.at(one.arguments[0], ahead - 1), ahead)
+            return self.integrated(self.at(one.arguments[0], ahead - 1), ahead)
         assert one.op is Op.POWER
         return self.power(index, one)
 
-    def is_index(self, ahead: int, index: int) -> bool:
-        """Whether k + ahead is ``index`` (in a loop it never is a small one)."""
-        return False
-
-    def correction(self, index: int, change: dict[int, Value], start: Value) -> Value:
+    def correction(self, index: int, change: dict[int, V | None], start: V | None) -> V | None:
         """``start`` + what the change of the operands' newest coefficients adds to a series' newest one."""
-        expansion, emitter = self.expansion, self.expansion.emitter
+        expansion, kind = self.expansion, self.expansion.kind
         one = expansion.program.series[index]
 
-        def changed(operand: int, ahead: int) -> Value:
+        def changed(operand: int, ahead: int) -> V | None:
             """The change of an operand's coefficient k + ahead: only its newest has changed."""
             newest = expansion.program.series[operand].level == ahead
             return change.get(operand) if newest else None
@@ -130,92 +167,45 @@ class Stage:
         if one.op is Op.LINEAR:
             return expansion.linear(one, [changed(argument, one.level) for argument in one.arguments], start)
         if one.op is Op.MULTIPLY:
-            a, b = one.arguments
-            terms = [
-                (expansion.table[b][0], changed(a, one.level)),
-                (expansion.table[a][0], changed(b, one.level)),
-            ]
-            return emitter.total(terms, start)
+            pairs = ((b, changed(a, one.level)) for a, b in (one.arguments, one.arguments[::-1]))
+            terms = [(expansion.table[other][0], value) for other, value in pairs if value is not None]
+            return kind.total(terms, start)
         if one.op is Op.DERIVATIVE:
-            return emitter.total(
-                [(self.number(one.level + 1), changed(one.arguments[0], one.level + 1))], start
-            )
+            return self.derived(changed(one.arguments[0], one.level + 1), one.level + 1, start)
         if one.op is Op.PRIMITIVE:
-            return emitter.add(start, self.divided(changed(one.arguments[0], one.level - 1), one.level))
+            return kind.add(start, self.integrated(changed(one.arguments[0], one.level - 1), one.level))
         if one.op is Op.POWER:
-            return emitter.total([(expansion.gains[index][0], changed(one.arguments[0], one.level))], start)
+            terms = [(expansion.sensitivities[index][0], changed(one.arguments[0], one.level))]
+            return kind.total(terms, start)
         raise ValueError(f"{one.op} is never corrected")
 
     def solve(self) -> None:
         """The accelerations' coefficient k, and what it adds to everything that depends on it."""
-        expansion, program = self.expansion, self.expansion.program
+        expansion, program, kind = self.expansion, self.expansion.program, self.expansion.kind
         inverse = self.reciprocal(1)
-        scale = literal(-1.0) if inverse is None else expansion.emitter.neg(inverse)
+        scale = kind.number(-1.0) if inverse is None else kind.neg(inverse)
         solved = expansion.solved([self.at(index, 0) for index in program.residual], scale)
-        change: dict[int, Value] = {}
+        change: dict[int, V | None] = {}
         for coordinate, velocity, value in zip(program.coordinates, program.velocities, solved):
-            change[velocity] = self.divided(value, 1) if inverse is None else value
-            change[coordinate] = self.divided(change[velocity], 2)
+            change[velocity] = self.integrated(value, 1) if inverse is None else value
+            change[coordinate] = self.integrated(change[velocity], 2)
         given = set(change)
         corrected = list(self.corrected())
         read = {i for index in corrected for i in program.series[index].arguments}
         for index in corrected:
             old = self.at(index, program.series[index].level)
-            if index in given:
-                self.set_top(index, expansion.emitter.add(old, change[index]))
-                continue
-            if index in read:
+            if index not in given and (index in read or not kind.fused):
                 change[index] = self.correction(index, change, None)
-            self.set_top(index, self.correction(index, change, old))
+            if index in given or not kind.fused:
+                self.set_top(index, kind.add(old, change[index]))
+            else:
+                self.set_top(index, self.correction(index, change, old))
 
     def corrected(self) -> Iterable[int]:
         """Series that depend on the newest acceleration and are read again later."""
         read = {i for one in self.expansion.program.series for i in one.arguments}
         read |= {*self.expansion.program.coordinates, *self.expansion.program.velocities}
         return [i for i, one in enumerate(self.expansion.program.series) if one.corrected and i in read]
-
-    def set_top(self, index: int, value: Value) -> None:
-        """Set coefficient k + level of a series."""
-        raise NotImplementedError
-
-    def take(self, group: Group, total: Operand | None) -> None:
-        """Take ``sums`` from the vector sums of a group; to be added is what its vectors do not hold."""
-        emitter = self.expansion.emitter
-        for lane, (dot, (first, second)) in enumerate(zip(group.dots, group.shifts)):
-            start = total and emitter.define(f"extractelement {vector(group)} {total}, i64 {lane}")
-            table, n = self.expansion.table, dot.level
-            terms: list[tuple[Value, Value]] = []
-            for m in range(1, first + 1):
-                a = table[dot.a].get(m)
-                terms.append((emitter.mul(literal(m), a) if dot.weighted else a, self.at(dot.b, n - m)))
-            for m in range(1, second + 1):
-                a = self.at(dot.a, n - m)
-                weight = self.number(n - m) if dot.weighted else ONE
-                terms.append((emitter.mul(weight, a), table[dot.b].get(m)))
-            self.sums[dot.index, dot.weighted] = start, terms
-
-    def vectors(self, group: Group) -> Pair:
-        """Vectors k + level of the group."""
-        emitter = self.expansion.emitter
-        first: list[Value] = []
-        second: list[Value] = []
-        for dot, shifts in zip(group.dots, group.shifts):
-            a, b = (group.level + shift for shift in shifts)
-            value = self.at(dot.a, a)
-            first.append(emitter.mul(self.number(a), value) if dot.weighted else value)
-            second.append(self.at(dot.b, b))
-        return packed(emitter, group, first), packed(emitter, group, second)
-
-    def state(self) -> list[Value]:
-        """Coefficients k + 1 of q, v and the integrals."""
-        return [self.at(index, 1) for index in self.expansion.layout.state]
-
-
-def linear_data(one: Series) -> tuple[Node, tuple[Node, ...]]:
-    """Constant and coefficients of a LINEAR series."""
-    assert isinstance(one.data, tuple)
-    constant, scales = one.data
-    return constant, scales
 
 
 def reciprocal_rest(m: int) -> float:
