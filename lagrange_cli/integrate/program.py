@@ -12,7 +12,8 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.program import Program, order_for, write_program
+from lagrange_cli.native.orders import double_double_order, order_for
+from lagrange_cli.native.program import Program, suits_lanes, with_lanes, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
 from lagrange_cli.outputs.recording import Recording
 from lagrange_cli.records import replace
@@ -55,15 +56,13 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
     """The program for the method, as text."""
     needs, tolerance = METHODS[compilation.method].needs, compilation.tolerance
     if compilation.precision == DOUBLE_DOUBLE:
-        from lagrange_cli.native import program_double_double as double_double
+        from lagrange_cli.native.numbers.double_double import DoubleDouble
 
-        order = double_double.order_for(tolerance)
-        return double_double.write_double_double_program(
-            residual, order, plan.integrands, plan.observed, tolerance
+        order = double_double_order(tolerance)
+        return write_program(
+            residual, order, plan.integrands, plan.observed, tolerance=tolerance, kind=DoubleDouble
         )
     if compilation.ensemble and needs is Needs.SERIES:
-        from lagrange_cli.native.program_lanes import suits_lanes, with_lanes
-
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual):
             return with_lanes(program, residual, tolerance)

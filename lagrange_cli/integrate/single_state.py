@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import compile_program
-from lagrange_cli.native.program import order_for, write_program
+from lagrange_cli.native.orders import order_for
+from lagrange_cli.native.program import write_program
 from lagrange_cli.outputs.plan import make_plan
 
 Array = NDArray[np.float64]

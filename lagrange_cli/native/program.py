@@ -2,28 +2,34 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.interface import HIGHEST_ORDER, LANES, STEPPING, Interface
-from lagrange_cli.native.linear.cholesky import factor_definite
-from lagrange_cli.native.linear.triangular import solve_definite
+from lagrange_cli.native.interface import LANES, STEPPING, Interface
+from lagrange_cli.native.linear.blocks import UNROLLED, InMemory
+from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, MORE
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.template import fill_in
-from lagrange_cli.native.numbers.double import Emitter, Value, literal, operand
+from lagrange_cli.native.numbers.double import Emitter, literal, operand
+from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.numbers.vector import Bit, Real
-from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, Constants, emit_prepare, emit_values
-from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.jet import write_jet
-from lagrange_cli.native.recurrences.layout import arrange
-from lagrange_cli.native.recurrences.stage import reciprocal_rest
-from lagrange_cli.native.stepping.doubles import stepper
+from lagrange_cli.native.observation import write_prepare, write_values
+from lagrange_cli.native.orders import lane_order
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
+
+MOST_SERIES = 600
+"""Series of the largest system that is followed in lanes.
+
+The code of a larger one takes too long to compile, and single motions use vectors as well.
+"""
 
 
 @dataclass(frozen=True)
@@ -35,15 +41,70 @@ class Program(Interface):
     operations: Mapping[str, int]
 
 
-def order_for(tolerance: float) -> int:
-    """The order of q's series at ``tolerance``: half as high again as Jorba and Zou's (2005, sec. 3.1).
+@dataclass(frozen=True)
+class Equations:
+    """What a motion follows: series, their order, powers of what hides forces, and the tolerance of steps."""
 
-    They count operations, which grow with the order's square. Here most of them are done side by side, and
-    the time of an order is mostly that of its longest chain: longer steps of a higher order are cheaper, the
-    more so the coarser the tolerance (docs/engine.md). A tolerance far below double precision makes steps
-    shorter instead, and so the rounding of their sum less.
-    """
-    return min(HIGHEST_ORDER, math.ceil(10.9 - 0.5 * math.log(tolerance)))
+    residual: Residual
+    series: SeriesProgram
+    state: StateLayout
+    constants: Constants
+    order: int
+    hidden: Sequence[float]
+    tolerance: float
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The code that follows a motion, its doubles of ``%work``, and the operations of its jet."""
+
+    parts: Sequence[str]
+    work: int
+    operations: int
+
+
+def double(equations: Equations) -> Motion:
+    """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
+    from lagrange_cli.native.linear.cholesky import factor_definite
+    from lagrange_cli.native.linear.triangular import solve_definite
+    from lagrange_cli.native.recurrences.compensated import compensated_expansion
+    from lagrange_cli.native.recurrences.jet import write_jet
+    from lagrange_cli.native.recurrences.layout import arrange
+    from lagrange_cli.native.recurrences.rolled import Memory
+    from lagrange_cli.native.stepping.doubles import stepper
+
+    residual, series, order = equations.residual, equations.series, equations.order
+    emitter, layout = Emitter(), arrange(series, order)
+    expansion = compensated_expansion(
+        emitter, residual, series, equations.constants, layout.width, layout.doubles
+    )
+    parts = [*tables("", order + 4), write_jet(Memory(expansion, emitter, layout))]
+    work = LANES * -(-expansion.factorization.place // LANES)
+    large = [block for block in expansion.factors if isinstance(block, InMemory)]
+    if large:
+        strides = {block.stride for block in large if block.name == "definite"}
+        parts += [fill_in("linear", {}), factor_definite(), *map(solve_definite, sorted(strides))]
+    degrees = equations.state.degrees
+    if order >= STEPPING:
+        parts.append(stepper(layout, degrees, work, equations.tolerance, equations.hidden))
+    parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
+    return Motion(parts, work, emitter.operations)
+
+
+def double_double(equations: Equations) -> Motion:
+    """In double-double."""
+    from lagrange_cli.native.functions.double_double import functions
+    from lagrange_cli.native.linear.lu import linear_solver
+    from lagrange_cli.native.numbers.double_double import operations
+    from lagrange_cli.native.recurrences.in_memory import write_jet
+    from lagrange_cli.native.recurrences.layout_rows import arrange
+    from lagrange_cli.native.stepping.advance_double_double import DoubleDoubleStepper
+
+    rows = arrange(equations.series, equations.order, equations.state.width)
+    jet, work, count = write_jet(equations.residual, rows, equations.constants)
+    stepping = DoubleDoubleStepper(rows, equations.tolerance).functions()
+    parts = [MORE, *operations(), *functions(), linear_solver(), jet, *stepping]
+    return Motion(parts, LANES * -(-work // LANES), count)
 
 
 def write_program(
@@ -55,18 +116,16 @@ def write_program(
     accelerations: Sequence[Node] = (),
     tolerance: float = 2.0**-52,
     store_momenta: bool = False,
+    kind: Callable[[], Written[Any]] = Emitter,
 ) -> Program:
-    """The program that advances ``residual`` with q's series to ``order``.
+    """The program that advances ``residual`` with q's series to ``order``, in numbers of a ``kind``.
 
-    ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``. ``@linearize``
-    computes the nodes
-    ``linearized``, functions of q, v and the symbols ``accelerations``, if there are any. What ``residual``
-    holds is kept from one state to the next, in further rows, where ``store_momenta``.
+    ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
+    there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``.
     """
-    model = residual.model
-    constants = Constants()
+    model, constants = residual.model, Constants()
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
-    hidden = hidden_forces(residual) if order >= STEPPING else {}
+    hidden = hidden_forces(residual) if order >= STEPPING and kind is Emitter else {}
     named = {f"hidden {i}": node for i, node in enumerate(hidden)}
     integrands = {**named, **integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
@@ -74,40 +133,78 @@ def write_program(
         residual.residual, list(integrands.values()),
     )  # fmt: skip
     series = replace(series, stored=len(stored))
-    layout = arrange(series, order)
-    expansion = Expansion(residual, series, layout, constants)
-    parts = [write_jet(expansion)]
-    degrees = len(model.q)
-    work = LANES * -(-(layout.doubles + expansion.scratch) // LANES)
-    if expansion.scratch:
-        parts += [fill_in("linear", {}), factor_definite()]
-        parts += map(solve_definite, sorted(expansion.strides))
-    if order >= STEPPING:
-        parts.append(stepper(layout, degrees, work, tolerance, list(hidden.values())))
-    parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
+    state = StateLayout(len(model.q), len(integrands) - len(stored), len(stored))
+    equations = Equations(residual, series, state, constants, order, [*hidden.values()], tolerance)
+    made = (double if kind is Emitter else double_double)(equations)
     symbols = [*model.q, *model.v]
-    observe, observe_operations = _values("observe", model.time, symbols, list(observed.values()), constants)
-    parts.append(observe)
+
+    def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node]) -> tuple[str, int]:
+        return write_values(name, kind(), model.time, symbols, state.rows, [*nodes], constants)
+
+    observe, observing = values("observe", symbols, observed.values())
+    parts = [*made.parts, observe]
     if linearized:
-        symbols += accelerations
-        parts.append(_values("linearize", model.time, symbols, list(linearized), constants)[0])
-    prepare, size = emit_prepare(constants, model.parameters)
-    parts.append(prepare)
+        parts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
+    prepare, size = write_prepare(kind(), constants, model.parameters)
     return Program(
-        text="\n".join([DECLARATIONS, GLOBALS, *_tables(order), *parts, ATTRIBUTES]),
+        text="\n".join([DECLARATIONS, GLOBALS, *parts, prepare, ATTRIBUTES]),
         order=order,
-        degrees=degrees,
+        degrees=len(model.q),
         parameters=tuple(model.parameters),
         integrals=tuple(integrands),
         stored=len(stored),
         observed=tuple(observed),
         constants=size,
-        work=work,
+        work=made.work,
         lanes=0,
-        parts=1,
+        parts=kind().parts,
         series=series,
-        operations={"jet": expansion.emitter.operations, "observe": observe_operations},
+        operations={"jet": made.operations, "observe": observing},
     )
+
+
+def suits_lanes(program: Program, residual: Residual) -> bool:
+    """Whether its motions are followed eight at once: not where a force may hide."""
+    if hidden_forces(residual):
+        return False
+    largest = max((len(block) for block in residual.blocks), default=0)
+    unrolled = UNROLLED["definite" if residual.definite else "general"]
+    return len(program.series.series) <= MOST_SERIES and largest <= unrolled
+
+
+def with_lanes(program: Program, residual: Residual, tolerance: float) -> Program:
+    """``program`` with ``@follow``, which takes members of an ensemble to their ends (see ``lanes.ll``)."""
+    from lagrange_cli.native.functions.elementary import definitions
+    from lagrange_cli.native.numbers.lanes import DECLARATIONS, LaneEmitter
+    from lagrange_cli.native.recurrences.compensated import compensated_expansion
+    from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
+    from lagrange_cli.native.recurrences.paired import Memory, write_paired_jet
+    from lagrange_cli.native.stepping.ensemble import Pack, follow
+
+    order, constants, series = lane_order(tolerance), Constants(), program.series
+    emitter, layout, width = LaneEmitter(), arrange_lanes(series, order), program.state.width
+    expansion = compensated_expansion(emitter, residual, series, constants, width, 0)
+    jet = write_paired_jet(Memory(expansion, emitter, layout))
+    parameters = residual.model.parameters
+    prepare, size = write_prepare(Emitter(), constants, parameters, "internal void @prepare_lane")
+    pack = Pack(program.degrees, program.rows, width, layout.span, size, layout.vectors)
+    stepping = follow(pack, order, tolerance, len(program.parameters))
+    text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, stepping])
+    text += definitions(text)
+    present = set(re.findall(r"^ *declare .*@([\w.]+)\(", text, re.MULTILINE))
+    missing = (line for name, line in DECLARATIONS.items() if name not in present)
+    text = "\n".join([text, *missing, ATTRIBUTES.replace("#0", "#1") + "\n"])
+    return replace(program, text=text, lanes=LANES * pack.places["size"])
+
+
+def tables(prefix: str, size: int) -> list[str]:
+    """The numbers that stages of a loop need."""
+    rows = {"numbers": range(size), "reciprocals": [0.0, *(1.0 / m for m in range(1, size))]}
+    listed = {name: [f"double {operand(literal(x))}" for x in row] for name, row in rows.items()}
+    return [
+        f"@{prefix}{name} = private constant [{len(row)} x double] [{', '.join(row)}]"
+        for name, row in listed.items()
+    ]
 
 
 def _accelerate(first: int, rates: int) -> str:
@@ -121,63 +218,3 @@ def _accelerate(first: int, rates: int) -> str:
         f.store(f.load(work, i + first), "%out", i)
     f.give(regular.to_integer())
     return f.text()
-
-
-def _values(
-    name: str, time: Node, symbols: Sequence[Node], nodes: list[Node], constants: Constants
-) -> tuple[str, int]:
-    """A function that computes ``nodes`` at each of ``%count`` samples, and its number of operations.
-
-    The arrays of states (a row for each of ``symbols``) and of results have ``%stride`` columns.
-    """
-    emitter = Emitter()
-    emitter.line("entry:\n  %none = icmp eq i64 %count, 0\n  br i1 %none, label %done, label %loop\nloop:")
-    emitter.line("  %i = phi i64 [ 0, %entry ], [ %next, %loop ]")
-    known: dict[Node, Value] = {time: emitter.load("%times", "%i")}
-    for row, symbol in enumerate(symbols):
-        known[symbol] = emitter.load("%states", _column(emitter, row))
-    emit_values(emitter, nodes, known, constants)
-    for row, node in enumerate(nodes):
-        emitter.store(known[node], "%results", _column(emitter, row))
-    emitter.line("  %next = add nuw nsw i64 %i, 1\n  %more = icmp ult i64 %next, %count")
-    emitter.line("  br i1 %more, label %loop, label %done\ndone:\n  ret void")
-    body = "\n".join(emitter.lines)
-    head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-    return f"define void @{name}({head}, i64 %stride, i64 %count) #0 {{\n{body}\n}}\n", emitter.operations
-
-
-def _column(emitter: Emitter, row: int) -> str:
-    base = emitter.define(f"mul i64 %stride, {row}")
-    return emitter.define(f"add i64 {base}, %i")
-
-
-def _tables(order: int) -> list[str]:
-    size = order + 4
-    rows = {
-        "numbers": [float(m) for m in range(size)],
-        "reciprocals": [0.0] + [1.0 / m for m in range(1, size)],
-        "reciprocal_rests": [0.0] + [reciprocal_rest(m) for m in range(1, size)],
-    }
-    listed = {name: ", ".join(f"double {operand(literal(x))}" for x in row) for name, row in rows.items()}
-    return [f"@{name} = private constant [{size} x double] [{row}]" for name, row in listed.items()]
-
-
-GLOBALS = "\n".join(
-    [
-        *(
-            f"declare {kind} @llvm.{name}.{tag}({', '.join([kind] * count)})"
-            for name, count in (("fmuladd", 3), ("fma", 3), ("fabs", 1), ("maxnum", 2), ("minnum", 2))
-            for kind, tag in (("double", "f64"), *((f"<{n} x double>", f"v{n}f64") for n in (2, 4, LANES)))
-            if (name, tag) not in (("fmuladd", "f64"), ("fabs", "f64"))
-        ),
-        *(
-            f"declare double @llvm.vector.reduce.{name}.v{n}f64({first}<{n} x double>)"
-            for name, first in (("fadd", "double, "), ("fmax", ""))
-            for n in (2, 4, LANES)
-        ),
-        *(f"declare i1 @llvm.vector.reduce.or.v{n}i1(<{n} x i1>)" for n in (2, 4, LANES)),
-        "declare i8 @llvm.ctpop.i8(i8)",
-    ]
-)
-
-ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'

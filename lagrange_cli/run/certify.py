@@ -50,7 +50,7 @@ def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:
     They use the Taylor method, with orders other than that of the run, and with a smaller tolerance unless
     the run is at full precision.
     """
-    from lagrange_cli.native.program import order_for
+    from lagrange_cli.native.orders import order_for
 
     tolerance = max(FULL_PRECISION, FINER * settings.tolerance)
     chosen = replace(settings, method=TAYLOR, tolerance=tolerance, outputs=frozenset({"q", "v"}))

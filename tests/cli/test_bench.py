@@ -10,7 +10,7 @@ from lagrange_cli.cli.main import main
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.native.interface import HIGHEST_ORDER
-from lagrange_cli.native.program import order_for
+from lagrange_cli.native.orders import order_for
 from lagrange_cli.run.bench import entries_of
 from lagrange_cli.work_precision import measure as contest
 from tests.support.command import SYSTEMS

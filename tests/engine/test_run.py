@@ -8,7 +8,8 @@ import pytest
 from lagrange_cli.integrate import method as motion_module
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import taylor
-from lagrange_cli.native.program import order_for, write_program
+from lagrange_cli.native.orders import order_for
+from lagrange_cli.native.program import write_program
 from lagrange_cli.series.program import Op
 from tests.engine.motion import FULL, compiled, residual_of, solve
 

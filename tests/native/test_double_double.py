@@ -12,7 +12,8 @@ from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
 from lagrange_cli.native.compilation.machine import compile_program
-from lagrange_cli.native.program_double_double import write_double_double_program
+from lagrange_cli.native.numbers.double_double import DoubleDouble
+from lagrange_cli.native.program import write_program
 from lagrange_cli.spec.read import read_spec
 
 MP = mpmath.mp.clone()
@@ -35,7 +36,7 @@ NODES = {
     "x^-7/2": X ** RESIDUAL.graph.constant(-3.5),
     "thirds": X / 3.0 + Y / 7.0,
 }
-MACHINE = compile_program(write_double_double_program(RESIDUAL, 20, {}, NODES))
+MACHINE = compile_program(write_program(RESIDUAL, 20, {}, NODES, kind=DoubleDouble))
 
 
 def long(pair) -> mpmath.mpf:

@@ -19,8 +19,7 @@ from lagrange_cli.integrate.program import write_run
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
 from lagrange_cli.native.functions.portable import portable
-from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
-from lagrange_cli.native.recurrences.evaluation import DECLARATIONS, INTRINSICS
+from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, INTRINSICS
 from lagrange_cli.spec.read import read_spec
 from tests.support.calls import compiled, loaded, looped
 

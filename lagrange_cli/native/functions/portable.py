@@ -25,8 +25,8 @@ from lagrange_cli.native.functions.double_double import (
 from lagrange_cli.native.functions.formulas import LEAST_NORMAL
 from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE, table, wide_functions
 from lagrange_cli.native.llvm.declarations import LIBRARY
-from lagrange_cli.native.numbers.double import Operand, Value, fused, literal
-from lagrange_cli.native.numbers.double_double import TYPE, DoubleDoubleBody, Pair, operations
+from lagrange_cli.native.numbers.double import ONE, ZERO, Value, fused, literal
+from lagrange_cli.native.numbers.double_double import TYPE, DoubleDoubleBody, Pair, function, operations
 from lagrange_cli.native.numbers.vector import Body
 
 INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
@@ -50,8 +50,8 @@ LARGE, SMALL = 2.0**500, 2.0**-500
 OVERFLOWING = 700.0
 """The hyperbolic functions' argument from which e^-x no longer counts."""
 
-ZERO, ONE, INFINITY, NAN = (literal(x) for x in (0.0, 1.0, float("inf"), float("nan")))
-Formula = Callable[..., "Pair | Operand"]
+INFINITY, NAN = literal(float("inf")), literal(float("nan"))
+Formula = Callable[..., "Pair | Value"]
 
 
 def portable(text: str) -> str:
@@ -113,9 +113,9 @@ def _double(name: str, count: int, formula: Formula) -> str:
     body = DoubleDoubleBody()
     arguments = [f"%a{i}" for i in range(count)]
     made = formula(body, *arguments)
-    result = made if isinstance(made, str) else rounded(body, made)
-    lines, heads = "\n".join(body.lines), ", ".join(f"double {a}" for a in arguments)
-    return f"define internal double @{name}({heads}) #0 {{\n{lines}\n  ret double {result}\n}}\n"
+    result = rounded(body, made) if isinstance(made, Pair) else made
+    body.line(f"  ret double {body.written(result)}")
+    return function(f"double @{name}({', '.join(f'double {a}' for a in arguments)})", body)
 
 
 def pair(e: DoubleDoubleBody, x: Value) -> Pair:
@@ -150,7 +150,7 @@ def normal(e: DoubleDoubleBody, x: Value) -> tuple[str, Value]:
 def beyond_log(e: DoubleDoubleBody, x: Value) -> Value:
     """ln x of what is not a normal positive number."""
     tiny, raised = normal(e, x)
-    made = elementary.logarithm(e, e.select(tiny, raised, ONE))
+    made: Value = elementary.logarithm(e, e.select(tiny, raised, ONE))
     made = e.sub(made, literal(float(RAISED * LN2)))
     other = e.select(e.compare("olt", x, 0.0), NAN, x)
     other = e.select(e.compare("oeq", x, 0.0), literal(float("-inf")), other)

@@ -44,8 +44,8 @@ class Large(Factored[V], Protocol[V]):
 
 @dataclass
 class Factorization(Generic[V]):
-    """How blocks are factored: written out up to so many rows (``unrolled``), larger ones by ``large`` (of what
-    kind, where, how many rows), one behind the other from ``%work[place]`` on."""
+    """How blocks are factored: up to so many rows (``unrolled``) written out, larger ones as ``large``
+    makes them of a name, a place and a number of rows, one behind the other from ``%work[place]`` on."""
 
     kind: NumberKind[V]
     place: int
@@ -102,7 +102,7 @@ class General(Generic[V]):
         size = len(x)
         for j in range(size):
             for i, swap in zip(range(j + 1, size), self.swaps[j]):
-                x[j], x[i] = exchange(kind, swap, x[j], x[i])
+                exchange(kind, swap, x, j, x, i)
         for j in range(size):
             for i in range(j + 1, size):
                 x[i] = kind.fms(self.lower[i][j], x[j], x[i])
@@ -178,12 +178,11 @@ class InMemory:
 
 
 def exchange(
-    kind: NumberKind[V], swap: Condition, a: V | None, b: V | None
-) -> tuple[V | None, V | None]:
-    """(b, a) where ``swap`` holds, else (a, b)."""
-    if a is None and b is None:
-        return None, None
-    return kind.select(swap, b, a), kind.select(swap, a, b)
+    kind: NumberKind[V], swap: Condition, a: list[V | None], i: int, b: list[V | None], k: int
+) -> None:
+    """Exchange ``a[i]`` and ``b[k]`` where ``swap`` holds."""
+    if a[i] is not None or b[k] is not None:
+        a[i], b[k] = kind.select(swap, b[k], a[i]), kind.select(swap, a[i], b[k])
 
 
 def factor_definite(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[Definite[V], Condition]:
@@ -218,7 +217,7 @@ def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[G
     reciprocal: list[V | None] = []
     regular = kind.true
     for j in range(size):
-        swapped = []
+        swapped: list[Condition] = []
         scale: V | None = None
         for i in range(j, size):
             scale = kind.larger(scale, kind.magnitude(matrix[i][j]))
@@ -228,7 +227,7 @@ def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[G
             swapped.append(swap)
             for k in range(size):
                 both = rows if k >= j else lower
-                both[j][k], both[i][k] = exchange(kind, swap, both[j][k], both[i][k])
+                exchange(kind, swap, both[j], k, both[i], k)
         swaps.append(tuple(swapped))
         floor = kind.mul(kind.number(FLOOR * kind.unit), scale) if j else None
         regular = kind.both(regular, kind.compare("ogt", kind.magnitude(rows[j][j]), floor))
@@ -237,5 +236,5 @@ def factor_general(kind: NumberKind[V], matrix: list[list[V | None]]) -> tuple[G
             lower[i][j] = kind.mul(rows[i][j], reciprocal[j])
             for k in range(j + 1, size):
                 rows[i][k] = kind.fms(lower[i][j], rows[j][k], rows[i][k])
-    parts = (tuple(map(tuple, part)) for part in (swaps, lower, rows))
-    return General(kind, *parts, tuple(reciprocal)), regular
+    left, right = (tuple(map(tuple, part)) for part in (lower, rows))
+    return General(kind, tuple(swaps), left, right, tuple(reciprocal)), regular

@@ -8,7 +8,7 @@ from lagrange_cli.records import dataclass
 
 @dataclass(frozen=True)
 class InMemory:
-    """A block of ``size`` rows at ``%work[place]``; behind it are its pivots, and room for a right-hand side."""
+    """A block of ``size`` rows at ``%work[place]``; behind it are its pivots and a right-hand side."""
 
     kind: DoubleDouble
     place: int

@@ -33,4 +33,7 @@ GLOBALS = "\n".join(
     ]
 )
 
+MORE = "\n".join(f"declare double @llvm.{name}.f64(double)" for name in ("log2", "exp2"))
+"""What double-double programs call besides."""
+
 ATTRIBUTES = 'attributes #0 = { nounwind "min-legal-vector-width"="512" "prefer-vector-width"="512" }'

@@ -25,7 +25,7 @@ ZERO: Operand = "0x0000000000000000"
 ONE: Operand = "0x3FF0000000000000"
 
 
-def literal(value: float) -> Value:
+def literal(value: Number) -> Value:
     """A floating-point constant in LLVM's exact notation; None for 0."""
     if value == 0.0:
         return None
@@ -68,6 +68,11 @@ class Emitter:
         """How often what is being written is executed."""
         self._count = 0
         self._depth: dict[str, int] = {}
+
+    @property
+    def body(self) -> Emitter:
+        """Itself: it is what it writes into."""
+        return self
 
     def fresh(self) -> str:
         """A new name. Raises ``TooLarge`` where a function has more of them than can be compiled."""
@@ -226,15 +231,16 @@ class Emitter:
         self.line(f"  store {self.REAL} {self.written(value)}, ptr {place}, align {self.ALIGN}")
 
     def store_rows(self, width: int, values: Sequence[Value], pointer: str, index: int) -> None:
-        """Store ``values``, and 0 after them, as whole vectors of ``width`` lanes, or of 8 where that is more.
+        """Store ``values``, and 0 after them, as whole vectors: of ``width`` lanes, or of 8 if it is more.
 
         (What is stored one by one cannot be loaded as a vector until it has reached memory.)
         """
         lanes = min(width, LANES)
+        vector = f"<{lanes} x double>"
         for start in range(0, width, lanes):
             whole = "zeroinitializer"
             for lane, value in enumerate(values[start : start + lanes]):
                 if value is not None:
-                    whole = self.define(f"insertelement <{lanes} x double> {whole}, double {value}, i64 {lane}")
+                    whole = self.define(f"insertelement {vector} {whole}, double {value}, i64 {lane}")
             place = self.place(pointer, index + start)
-            self.line(f"  store <{lanes} x double> {whole}, ptr {place}, align {8 * lanes}")
+            self.line(f"  store {vector} {whole}, ptr {place}, align {8 * lanes}")

@@ -62,7 +62,6 @@ class DoubleDoubleBody(Emitter):
     def __init__(self) -> None:
         super().__init__()
         self.label = "entry"
-        self.line("entry:")
 
     def pair(self, value: Number) -> Pair:
         """A constant, rounded to a double-double."""
@@ -81,9 +80,9 @@ class DoubleDoubleBody(Emitter):
         return Pair(self, *(self.define(f"extractvalue {TYPE} {made}, {i}") for i in (0, 1)))
 
     def get(self, pointer: str, index: int | str, beyond: int | str) -> Pair:
-        """The number at ``pointer[index]``, whose low part is ``beyond`` doubles behind."""
+        """The number at ``pointer[index]``, whose low part, if it has one, is ``beyond`` doubles behind."""
         place = self.place(pointer, index)
-        return Pair(self, self.load(place, 0), self.load(place, beyond))
+        return Pair(self, self.load(place, 0), self.load(place, beyond) if beyond else None)
 
     def put(self, value: Pair | None, pointer: str, index: int | str, beyond: int | str) -> None:
         """Store a number there; None is 0."""
@@ -166,7 +165,9 @@ class DoubleDouble:
     def fms(self, a: Pair | None, b: Pair | None, c: Pair | None) -> Pair | None:
         return self.sub(c, self.mul(a, b))
 
-    def total(self, terms: Iterable[tuple[Pair | None, Pair | None]], start: Pair | None = None) -> Pair | None:
+    def total(
+        self, terms: Iterable[tuple[Pair | None, Pair | None]], start: Pair | None = None
+    ) -> Pair | None:
         for a, b in terms:
             start = self.fma(a, b, start)
         return start
@@ -216,7 +217,7 @@ def split(value: Fraction) -> tuple[float, float]:
 def function(head: str, body: DoubleDoubleBody) -> str:
     """A function's text."""
     lines = "\n".join(body.lines)
-    return f"define internal {head} #0 {{\n{lines}\n}}\n"
+    return f"define internal {head} #0 {{\nentry:\n{lines}\n}}\n"
 
 
 def define(name: str, kinds: str, formula: Callable[..., Pair | tuple[Value, Value]]) -> str:

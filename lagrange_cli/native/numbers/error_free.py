@@ -1,7 +1,7 @@
 """Sums and products of two numbers without loss: the rounded result, and its rounding error.
 
-T. J. Dekker, Numerische Mathematik 18 (1971); D. E. Knuth, The Art of Computer Programming 2, sec. 4.2.2. Each is
-written once, for whatever is added: operands in code (any ``NumberKind`` of one part), arrays, formulas.
+T. J. Dekker, Numerische Mathematik 18 (1971); D. E. Knuth, The Art of Computer Programming 2, sec. 4.2.2.
+Each is written once, for whatever is added: operands in code (doubles or vectors), arrays, formulas.
 """
 
 from __future__ import annotations
@@ -10,7 +10,6 @@ import operator
 from typing import Any, Protocol
 
 from lagrange_cli.native.numbers.kind import V
-
 
 
 class Sums(Protocol[V]):

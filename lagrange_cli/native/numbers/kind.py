@@ -1,8 +1,8 @@
 """``NumberKind``: what a kind of numbers has to answer, for the recurrences to be written once for all kinds.
 
-A kind writes code: its values name numbers that the code computes. For doubles and vectors they are plain text,
-for double-double numbers pairs. None is a number known to be 0, so that nothing is written for it. A kind that
-computes at once, with values that are the numbers themselves, is one as well.
+A kind writes code: its values name numbers that the code computes. For doubles and vectors they are plain
+text, for double-double numbers pairs. None is a number known to be 0: nothing is written for it. A kind that
+computes at once, whose values are the numbers themselves, is one as well.
 """
 
 from __future__ import annotations
@@ -18,12 +18,22 @@ Condition: TypeAlias = Any
 """Whether something holds: as text, or a truth value."""
 
 
+class Body(Protocol):
+    """The function that code is written into."""
+
+    lines: list[str]
+    operations: int
+
+    def line(self, text: str) -> None: ...
+    def define(self, text: str) -> str: ...
+
+
 class NumberKind(Protocol[V]):
     """Arithmetic, functions, memory and choices over numbers of one kind.
 
-    ``parts`` are the doubles that a number takes in memory, ``unit`` is its relative rounding error, ``fused``
-    tells whether a product and a sum take no longer than a sum. Whole powers up to ``products`` are written as
-    products.
+    ``parts`` are the doubles that a number takes in memory, ``unit`` is its relative rounding error, and
+    ``fused`` tells whether a product and a sum take no longer than a sum. Whole powers up to ``products`` are
+    written as products.
     """
 
     parts: int
@@ -83,3 +93,10 @@ class NumberKind(Protocol[V]):
 
     def depth(self, value: V | None) -> int:
         """How many operations follow one another until ``value`` is known; 0 where nobody counts."""
+
+
+class Written(NumberKind[V], Protocol[V]):
+    """A kind that writes code."""
+
+    @property
+    def body(self) -> Body: ...

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.numbers.double import ONE, ZERO, Emitter, Operand, Value, literal
@@ -56,3 +58,14 @@ class LaneEmitter(Emitter):
         lane = self.define(f"insertelement {VECTOR} poison, double {one}, i64 0")
         zeros = f"<{LANES} x i32> zeroinitializer"
         return self.define(f"shufflevector {VECTOR} {lane}, {VECTOR} poison, {zeros}")
+
+
+def declared() -> Mapping[str, str]:
+    """The declarations of LLVM's functions of vectors and bits that programs may call, by name."""
+    counts = {"fma": 3, "fmuladd": 3, "maxnum": 2, "fabs": 1, "floor": 1}
+    heads = {f"llvm.{name}.{suffix(LANES)}": (VECTOR, [VECTOR] * count) for name, count in counts.items()}
+    heads |= {f"llvm.cttz.{kind}": (kind, [kind, "i1"]) for kind in ("i8", "i64")}
+    return {name: f"declare {kind} @{name}({', '.join(given)})" for name, (kind, given) in heads.items()}
+
+
+DECLARATIONS = declared()

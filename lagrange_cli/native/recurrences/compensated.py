@@ -10,14 +10,14 @@ from typing import TypeAlias
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, InMemory
 from lagrange_cli.native.numbers.double import Emitter, Operand, Value
 from lagrange_cli.native.numbers.error_free import two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, InMemory
-from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.series.program import SeriesProgram
 
 Sum: TypeAlias = "tuple[Value, Value]"
@@ -36,7 +36,7 @@ class Compensated:
 
     def number(self, value: Number) -> Sum | None:
         high = self._emitter.number(value)
-        return high and (high, None)
+        return None if high is None else (high, None)
 
     def add(self, a: Sum | None, b: Sum | None) -> Sum | None:
         if a is None or b is None:
@@ -123,8 +123,8 @@ class Compensated:
 def compensated_expansion(
     emitter: Emitter, residual: Residual, program: SeriesProgram, constants: Constants, width: int, place: int
 ) -> Expansion[str]:
-    """The expansion in doubles of a state with remainders, ``width`` behind its rows; large blocks of masses lie
-    from ``%work[place]`` on."""
+    """The expansion in doubles of a state with remainders, ``width`` behind its rows. Large blocks of masses
+    lie from ``%work[place]`` on."""
 
     def large(name: str, place: int, size: int) -> InMemory:
         return InMemory(emitter, name, place, size)

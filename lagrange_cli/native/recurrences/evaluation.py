@@ -1,5 +1,4 @@
-"""Code for the values of graph nodes, for any kind of numbers: parameters' constants once a run, anything at one
-state.
+"""Values of graph nodes, for any kind of numbers: parameters' constants once a run, anything at one state.
 
 Small integer powers are products, of square roots where the exponent is half an integer.
 """
@@ -23,12 +22,13 @@ class Constants:
         """A constant of the motion: a number, or what its slot holds."""
         if node.kind is Kind.NUMBER:
             return kind.number(node.data)
-        return kind.load("%constants", kind.parts * self.slots.setdefault(node, len(self.slots)), 1)
+        slot = self.slots.setdefault(node, len(self.slots))
+        return kind.load("%constants", kind.parts * slot, kind.parts - 1)
 
 
 def emit_power(kind: NumberKind[V], base: V | None, exponent: Number) -> V | None:
     """``base ** exponent`` for an exponent known now."""
-    size = abs(exponent)
+    size = -exponent if exponent < 0 else exponent
     if size == int(size) and size <= kind.products:
         count, square = int(size), base
         result: V | None = kind.one

@@ -3,7 +3,6 @@ of both. For any kind of numbers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Generic
 
 from lagrange_cli.expression.node import Kind, Node
@@ -19,8 +18,8 @@ from lagrange_cli.series.program import Op, Series, SeriesProgram
 class Expansion(Generic[V]):
     """The series of one step while their code is being written.
 
-    ``table[i][m]`` is coefficient m of series i where it was written out. ``time`` is t, and ``width`` the number
-    of doubles from the state's numbers to their low parts.
+    ``table[i][m]`` is coefficient m of series i where it was written out. ``time`` is t, and ``width`` the
+    number of doubles from the state's numbers to their low parts.
     """
 
     residual: Residual
@@ -30,7 +29,7 @@ class Expansion(Generic[V]):
     factorization: Factorization[V]
     time: V
     width: int
-    table: list[Mapping[int, V | None]] = field(default_factory=list)
+    table: list[dict[int, V | None]] = field(default_factory=list)
     factors: list[Factored[V]] = field(default_factory=list)
     sensitivities: dict[int, tuple[V | None, V | None]] = field(default_factory=dict)
     """Of powers p of x: dp/dx, and 1/x."""
@@ -94,7 +93,9 @@ class Expansion(Generic[V]):
         values = {a: self.table[i][0] for a, i in zip(moving, one.sources)}
         if not all(i in self.remainders for i in one.sources):
             name = "pow" if node.kind is Kind.POWER else str(node.data)
-            return kind.function(name, *(values[a] if a in values else self.constant(a) for a in node.arguments))
+            return kind.function(
+                name, *(values[a] if a in values else self.constant(a) for a in node.arguments)
+            )
         partials = [p for a, p in zip(node.arguments, self.residual.graph.partials(node)) if a in moving]
         self.unrounded.update(values)
         emit_values(kind, [node, *partials], self.unrounded, self.constants)

@@ -1,7 +1,7 @@
 """``@jet`` in double-double: rows of coefficients in memory.
 
-Stages with coefficients 0 and 1 are written out, the others are a loop. The series are in (t - t0)/scale, a power
-of two about as long as a step: so they do not overflow near a singularity.
+Stages with coefficients 0 and 1 are written out, the others are a loop. The series are in (t - t0)/scale, a
+power of two about as long as a step: so they do not overflow near a singularity.
 """
 
 from __future__ import annotations
@@ -131,8 +131,8 @@ class InMemory(Stage[Pair]):
 
 
 def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str, int, int]:
-    """The text of ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is singular, and of
-    what it calls; the doubles of ``work``; and the number of operations."""
+    """The text of ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is singular, and
+    of what it calls; the doubles of ``work``; and the number of operations."""
     kind, program, model = DoubleDouble(), rows.program, residual.model
     body = kind.body
     body.line(f"  call void @clear(ptr %work, i64 {rows.blocks})")
@@ -176,7 +176,8 @@ def convolve(beyond: int) -> str:
 
     def load(pointer: str, align: int) -> tuple[Operand, Operand]:
         high, low = (
-            lanes.define(f"load {VECTOR}, ptr {e.place(pointer, offset)}, align {align}") for offset in (0, beyond)
+            lanes.define(f"load {VECTOR}, ptr {e.place(pointer, offset)}, align {align}")
+            for offset in (0, beyond)
         )
         return high, low
 
@@ -196,7 +197,10 @@ def convolve(beyond: int) -> str:
 
     e.loop(0, e.integer("add", "%n", 1), term, by=LANES)
     totals: list[tuple[Value, Value]] = [
-        (e.define(f"extractelement {VECTOR} {high}, i64 {i}"), e.define(f"extractelement {VECTOR} {low}, i64 {i}"))
+        (
+            e.define(f"extractelement {VECTOR} {high}, i64 {i}"),
+            e.define(f"extractelement {VECTOR} {low}, i64 {i}"),
+        )
         for high, low in [(lanes.load(sums, 0), lanes.load(sums, 1))]
         for i in range(LANES)
     ]

@@ -100,8 +100,7 @@ class Layout:
 def arrange(program: SeriesProgram, order: int) -> Layout:
     """The layout for ``program`` with q's series to ``order``."""
     dots = list(dot_products(program))
-    listed = [*program.coordinates, *program.velocities, *program.integrals]
-    state = {index: row for row, index in enumerate(listed)}
+    state = {index: row for row, index in enumerate(program.state)}
     groups = side_by_side(program, dots)
     read = [*read_alone(program, dots), *read_apart(groups)]
     old = dict.fromkeys(index for index, ahead in read if program.series[index].level - ahead > CARRIED)

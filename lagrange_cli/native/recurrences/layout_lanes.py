@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.recurrences.layout import Dot, Layout, dot_products, read_alone
+from lagrange_cli.native.recurrences.layout import Dot, dot_products, read_alone
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import SeriesProgram
 
@@ -30,11 +30,6 @@ class LaneLayout:
         """Vectors in all."""
         return self.span * (len(self.rows) + len(self.scaled))
 
-    @property
-    def one_motion(self) -> Layout:
-        """What the code that both shapes share asks of a layout: where low parts begin, and no groups."""
-        return Layout(self.order, self.state, {}, ())
-
     def slot(self, row: int, index: int) -> int:
         """Where a coefficient lies."""
         return self.span * row + index
@@ -51,15 +46,14 @@ class LaneLayout:
 def arrange_lanes(program: SeriesProgram, order: int) -> LaneLayout:
     """The layout for ``program`` with q's series to ``order``."""
     dots = tuple(sorted(dot_products(program), key=lambda dot: program.series[dot.index].level))
-    state = [*program.coordinates, *program.velocities, *program.integrals]
     together = [i for dot in dots for i in (dot.a, dot.b)]
     alone = [index for index, _ in read_alone(program, list(dots))]
-    listed = dict.fromkeys([*state, *together, *alone])
+    listed = dict.fromkeys([*program.state, *together, *alone])
     rows = {index: row for row, index in enumerate(listed)}
     scaled = dict.fromkeys(dot.a for dot in dots if dot.weighted)
     return LaneLayout(
         order,
-        {index: row for row, index in enumerate(state)},
+        {index: row for row, index in enumerate(program.state)},
         rows,
         {index: len(rows) + i for i, index in enumerate(scaled)},
         dots,

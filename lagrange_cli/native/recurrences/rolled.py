@@ -1,4 +1,4 @@
-"""The series of one motion in doubles: stages written out, then a loop over k; sums of products side by side."""
+"""The series of one motion in doubles: stages written out, then a loop over k; dot products side by side."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ Factors: TypeAlias = "list[tuple[V | None, V | None]]"
 
 @dataclass
 class Stage(Generic[V]):
-    """What stages of any schedule share: the recurrences, for any kind of numbers. ``ahead`` is an index relative
-    to k.
+    """What stages of any schedule share: the recurrences, for any kind of numbers. ``ahead`` is an index
+    relative to k.
 
     ``sums`` holds the dot products of the stage that were made side by side, by series and whether weighted:
     a sum, and the factors of what is still to be added to it.
@@ -141,7 +141,8 @@ class Stage(Generic[V]):
         if one.op in (Op.COORDINATE, Op.TIME):
             if not self.is_index(ahead, 1):
                 return None
-            rate = expansion.kind.one if one.op is Op.TIME else expansion.velocity(one.data)
+            coordinates = expansion.program.coordinates
+            rate = expansion.kind.one if one.op is Op.TIME else expansion.velocity(coordinates.index(index))
             return self.integrated(rate, ahead)
         if one.op is Op.LINEAR:
             return expansion.linear(one, [self.at(argument, ahead) for argument in one.arguments])
@@ -168,15 +169,17 @@ class Stage(Generic[V]):
             return expansion.linear(one, [changed(argument, one.level) for argument in one.arguments], start)
         if one.op is Op.MULTIPLY:
             pairs = ((b, changed(a, one.level)) for a, b in (one.arguments, one.arguments[::-1]))
-            terms = [(expansion.table[other][0], value) for other, value in pairs if value is not None]
-            return kind.total(terms, start)
+            return kind.total(
+                [(expansion.table[other][0], value) for other, value in pairs if value is not None], start
+            )
         if one.op is Op.DERIVATIVE:
             return self.derived(changed(one.arguments[0], one.level + 1), one.level + 1, start)
         if one.op is Op.PRIMITIVE:
             return kind.add(start, self.integrated(changed(one.arguments[0], one.level - 1), one.level))
         if one.op is Op.POWER:
-            terms = [(expansion.sensitivities[index][0], changed(one.arguments[0], one.level))]
-            return kind.total(terms, start)
+            return kind.total(
+                [(expansion.sensitivities[index][0], changed(one.arguments[0], one.level))], start
+            )
         raise ValueError(f"{one.op} is never corrected")
 
     def solve(self) -> None:

@@ -14,10 +14,9 @@ from lagrange_cli.native.numbers.double_double import (
     TYPE,
     DoubleDoubleBody,
     Pair,
-    fast_sum,
     function,
-    two_sum,
 )
+from lagrange_cli.native.numbers.error_free import fast_sum, two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows, velocities
 from lagrange_cli.native.state import CLOCK
 from lagrange_cli.native.stepping.acceptance_double_double import confirmation, numbers

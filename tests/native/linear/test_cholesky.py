@@ -1,6 +1,7 @@
 """Large definite blocks of the mass matrix: factored and solved in machine code, against numpy."""
 
 import ctypes
+from functools import partial
 
 import numpy as np
 import pytest
@@ -8,13 +9,12 @@ import pytest
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
-from lagrange_cli.native.linear.blocks import UNROLLED, InMemory, factor_block
+from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, InMemory
 from lagrange_cli.native.linear.cholesky import factor_definite
 from lagrange_cli.native.linear.triangular import solve_definite
+from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
 from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Emitter, literal
-from lagrange_cli.native.program import ATTRIBUTES, GLOBALS
-from lagrange_cli.native.recurrences.evaluation import DECLARATIONS
 
 SCALE = -0.5
 
@@ -26,9 +26,10 @@ def solver(size, level):
     """
     emitter = Emitter()
     matrix = [[emitter.load("%matrix", size * j + k) for k in range(size)] for j in range(size)]
-    block, regular, doubles = factor_block(emitter, matrix, True, 0)
+    blocks = Factorization(emitter, 0, partial(InMemory, emitter), UNROLLED)
+    block, regular = blocks.factor(matrix, True)
     for _ in range(2):  # twice: a factorization serves all orders of a step
-        solution = block.solve(emitter, [emitter.load("%right", j) for j in range(size)], literal(SCALE))
+        solution = block.solve([emitter.load("%right", j) for j in range(size)], literal(SCALE))
     for j, value in enumerate(solution):
         emitter.store(value, "%right", j)
     body = "\n".join(emitter.lines)
@@ -45,7 +46,7 @@ def solver(size, level):
     loaded = load(compile_text("\n".join([*text, ATTRIBUTES]), level))
     pointer = ctypes.c_void_p
     function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("solve"))
-    return block, function, aligned(max(1, doubles)), loaded
+    return block, function, aligned(max(1, blocks.place)), loaded
 
 
 @pytest.mark.parametrize("level", [QUICK, FULL])
