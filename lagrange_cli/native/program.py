@@ -10,10 +10,9 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
-from lagrange_cli.native.linear.blocks import UNROLLED, InMemory
+from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, MORE
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Emitter, literal, operand
 from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.numbers.vector import Bit, Real
@@ -65,8 +64,6 @@ class Motion:
 
 def double(equations: Equations) -> Motion:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
-    from lagrange_cli.native.linear.cholesky import factor_definite
-    from lagrange_cli.native.linear.triangular import solve_definite
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
@@ -80,10 +77,7 @@ def double(equations: Equations) -> Motion:
     )
     parts = [*tables("", order + 4), write_jet(Memory(expansion, emitter, layout))]
     work = LANES * -(-expansion.factorization.place // LANES)
-    large = [block for block in expansion.factors if isinstance(block, InMemory)]
-    if large:
-        strides = {block.stride for block in large if block.name == "definite"}
-        parts += [fill_in("linear", {}), factor_definite(), *map(solve_definite, sorted(strides))]
+    parts += expansion.factorization.functions
     degrees = equations.state.degrees
     if order >= STEPPING:
         parts.append(stepper(layout, degrees, work, equations.tolerance, equations.hidden))
@@ -94,7 +88,6 @@ def double(equations: Equations) -> Motion:
 def double_double(equations: Equations) -> Motion:
     """In double-double."""
     from lagrange_cli.native.functions.double_double import functions
-    from lagrange_cli.native.linear.lu import linear_solver
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
@@ -103,7 +96,7 @@ def double_double(equations: Equations) -> Motion:
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
     stepping = DoubleDoubleStepper(rows, equations.tolerance).functions()
-    parts = [MORE, *operations(), *functions(), linear_solver(), jet, *stepping]
+    parts = [MORE, *operations(), *functions(), jet, *stepping]
     return Motion(parts, LANES * -(-work // LANES), count)
 
 

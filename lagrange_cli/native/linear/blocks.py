@@ -2,20 +2,17 @@
 
 Each diagonal block on its own. A definite block by Cholesky's method in the form L D L^T, which needs no
 pivoting (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1); any other by Gaussian elimination
-with partial pivoting. Small blocks are written out, with exchanges as selections; large ones call the
-loops of ``linear.ll`` and ``definite.ll``.
+with partial pivoting. Small blocks are written out, with exchanges as selections; large ones call functions
+of ``cholesky`` and ``lu``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from typing import Generic, Protocol
 
-from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.linear.triangular import solver_of
-from lagrange_cli.native.numbers.double import Emitter, Value, literal, operand
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 UNROLLED = {"definite": 12, "general": 5}
 """Rows of a block up to which its elimination is written out."""
@@ -37,6 +34,9 @@ class Large(Factored[V], Protocol[V]):
 
     @property
     def doubles(self) -> int: ...
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """The texts of the functions that it calls."""
 
     def factor(self, matrix: list[list[V | None]]) -> Condition:
         """Store the block and factor it: whether it is regular."""
@@ -44,21 +44,24 @@ class Large(Factored[V], Protocol[V]):
 
 @dataclass
 class Factorization(Generic[V]):
-    """How blocks are factored: up to so many rows (``unrolled``) written out, larger ones as ``large``
-    makes them of a name, a place and a number of rows, one behind the other from ``%work[place]`` on."""
+    """How ``definite`` and ``general`` blocks are factored: up to so many rows (``unrolled``) written out,
+    larger ones as ``large`` makes them of a place and a number of rows. These lie one behind the other from
+    ``%work[place]`` on, and call ``functions``."""
 
     kind: NumberKind[V]
     place: int
-    large: Callable[[str, int, int], Large[V]]
+    large: Mapping[str, Callable[[int, int], Large[V]]]
     unrolled: Mapping[str, int]
+    functions: dict[str, None] = field(default_factory=dict)
 
     def factor(self, matrix: list[list[V | None]], definite: bool) -> tuple[Factored[V], Condition]:
         """A factored block, and whether it is regular."""
         name = "definite" if definite else "general"
         if len(matrix) <= self.unrolled[name]:
             return (factor_definite if definite else factor_general)(self.kind, matrix)
-        block = self.large(name, self.place, len(matrix))
+        block = self.large[name](self.place, len(matrix))
         self.place += block.doubles
+        self.functions.update(dict.fromkeys(block.functions))
         return block, block.factor(matrix)
 
 
@@ -111,70 +114,6 @@ class General(Generic[V]):
                 x[j] = kind.fms(self.upper[j][i], x[i], x[j])
             x[j] = kind.mul(x[j], self.reciprocal[j])
         return x
-
-
-@dataclass(frozen=True)
-class InMemory:
-    """A block of ``size`` rows at ``%work[place]``; behind it are what ``definite.py`` keeps of its diagonal
-    blocks, its pivots' row and the right-hand side's."""
-
-    emitter: Emitter
-    name: str
-    place: int
-    size: int
-
-    @property
-    def stride(self) -> int:
-        """Doubles of a row: whole vectors."""
-        return LANES * -(-self.size // LANES)
-
-    @property
-    def doubles(self) -> int:
-        """Doubles that the block takes in all."""
-        return self.stride * (self.stride + LANES + 2)
-
-    @property
-    def pivots(self) -> int:
-        """Where its pivots' row is."""
-        return self.place + self.stride * (self.stride + LANES)
-
-    @property
-    def right(self) -> int:
-        """Where its right-hand side is."""
-        return self.pivots + self.stride
-
-    @property
-    def _sizes(self) -> tuple[str, str]:
-        return f"i64 {self.size}", f"i64 {self.stride}"
-
-    def _call(self, result: str, name: str, places: Sequence[int], *more: str) -> str:
-        pointers = [
-            "ptr " + self.emitter.define(f"getelementptr inbounds double, ptr %work, i64 {place}")
-            for place in places
-        ]
-        return f"call {result} @{name}({', '.join([*pointers, *more])})"
-
-    def factor(self, matrix: list[list[Value]]) -> str:
-        """Store the block and factor it; an i1 that tells whether it is regular."""
-        for j, row in enumerate(matrix):
-            for k in range(j if self.name == "definite" else 0, self.size):
-                self.emitter.store(row[k], "%work", self.place + self.stride * j + k)
-            if self.name == "definite":
-                self.emitter.store(row[j], "%work", self.pivots + j)
-        places, name = (self.place, self.pivots), f"factor_{self.name}"
-        floor = f"double {operand(literal(FLOOR * self.emitter.unit))}"
-        return self.emitter.define(self._call("i1", name, places, *self._sizes, floor))
-
-    def solve(self, right: list[Value], scale: Value) -> list[Value]:
-        """x with M x = ``scale * right``."""
-        scaled = [self.emitter.mul(value, scale) for value in right]
-        self.emitter.store_rows(self.stride, scaled, "%work", self.right)
-        places = self.place, self.pivots, self.right
-        if self.name == "definite":
-            self.emitter.line("  " + self._call("void", solver_of(self.stride), places))
-        else:
-            self.emitter.line("  " + self._call("void", "solve_general", places, *self._sizes))
-        return [self.emitter.load("%work", self.right + j) for j in range(self.size)]
 
 
 def exchange(

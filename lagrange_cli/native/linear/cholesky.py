@@ -8,10 +8,64 @@ matrix.
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.linear.blocks import FLOOR
+from lagrange_cli.native.linear.triangular import solve_definite, solver_of
 from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.double import Emitter, Value, literal
 from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.records import dataclass
 
 PANEL = range(LANES)
+
+
+@dataclass(frozen=True)
+class LargeDefinite:
+    """A block of ``size`` rows at ``%work[place]``; behind it are what is kept of its diagonal blocks, its
+    pivots' row and a right-hand side."""
+
+    emitter: Emitter
+    place: int
+    size: int
+
+    @property
+    def stride(self) -> int:
+        """Doubles of a row: whole vectors."""
+        return LANES * -(-self.size // LANES)
+
+    @property
+    def doubles(self) -> int:
+        """Doubles that the block takes in all."""
+        return self.stride * (self.stride + LANES + 2)
+
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """The functions that it calls."""
+        return factor_definite(), solve_definite(self.stride)
+
+    @property
+    def _places(self) -> tuple[int, int, int]:
+        pivots = self.place + self.stride * (self.stride + LANES)
+        return self.place, pivots, pivots + self.stride
+
+    def factor(self, matrix: list[list[Value]]) -> str:
+        """Store the block and factor it; an i1 that tells whether it is regular."""
+        place, pivots, _ = self._places
+        for j, row in enumerate(matrix):
+            for k in range(j, self.size):
+                self.emitter.store(row[k], "%work", place + self.stride * j + k)
+            self.emitter.store(row[j], "%work", pivots + j)
+        sizes = f"i64 {self.size}, i64 {self.stride}, double {literal(FLOOR * self.emitter.unit)}"
+        return self.emitter.define(f"call i1 @factor_definite({self._addresses(2)}, {sizes})")
+
+    def solve(self, right: list[Value], scale: Value) -> list[Value]:
+        """x with M x = ``scale * right``."""
+        place = self._places[2]
+        self.emitter.store_rows(self.stride, [self.emitter.mul(x, scale) for x in right], "%work", place)
+        self.emitter.line(f"  call void @{solver_of(self.stride)}({self._addresses(3)})")
+        return [self.emitter.load("%work", place + j) for j in range(self.size)]
+
+    def _addresses(self, count: int) -> str:
+        return ", ".join(f"ptr {self.emitter.place('%work', place)}" for place in self._places[:count])
 
 
 def factor_definite() -> str:

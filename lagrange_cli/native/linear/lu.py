@@ -1,136 +1,156 @@
-"""Linear equations in double-double: elimination with row interchanges, in loops over what lies in memory."""
+"""Elimination with row interchanges, in loops over what lies in memory, for numbers of any kind.
+
+P M = L U column by column (Golub and Van Loan, Matrix Computations, 4th ed., sec. 3.4). Pivots are chosen by
+the doubles that numbers begin with.
+"""
 
 from __future__ import annotations
 
-from lagrange_cli.native.numbers.double_double import DoubleDouble, DoubleDoubleBody, Pair, function
+from collections.abc import Callable
+from typing import Generic
+
+from lagrange_cli.native.linear.blocks import FLOOR
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.kind import V, Written
+from lagrange_cli.native.numbers.vector import Bit, Integer, Real
 from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)
-class InMemory:
+class LargeGeneral(Generic[V]):
     """A block of ``size`` rows at ``%work[place]``; behind it are its pivots and a right-hand side."""
 
-    kind: DoubleDouble
+    kind: Written[V]
     place: int
     size: int
 
     @property
     def doubles(self) -> int:
         """Doubles that the block takes in all."""
-        return 2 * self.size * (self.size + 2)
+        return self.kind.parts * self.size * (self.size + 2)
 
-    def factor(self, matrix: list[list[Pair | None]]) -> str:
+    @property
+    def functions(self) -> tuple[str, ...]:
+        """The functions that it calls."""
+        return factor_general(type(self.kind)), solve_general(type(self.kind))
+
+    def factor(self, matrix: list[list[V | None]]) -> str:
         """Store the block and factor it; an i1 that tells whether it is regular."""
         for i, entry in enumerate(entry for row in matrix for entry in row):
-            self.kind.store(entry, "%work", self.place + 2 * i, 1)
-        block = self.kind.body.place("%work", self.place)
-        return self.kind.body.define(f"call i1 @factor(ptr {block}, i64 {self.size})")
+            self._store(entry, i)
+        return self.kind.body.define(f"call i1 @factor_general({self._address(0)}, i64 {self.size})")
 
-    def solve(self, right: list[Pair | None], scale: Pair | None) -> list[Pair | None]:
+    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
         """x with M x = ``scale * right``."""
-        kind, place = self.kind, self.place + 2 * self.size * (self.size + 1)
+        first = self.size * (self.size + 1)
         for i, value in enumerate(right):
-            kind.store(kind.mul(value, scale), "%work", place + 2 * i, 1)
-        block, solution = (kind.body.place("%work", at) for at in (self.place, place))
-        kind.body.line(f"  call void @solve(ptr {block}, ptr {solution}, i64 {self.size})")
-        return [kind.load("%work", place + 2 * i, 1) for i in range(self.size)]
+            self._store(self.kind.mul(value, scale), first + i)
+        places = f"{self._address(0)}, {self._address(first)}"
+        self.kind.body.line(f"  call void @solve_general({places}, i64 {self.size})")
+        return [self.kind.load("%work", self._index(first + i), 1) for i in range(self.size)]
+
+    def _index(self, number: int) -> int:
+        return self.place + self.kind.parts * number
+
+    def _store(self, value: V | None, number: int) -> None:
+        self.kind.store(value, "%work", self._index(number), 1)
+
+    def _address(self, number: int) -> str:
+        place = f"getelementptr inbounds double, ptr %work, i64 {self._index(number)}"
+        return f"ptr {self.kind.body.define(place)}"
 
 
-def linear_solver() -> str:
-    """``i1 @factor(a, n)``, false where ``a`` is singular; ``@solve(a, b, n)``: the solution into ``b``.
+class Elimination(Function, Generic[V]):
+    """A function of a block ``%a`` of ``n`` rows, with its pivots behind it. What ``kind`` writes goes into
+    it. A number takes so many ``doubles``."""
 
-    ``a`` holds n rows of n numbers, then n pivots (whole numbers); the inverses of U's diagonal are in its
-    place.
-    """
-    return _factor() + _solve()
+    def __init__(self, make: Callable[[], Written[V]], result: str, name: str, more: str = "") -> None:
+        super().__init__(f"define internal {result} @{name}(ptr noalias %a, {more}i64 %n) #0")
+        self.kind = make()
+        self.kind.body.lines = self.sink
+        self.n = Integer(self, "%n")
+        self.doubles = self.kind.parts
+        self.width = self.n * self.doubles
+        self.pivots = self.place("%a", self.n * self.width)
 
+    def at(self, i: Integer, j: Integer) -> Integer:
+        """Where element (i, j) is."""
+        return i * self.width + j * self.doubles
 
-def _factor() -> str:
-    e = DoubleDoubleBody()
-    largest, where = e.define("alloca double"), e.define("alloca i64")
-    good = e.define("alloca i1")
-    e.line(f"  store i1 true, ptr {good}")
-    pivots = e.integer("mul", e.integer("mul", "%n", "%n"), 2)
+    def get(self, place: str, index: Integer) -> V:
+        """A number in memory."""
+        return self.kind.load(place, index.name, 1)
 
-    def at(i: str, j: str) -> str:
-        return e.integer("mul", e.integer("add", e.integer("mul", i, "%n"), j), 2)
+    def put(self, value: V | None, place: str, index: Integer) -> None:
+        """Store it."""
+        self.kind.store(value, place, index.name, 1)
 
-    def column(j: str) -> None:
-        e.line(f"  store double -1.0, ptr {largest}\n  store i64 {j}, ptr {where}")
-
-        def search(i: str) -> None:
-            size = e.magnitude(e.load("%a", at(i, j)))
-            larger = e.compare("ogt", size, e.load(largest, 0))
-            best = e.select(larger, size, e.load(largest, 0))
-            old = e.define(f"load i64, ptr {where}")
-            e.line(f"  store i64 {e.define(f'select i1 {larger}, i64 {i}, i64 {old}')}, ptr {where}")
-            e.store(best, largest, 0)
-
-        e.loop(j, "%n", search)
-        old = e.define(f"load i1, ptr {good}")
-        regular = e.compare("ogt", e.load(largest, 0), 0.0)
-        e.line(f"  store i1 {e.define(f'and i1 {old}, {regular}')}, ptr {good}")
-        pivot = e.define(f"load i64, ptr {where}")
-        e.line(f"  store i64 {pivot}, ptr {e.place('%a', e.integer('add', pivots, j))}")
-
-        def swap(c: str) -> None:
-            one, other = e.get("%a", at(j, c), 1), e.get("%a", at(pivot, c), 1)
-            e.put(one, "%a", at(pivot, c), 1)
-            e.put(other, "%a", at(j, c), 1)
-
-        e.loop(0, "%n", swap)
-        inverse = e.pair(1) / e.get("%a", at(j, j), 1)
-        e.put(inverse, "%a", at(j, j), 1)
-        below = e.integer("add", j, 1)
-
-        def eliminate(i: str) -> None:
-            factor = e.get("%a", at(i, j), 1) * inverse
-            e.put(factor, "%a", at(i, j), 1)
-
-            def update(c: str) -> None:
-                changed = e.get("%a", at(i, c), 1) - factor * e.get("%a", at(j, c), 1)
-                e.put(changed, "%a", at(i, c), 1)
-
-            e.loop(below, "%n", update)
-
-        e.loop(below, "%n", eliminate)
-
-    e.loop(0, "%n", column)
-    e.line(f"  ret i1 {e.define(f'load i1, ptr {good}')}")
-    return function("i1 @factor(ptr %a, i64 %n)", e)
+    def exchange(self, place: str, one: Integer, other: Integer, doubles: Integer | int) -> None:
+        """Exchange so many doubles that begin at two places."""
+        first, second = (self.place(place, each) for each in (one, other))
+        with self.loop(0, doubles, tested=False) as k:
+            value = self.load(first, k)
+            self.store(self.load(second, k), first, k)
+            self.store(value, second, k)
 
 
-def _solve() -> str:
-    e = DoubleDoubleBody()
-    pivots = e.integer("mul", e.integer("mul", "%n", "%n"), 2)
+def factor_general(make: Callable[[], Written[V]]) -> str:
+    """``i1 @factor_general(a, n)``: whether ``a`` is regular. Then L is below its diagonal, U above, and the
+    inverses of U's diagonal between them; the rows that rows were exchanged with are behind it."""
+    f = Elimination(make, "i1", "factor_general")
+    kind, n = f.kind, f.n
 
-    def at(i: str, j: str) -> str:
-        return e.integer("mul", e.integer("add", e.integer("mul", i, "%n"), j), 2)
+    def size(i: Integer, j: Integer) -> Real:
+        return f.magnitude(f.load("%a", f.at(i, j)))
 
-    def twice(i: str) -> str:
-        return e.integer("mul", i, 2)
+    with f.loop(0, n, tested=False) as j:
+        largest = f.variable(f.constant(0.0))
+        with f.loop(0, n, tested=False) as i:
+            largest.set(f.function("maxnum", largest.get(), size(i, j)))
+        f.store(largest.get(), f.pivots, j)
+    regular = f.variable(Bit(f, "true"))
+    with f.loop(0, n, tested=False) as j:
+        pivot, largest = f.variable(j), f.variable(size(j, j))
+        with f.loop(j + 1, n) as i:
+            here = size(i, j)
+            more = here > largest.get()
+            pivot.set(f.select(more, i, pivot.get()))
+            largest.set(f.select(more, here, largest.get()))
+        floor = f.load(f.pivots, j) * (FLOOR * kind.unit)
+        regular.set(regular.get() & (largest.get() > floor))
+        f.store(pivot.get(), f.pivots, j)
+        f.exchange("%a", j * f.width, pivot.get() * f.width, f.width)
+        inverse = kind.div(kind.one, f.get("%a", f.at(j, j)))
+        f.put(inverse, "%a", f.at(j, j))
+        with f.loop(j + 1, n) as i:
+            factor = kind.mul(f.get("%a", f.at(i, j)), inverse)
+            f.put(factor, "%a", f.at(i, j))
+            with f.loop(j + 1, n, tested=False) as k:
+                place = f.at(i, k)
+                f.put(kind.fms(factor, f.get("%a", f.at(j, k)), f.get("%a", place)), "%a", place)
+    f.give(regular.get())
+    return f.text()
 
-    def eliminate(i: str, j: str, x: Pair) -> None:
-        e.put(e.get("%b", twice(i), 1) - x * e.get("%a", at(i, j), 1), "%b", twice(i), 1)
 
-    def swap(j: str) -> None:
-        pivot = e.define(f"load i64, ptr {e.place('%a', e.integer('add', pivots, j))}")
-        one, other = e.get("%b", twice(j), 1), e.get("%b", twice(pivot), 1)
-        e.put(one, "%b", twice(pivot), 1)
-        e.put(other, "%b", twice(j), 1)
+def solve_general(make: Callable[[], Written[V]]) -> str:
+    """``@solve_general(a, b, n)`` with ``a`` as ``@factor_general`` leaves it: ``b`` becomes the solution."""
+    f = Elimination(make, "void", "solve_general", "ptr noalias %b, ")
+    kind, n, parts = f.kind, f.n, f.doubles
 
-    def forward(j: str) -> None:
-        x = e.get("%b", twice(j), 1)
-        e.loop(e.integer("add", j, 1), "%n", lambda i: eliminate(i, j, x))
+    def eliminate(x: V | None, i: Integer, j: Integer) -> None:
+        f.put(kind.fms(x, f.get("%a", f.at(i, j)), f.get("%b", i * parts)), "%b", i * parts)
 
-    def backward(step: str) -> None:
-        j = e.integer("sub", e.integer("sub", "%n", step), 1)
-        x = e.get("%b", twice(j), 1) * e.get("%a", at(j, j), 1)
-        e.put(x, "%b", twice(j), 1)
-        e.loop(0, j, lambda i: eliminate(i, j, x))
-
-    e.loop(0, "%n", swap)
-    e.loop(0, "%n", forward)
-    e.loop(0, "%n", backward)
-    e.line("  ret void")
-    return function("void @solve(ptr %a, ptr %b, i64 %n)", e)
+    with f.loop(0, n, tested=False) as j:
+        f.exchange("%b", j * parts, f.load_integer(f.pivots, j) * parts, parts)
+    with f.loop(0, n, tested=False) as j:
+        known = f.get("%b", j * parts)
+        with f.loop(j + 1, n) as i:
+            eliminate(known, i, j)
+    with f.loop(0, n, tested=False) as done:
+        j = n - done - 1
+        x = kind.mul(f.get("%b", j * parts), f.get("%a", f.at(j, j)))
+        f.put(x, "%b", j * parts)
+        with f.loop(0, j) as i:
+            eliminate(x, i, j)
+    f.give()
+    return f.text()

@@ -78,10 +78,24 @@ class Loop:
         self._function.branch(condition, self._again, self._after)
 
 
+class _Lines(list[str]):
+    """The lines of the block that a function is being written in."""
+
+    def __init__(self, function: Function) -> None:
+        self._function = function
+
+    def append(self, line: str) -> None:
+        self._function.lines.append(line)
+
+
 class Function(Body):
-    """The text of one function. What is written behind ``give`` or ``leave`` in a block is dropped."""
+    """The text of one function. What is written behind ``give`` or ``leave`` in a block is dropped.
+    Another writer, whose names differ, can have ``sink`` as its lines."""
+
+    PREFIX = "%f"
 
     def __init__(self, head: str, lanes: int = 1) -> None:
+        self.sink: list[str] = _Lines(self)
         self._blocks: list[Block] = []
         self._open: Block | None = None
         """The block that ends with the condition of a ``when`` that has just been written."""

@@ -17,6 +17,9 @@ V = TypeVar("V", bound="Value")
 class Body:
     """The instructions of one function of ``lanes`` doubles, and the declarations that they need."""
 
+    PREFIX = "%v"
+    """What the names of values begin with."""
+
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
         self.real = kind("double", lanes)
@@ -28,7 +31,7 @@ class Body:
 
     def define(self, text: str) -> str:
         """A new value."""
-        name = f"%v{self._count}"
+        name = f"{self.PREFIX}{self._count}"
         self._count += 1
         self.line(f"  {name} = {text}")
         return name

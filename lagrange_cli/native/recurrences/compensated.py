@@ -5,13 +5,16 @@ Sums and products lose nothing that counts; functions are to first order, with t
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Mapping
+from functools import partial
 from typing import TypeAlias
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, InMemory
+from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, Large
+from lagrange_cli.native.linear.cholesky import LargeDefinite
+from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.numbers.double import Emitter, Operand, Value
 from lagrange_cli.native.numbers.error_free import two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number
@@ -126,9 +129,10 @@ def compensated_expansion(
     """The expansion in doubles of a state with remainders, ``width`` behind its rows. Large blocks of masses
     lie from ``%work[place]`` on."""
 
-    def large(name: str, place: int, size: int) -> InMemory:
-        return InMemory(emitter, name, place, size)
-
+    large: Mapping[str, Callable[[int, int], Large[str]]] = {
+        "definite": partial(LargeDefinite, emitter),
+        "general": partial(LargeGeneral[str], emitter),
+    }
     factorization = Factorization(emitter, place, large, UNROLLED)
     expansion = Expansion(residual, program, emitter, constants, factorization, "%t", width)
     series = (*program.coordinates, *program.velocities)

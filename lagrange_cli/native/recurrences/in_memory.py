@@ -6,10 +6,12 @@ power of two about as long as a step: so they do not overflow near a singularity
 
 from __future__ import annotations
 
+from functools import partial
+
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.linear.lu import InMemory as LargeBlock
+from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.numbers.double import Operand, Value, literal
 from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, DoubleDoubleBody, Pair, function
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
@@ -138,9 +140,7 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
     body.line(f"  call void @clear(ptr %work, i64 {rows.blocks})")
     time = Pair(body, "%t", "%tl")
 
-    def large(name: str, place: int, size: int) -> LargeBlock:
-        return LargeBlock(kind, place, size)
-
+    large = dict.fromkeys(UNROLLED, partial(LargeGeneral[Pair], kind))
     factorization = Factorization(kind, rows.blocks, large, UNROLLED)
     expansion = Expansion(residual, program, kind, constants, factorization, time, rows.width)
     if residual.cyclic_momenta:
@@ -156,7 +156,7 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
     body.loop(looped, last + 1, lambda k: InMemory(memory, k).write())
     body.line(f"  ret i1 {expansion.regular}")
     heads = "ptr %constants, double %t, double %tl, double %scale, ptr %state, ptr %work"
-    text = convolve(rows.beyond) + function(f"i1 @jet({heads})", body)
+    text = "".join([*factorization.functions, convolve(rows.beyond), function(f"i1 @jet({heads})", body)])
     return text, factorization.place, body.operations
 
 

@@ -9,11 +9,9 @@ import pytest
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
-from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, InMemory
-from lagrange_cli.native.linear.cholesky import factor_definite
-from lagrange_cli.native.linear.triangular import solve_definite
+from lagrange_cli.native.linear.blocks import UNROLLED, Factorization
+from lagrange_cli.native.linear.cholesky import LargeDefinite
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
-from lagrange_cli.native.llvm.template import fill_in
 from lagrange_cli.native.numbers.double import Emitter, literal
 
 SCALE = -0.5
@@ -26,7 +24,7 @@ def solver(size, level):
     """
     emitter = Emitter()
     matrix = [[emitter.load("%matrix", size * j + k) for k in range(size)] for j in range(size)]
-    blocks = Factorization(emitter, 0, partial(InMemory, emitter), UNROLLED)
+    blocks = Factorization(emitter, 0, {"definite": partial(LargeDefinite, emitter)}, UNROLLED)
     block, regular = blocks.factor(matrix, True)
     for _ in range(2):  # twice: a factorization serves all orders of a step
         solution = block.solve([emitter.load("%right", j) for j in range(size)], literal(SCALE))
@@ -38,9 +36,7 @@ def solver(size, level):
     text = [
         DECLARATIONS,
         GLOBALS,
-        fill_in("linear", {}),
-        factor_definite(),
-        solve_definite(block.stride) if isinstance(block, InMemory) else "",
+        *blocks.functions,
         f"{head} {{\n{body}\n  ret i1 {regular}\n}}",
     ]
     loaded = load(compile_text("\n".join([*text, ATTRIBUTES]), level))
@@ -53,7 +49,7 @@ def solver(size, level):
 @pytest.mark.parametrize("size", [2, UNROLLED["definite"], 13, 16, 17, 24, 31, 50])
 def test_large_definite_blocks_are_solved(size, level):
     block, function, work, loaded = solver(size, level)
-    assert isinstance(block, InMemory) == (size > UNROLLED["definite"])
+    assert isinstance(block, LargeDefinite) == (size > UNROLLED["definite"])
     source = np.random.default_rng(size)
     for _ in range(3):  # again and again in the same memory, as in step after step
         half = source.normal(size=(size, size))

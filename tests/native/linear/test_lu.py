@@ -1,0 +1,95 @@
+"""Blocks of any matrix: factored with row interchanges and solved in machine code, against what is known."""
+
+import ctypes
+from fractions import Fraction
+from functools import partial
+
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.arrays import aligned
+from lagrange_cli.native.compilation.llvm import compile_text
+from lagrange_cli.native.compilation.machine import FULL, QUICK, load
+from lagrange_cli.native.linear.blocks import Factorization
+from lagrange_cli.native.linear.lu import LargeGeneral
+from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
+
+KINDS = {"doubles": Emitter, "double-double": DoubleDouble}
+
+
+def solver(make, size, level, unrolled=0):
+    """A compiled function of (matrix, right-hand side): the solution, or None where the matrix is singular.
+
+    Numbers are rows of their parts.
+    """
+    kind = make()
+    parts = kind.parts
+
+    def number(pointer, index):
+        return kind.load(pointer, parts * index, 1)
+
+    matrix = [[number("%matrix", size * j + k) for k in range(size)] for j in range(size)]
+    blocks = Factorization(kind, 0, {"general": partial(LargeGeneral, kind)}, {"general": unrolled})
+    block, regular = blocks.factor(matrix, False)
+    for _ in range(2):  # a factorization serves all orders of a step
+        solution = block.solve([number("%right", j) for j in range(size)], kind.one)
+    for j, value in enumerate(solution):
+        kind.store(value, "%right", parts * j, 1)
+    body = "\n".join(kind.body.lines)
+    head = "define i1 @run(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
+    text = [DECLARATIONS, GLOBALS, *(operations() if parts == 2 else ()), *blocks.functions]
+    text += [f"{head} {{\n{body}\n  ret i1 {regular}\n}}", ATTRIBUTES]
+    loaded, pointer = load(compile_text("\n".join(text), level)), ctypes.c_void_p
+    function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("run"))
+    work = aligned(max(1, blocks.place))
+
+    def solve(matrix, right):
+        given, result = np.ascontiguousarray(matrix), right.copy()
+        done = loaded and function(given.ctypes.data, result.ctypes.data, work.ctypes.data)
+        return result if done else None
+
+    return solve
+
+
+def exact(numbers):
+    """Rows of parts as fractions."""
+    return [sum(map(Fraction, row)) for row in numbers]
+
+
+@pytest.mark.parametrize("level", [QUICK, FULL])
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(("size", "unrolled"), [(1, 0), (2, 0), (4, 5), (5, 0), (7, 0), (18, 0)])
+def test_what_was_put_in_comes_out(name, size, unrolled, level):
+    """Matrices with zeros on the diagonal, so that every column takes an interchange."""
+    kind, source = KINDS[name], np.random.default_rng(size)
+    solve, parts = solver(kind, size, level, unrolled), kind.parts
+    unit = 2.0**-53 if parts == 1 else 2.0**-105
+    for _ in range(3):  # in the same memory, as in step after step
+        matrix = np.zeros((size, size, parts))
+        matrix[..., 0] = source.normal(size=(size, size))
+        if size > 1:
+            np.fill_diagonal(matrix[..., 0], 0.0)
+        if parts == 2:
+            matrix[..., 1] = 2.0**-54 * matrix[..., 0] * source.uniform(-1, 1, (size, size))
+        right = np.zeros((size, parts))
+        right[:, 0] = source.normal(size=size)
+        found = exact(solve(matrix, right))
+        for row, wanted in zip(matrix, exact(right)):
+            terms = [a * x for a, x in zip(exact(row), found)]
+            assert abs(sum(terms) - wanted) <= 64 * size * unit * float(sum(map(abs, terms)) + abs(wanted))
+
+
+@pytest.mark.parametrize("name", KINDS)
+@pytest.mark.parametrize(("size", "unrolled"), [(2, 5), (3, 0), (9, 0)])
+def test_singular_blocks_are_found(name, size, unrolled):
+    """By a pivot of a few units of rounding."""
+    solve, parts = solver(KINDS[name], size, FULL, unrolled), KINDS[name].parts
+    matrix = np.zeros((size, size, parts))
+    matrix[..., 0] = np.random.default_rng(1).integers(-9, 9, (size, size))
+    right = np.zeros((size, parts))
+    assert solve(matrix, right) is not None
+    matrix[-1] = matrix[0]
+    matrix[:-1, :, 0] *= 3.0
+    assert solve(matrix, right) is None
