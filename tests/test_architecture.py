@@ -11,7 +11,7 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.support.command import ENVIRONMENT, ROOT
+from tests.support.command import PATIENCE, ROOT, environment
 
 PAGE = (ROOT / "docs" / "architecture.md").read_text(encoding="utf-8")
 RECIPES = dict(re.findall(r"^### (.*?)\n(.*?)(?=^### |\Z)", PAGE, re.MULTILINE | re.DOTALL))
@@ -72,9 +72,10 @@ def run(folder: Path, *arguments: str, status: int = 0) -> subprocess.CompletedP
     done = subprocess.run(
         [sys.executable, "-m", "lagrange_cli", *arguments],
         cwd=folder,
-        env={**ENVIRONMENT, "PYTHONPATH": str(folder)},
+        env=environment() | {"PYTHONPATH": str(folder)},
         capture_output=True,
         text=True,
+        timeout=PATIENCE,
     )
     assert done.returncode == status, done.stderr
     return done
