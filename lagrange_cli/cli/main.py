@@ -70,7 +70,7 @@ def lagrange() -> None:
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return the exit status; every error ends here, with a message."""
     if "_LAGRANGE_COMPLETE" in os.environ:
-        from lagrange_cli.cli.completion.offers import answer
+        from lagrange_cli.cli.shells import answer
 
         return answer(lagrange)
     try:

@@ -12,13 +12,22 @@ from lagrange_cli.cli.console import STANDARD_INPUT, stem
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.formats import ENDINGS, HDF5
-from lagrange_cli.run.request import Request
+from lagrange_cli.run.request import CSV, HDF5, Request
 
 if TYPE_CHECKING:
     from lagrange_cli.store.target import Target
 
 STANDARD_OUTPUT = "-"
+
+ENDINGS = {HDF5: ".h5", CSV: ".csv"}
+OTHERS = frozenset(
+    (
+        ".txt", ".tsv", ".json", ".jsonl", ".yaml", ".yml", ".npy", ".npz", ".mat", ".xls", ".xlsx", ".ods",
+        ".parquet", ".feather", ".pkl", ".pickle", ".zarr", ".fits", ".sqlite", ".db", ".png", ".svg", ".pdf",
+        ".gif", ".mp4", ".gz", ".bz2", ".xz", ".zst", ".zip", ".tar",
+    )
+)  # fmt: skip
+"""Endings that promise a format which is not written. (Any other ending is as good as .h5.)"""
 
 
 @dataclass(frozen=True)
@@ -51,6 +60,25 @@ def options_given(request: Request) -> dict[str, str]:
     for option, pairs in (("set", request.overrides), ("size", request.sizes)):
         shown |= {f"{option} {name}": f"--{option} {name}={text}" for name, text in pairs.items()}
     return shown
+
+
+def format_of(output: str | None, asked: str | None = None) -> str:
+    """The format of an output: the one ``asked`` for with ``--format``, else what its name says.
+
+    Raises ``UsageError`` where the name promises another one.
+    """
+    if asked is not None or output is None:
+        return asked or HDF5
+    stem, ending = os.path.splitext(output)
+    if ending.lower() == ENDINGS[CSV]:
+        return CSV
+    if ending.lower() in OTHERS:
+        stem = os.path.splitext(stem)[0] or stem
+        raise UsageError(
+            f"outputs are HDF5 or CSV, not {ending[1:]}: name the file {stem}.h5 or {stem}.csv "
+            "(or say --format, to have it under this name)"
+        )
+    return HDF5
 
 
 def output_name(system: str, output: str | None, suffix: str = "", format: str = HDF5) -> str:

@@ -7,7 +7,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.cli import shipped
 from lagrange_cli.cli.console import STANDARD_INPUT, display_name
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.limits import whole
@@ -32,7 +31,7 @@ def read_system(
     Raises ``FileError`` where the file cannot be read, ``SpecError`` where it is wrong, ``UsageError`` where
     an option is.
     """
-    from lagrange_cli.run.read import read_run
+    from lagrange_cli.run.derive import read_run
 
     with stage("parse"):
         return read_run(
@@ -64,6 +63,8 @@ def read_bytes(system: str) -> bytes:
 
 def shipped_hint(system: str) -> str:
     """How to get the shipped system that was perhaps meant, or an empty text."""
+    from lagrange_cli.cli import shipped
+
     name = Path(system).stem
     if name not in shipped.names():
         return ""

@@ -1,4 +1,4 @@
-"""The attributes of the root of an output: what made the file, how the run ended, and warnings about it."""
+"""What the file of a run says: its datasets, what made it, how the run ended, and warnings about that."""
 
 from __future__ import annotations
 
@@ -9,11 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import lagrange_cli
 from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.records import replace
+from lagrange_cli.spec.spec import has_units
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.outcome import Outcome
+    from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.store.layout import Series
 
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
@@ -97,3 +101,38 @@ def finite(content: Any) -> Any:
     if isinstance(content, (list, tuple)):
         return [finite(value) for value in content]
     return content
+
+
+def units_of(spec: Spec) -> Mapping[str, str]:
+    """The units of datasets by path; a file without any unit does not even import what finds them."""
+    if not has_units(spec):
+        return {}
+    from lagrange_cli.outputs.units import find_units
+
+    return find_units(spec).texts
+
+
+def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...]:
+    """The datasets of the run, with their units."""
+    from lagrange_cli.store.layout import Series
+
+    found = [
+        Series(
+            dataset.path,
+            dataset.shape,
+            units.get(dataset.path, ""),
+            dataset.long_name,
+            dataset.axes,
+            dataset.components,
+        )
+        for dataset in prepared.datasets
+        if dataset.path != "t"
+    ]
+    if prepared.machine.program.parts > 1:
+        from lagrange_cli.integrate.samples import LOW
+
+        text = "low part of {}, to be added to /{}"
+        found += [
+            replace(one, path=LOW + one.path, long_name=text.format(one.long_name, one.path)) for one in found
+        ]
+    return tuple(found)

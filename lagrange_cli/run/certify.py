@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.methods.table import TAYLOR
@@ -11,11 +9,7 @@ from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
-    from lagrange_cli.integrate.certify.certificate import Certificate
-    from lagrange_cli.integrate.prepared import Prepared
-    from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.settings import Settings
-    from lagrange_cli.spec.values import Values
     from lagrange_cli.store.layout import Series
 
 ORDERS = 26, 32
@@ -69,14 +63,3 @@ def series_of_errors(plain: tuple[Series, ...], companion: tuple[Series, ...]) -
             for one in companion
         ),
     )
-
-
-def certificate_of(
-    demand: Demand | None, companions: Sequence[Prepared], values: Values, times: Times
-) -> AbstractContextManager[Certificate | None]:
-    """The certificate asked for, if one is."""
-    if demand is None:
-        return nullcontext()
-    from lagrange_cli.integrate.certify.certificate import Certificate
-
-    return Certificate(companions, values, times, demand.digits, demand.target)

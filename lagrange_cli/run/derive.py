@@ -1,16 +1,52 @@
-"""From a system to its equations of motion; what is wrong with them is shown at its place in the file."""
+"""From the content of a system file to its ``Spec``, and to its equations of motion.
+
+What is wrong with any of it is shown at its place in the file.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.errors import NotReal, Problem, SingularCoordinate, SpecError, TooLarge
+from lagrange_cli.errors import NotReal, Problem, SingularCoordinate, SpecError, TooLarge, UsageError
+from lagrange_cli.run.settings import check_defaults
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import Spec
+
+Numbers = TypeVar("Numbers")
+
+
+def read_run(
+    content: bytes,
+    filename: str,
+    sizes: Mapping[str, str] | None,
+    numbers: Callable[[Spec, Problems], Numbers],
+) -> tuple[Spec, Numbers]:
+    """The system that the ``content`` of a file describes, and the numbers that it is run with.
+
+    ``numbers`` finds them in the spec, and adds to the problems what is wrong with them; ``sizes`` replace
+    those of the file; messages call the file ``filename``. All commands read a file in this way, so that none
+    accepts what another refuses.
+
+    Raises:
+        SpecError: all problems of the file, of its ``solve`` section, and those that ``numbers`` adds.
+        UsageError: the file is right, and what is asked of it is not.
+    """
+    from lagrange_cli.spec.read import examine
+
+    spec, problems = examine(content, filename, sizes)
+    check_defaults(spec, problems)
+    try:
+        found = numbers(spec, problems)
+    except UsageError:
+        problems.stop_if_any()
+        raise
+    problems.stop_if_any()
+    return spec, found
 
 
 def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:

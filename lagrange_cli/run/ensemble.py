@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.attributes import finite, origin
-from lagrange_cli.run.datasets import series_of
+from lagrange_cli.run.attributes import finite, origin, series_of
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome

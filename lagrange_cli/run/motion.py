@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.formats import HDF5
+from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
-from lagrange_cli.run.read import read_run
+from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.certify.certificate import Certificate
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.certify import Demand
@@ -99,3 +101,12 @@ def import_the_rest(form: str) -> None:
 
     if form == HDF5:
         import lagrange_cli.store.writer  # noqa: F401
+
+
+def certificate_of(ready: Ready, demand: Demand | None) -> AbstractContextManager[Certificate | None]:
+    """The certificate asked for, if one is."""
+    if demand is None:
+        return nullcontext()
+    from lagrange_cli.integrate.certify.certificate import Certificate
+
+    return Certificate(ready.companions, ready.motion.values, ready.times, demand.digits, demand.target)

@@ -7,15 +7,18 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.formats import HDF5
 from lagrange_cli.run.settings import resolve_settings
-from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.spec import SolveDefaults
 
 if TYPE_CHECKING:
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
 
+HDF5, CSV = "hdf5", "csv"
+FORMATS = HDF5, CSV
+"""The formats of an output."""
+TIMES = ("start", "stop", "step")
+"""What may be given as an expression."""
 SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
 
@@ -48,5 +51,9 @@ class Request:
         Raises ``UsageError`` for settings that make no sense.
         """
         exact = self.portable or self.precision != DOUBLE
-        asked = with_times(self.options, self.times, spec, parameters, exact=exact)
+        asked = self.options
+        if self.times:
+            from lagrange_cli.run.times import with_times
+
+            asked = with_times(asked, self.times, spec, parameters, exact=exact)
         return resolve_settings(spec, asked, self.precision, self.portable)

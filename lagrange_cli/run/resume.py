@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.extend import run_to_extend, to_extend
 
 if TYPE_CHECKING:
     from lagrange_cli.store.checkpoint import Checkpoint
@@ -70,6 +69,7 @@ def take_up(
     if not resume:
         make_room(target)
         return Start(target, made_by)
+    from lagrange_cli.run.extend import run_to_extend, to_extend
     from lagrange_cli.store.resume import Earlier, find_earlier
 
     run, before = signature(made_by), run_to_extend(target, made_by)

@@ -6,12 +6,10 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.attributes import attributes, origin
-from lagrange_cli.run.certify import certificate_of, series_of_errors
-from lagrange_cli.run.datasets import series_of, units_of
-from lagrange_cli.run.formats import CSV, HDF5
+from lagrange_cli.run.attributes import attributes, origin, series_of, units_of
 from lagrange_cli.run.monitor import SILENT, Monitor
-from lagrange_cli.run.motion import Motion, Ready, initial_state, prepare_all
+from lagrange_cli.run.motion import Motion, Ready, certificate_of, initial_state, prepare_all
+from lagrange_cli.run.request import CSV, HDF5
 from lagrange_cli.run.resume import Start, take_up
 
 if TYPE_CHECKING:
@@ -98,6 +96,8 @@ def integrate_and_write(
         units = units_of(ready.motion.spec)
         series = series_of(units, ready.prepared)
         if ready.companions:
+            from lagrange_cli.run.certify import series_of_errors
+
             series = series_of_errors(series, series_of(units, ready.companions[0]))
         layout = Layout(series, time_unit=units.get("t", ""))
     if request.format == CSV:
@@ -159,7 +159,7 @@ def record(
             checkpointing = None if demand is not None else Checkpointing(begin, schedule, write_checkpoint)
             with (
                 stage("integrate"),
-                certificate_of(demand, ready.companions, values, times) as certificate,
+                certificate_of(ready, demand) as certificate,
             ):
                 outcome = integrate(
                     prepared,

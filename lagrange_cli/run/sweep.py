@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.datasets import units_of
+from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensemble import Ensemble, attributes, dimensions, made_by, series
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.prepare import prepare_run

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.run import integrate
-from lagrange_cli.run.certify import certificate_of
+from lagrange_cli.run.motion import certificate_of
 from lagrange_cli.store.csv_file import CsvFile
 
 if TYPE_CHECKING:
@@ -44,7 +44,7 @@ def tabulate(
         with table:
             with (
                 stage("integrate"),
-                certificate_of(demand, ready.companions, values, times) as certificate,
+                certificate_of(ready, demand) as certificate,
             ):
                 outcome = integrate(
                     ready.prepared,

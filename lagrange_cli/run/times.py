@@ -12,8 +12,6 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.syntax import Tree
     from lagrange_cli.spec.spec import SolveDefaults, Spec
 
-TIMES = ("start", "stop", "step")
-
 
 def with_times(
     options: SolveDefaults,
@@ -23,7 +21,7 @@ def with_times(
     *,
     exact: bool = False,
 ) -> SolveDefaults:
-    """The options with the values of ``texts``, by name (of ``TIMES``).
+    """The options with the values of ``texts``, by name (of ``request.TIMES``).
 
     ``parameters`` are those that the run has; a sweep has those that all members share. ``exact`` numbers are
     rounded once, when the value is known, and so the same on every machine. Raises ``UsageError``.

@@ -11,9 +11,9 @@ import click
 import pytest
 from click.shell_completion import ShellComplete
 
-from lagrange_cli.cli.completion.offers import names_in, register
-from lagrange_cli.cli.completion.shells import Bash, Zsh
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
+from lagrange_cli.cli.options.completion import names_in
+from lagrange_cli.cli.shells import Bash, Zsh, register
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.outputs.catalog import OUTPUTS
 from tests.support.command import PATIENCE, SYSTEMS, environment

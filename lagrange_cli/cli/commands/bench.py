@@ -6,8 +6,8 @@ from collections.abc import Container
 
 import click
 
-from lagrange_cli.cli.completion.offers import comma_list, files
 from lagrange_cli.cli.console import INTERRUPTED, complain, emit, emit_json, stem
+from lagrange_cli.cli.options.completion import comma_list, files
 from lagrange_cli.cli.options.shared import Given, given_options, system_argument
 from lagrange_cli.cli.progress import MeasuringProgress, Waiting
 from lagrange_cli.cli.source import read_system

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import click
 
-from lagrange_cli.cli.completion.offers import SHELLS, script
 from lagrange_cli.cli.console import emit
+from lagrange_cli.cli.shells import SHELLS, script
 
 
 @click.command("completion")

@@ -13,16 +13,16 @@ from lagrange_cli.cli.console import complain, discard_output, display_name, run
 from lagrange_cli.cli.options.certify import certify_options, options_given
 from lagrange_cli.cli.options.run import list_of_outputs, run_options
 from lagrange_cli.cli.options.shared import systems_argument
-from lagrange_cli.cli.output import Invocation, find_output, output_name
+from lagrange_cli.cli.output import Invocation, find_output, format_of, output_name
 from lagrange_cli.cli.progress import Progress, Waiting
 from lagrange_cli.cli.report.motion import say_finished, say_solved
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.records import replace
-from lagrange_cli.run.formats import CSV, FORMATS, format_of
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, ignore
+from lagrange_cli.run.request import CSV, FORMATS
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:

@@ -9,17 +9,17 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli.completion.offers import files
 from lagrange_cli.cli.console import STANDARD_INPUT, complain, display_name, run_each, stem
+from lagrange_cli.cli.options.completion import files
 from lagrange_cli.cli.options.run import list_of_outputs, run_options
 from lagrange_cli.cli.options.shared import SETTABLE, parse_pairs, system_argument
-from lagrange_cli.cli.output import Invocation, find_output, output_name
+from lagrange_cli.cli.output import Invocation, find_output, format_of, output_name
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
-from lagrange_cli.run.formats import HDF5, format_of
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, Stage, ignore
+from lagrange_cli.run.request import HDF5
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
@@ -146,8 +146,8 @@ def read_ensemble(system: str, asked: Invocation, draws: Draws, stage: Stage) ->
     content = read_bytes(system)
     with stage("import"):
         from lagrange_cli.cli.options.members import draw_members
+        from lagrange_cli.run.derive import read_run
         from lagrange_cli.run.ensemble import make_ensemble
-        from lagrange_cli.run.read import read_run
     with stage("parse"):
         spec, _ = read_run(content, display_name(system), request.sizes, lambda spec, problems: None)
         return make_ensemble(spec, draw_members(spec, draws, request.overrides), request)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import click
 
 from lagrange_cli.cli import shipped
-from lagrange_cli.cli.completion.offers import word
 from lagrange_cli.cli.console import emit
+from lagrange_cli.cli.options.completion import word
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
 

@@ -9,10 +9,10 @@ import click
 
 from lagrange_cli.cli.options.shared import Command
 from lagrange_cli.errors import UsageError
-from lagrange_cli.run.certify import Demand
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
+    from lagrange_cli.run.certify import Demand
 
 DIGITS = 6.0
 
@@ -49,6 +49,8 @@ def certify_options(command: Command) -> Command:
         if target_error is not None and not target_error > 0:
             raise UsageError(f"the target error must be a positive number, not {target_error:g}")
         if certify or digits is not None or target_error is not None:
+            from lagrange_cli.run.certify import Demand
+
             demand = Demand(DIGITS if digits is None else digits, target_error)
             if asked.request.resume:
                 raise UsageError("a run with --certify writes no checkpoints: leave out --resume")

@@ -8,15 +8,14 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cli.completion.offers import comma_list, files, word
+from lagrange_cli.cli.options.completion import comma_list, files, word
 from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
 from lagrange_cli.cli.output import Invocation
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS
-from lagrange_cli.run.request import COUNT, SECONDS, Request
+from lagrange_cli.run.request import COUNT, SECONDS, TIMES, Request
 from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES
-from lagrange_cli.run.times import TIMES
 from lagrange_cli.spec.spec import SolveDefaults
 
 OPTIONS = (

@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from lagrange_cli.cli.completion.offers import SYSTEMS, files, names
+from lagrange_cli.cli.options.completion import SYSTEMS, files, names
 from lagrange_cli.records import dataclass
 
 SETTABLE = names("parameters", "coordinates")

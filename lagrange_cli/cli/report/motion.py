@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.run.attributes import doubt, final_state
-from lagrange_cli.run.formats import HDF5
+from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation

@@ -7,7 +7,6 @@ that goes wrong is said.
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -19,10 +18,8 @@ if TYPE_CHECKING:
 
     from lagrange_cli.spec.nodes import Node
 
-VARIABLE = "_LAGRANGE_COMPLETE"
 SYSTEMS = ("yaml", "yml")
 """The endings of system files."""
-SHELLS = ("bash", "zsh", "fish")
 LARGEST = 200_000
 """Bytes of a system file in which names are still looked for."""
 
@@ -126,38 +123,3 @@ def names_in(system: str, sections: Sequence[str]) -> Iterator[str]:
             yield family + end
             if key.text == "coordinates":
                 yield f"{family}_dot{end}"
-
-
-def answer(cli: click.Command) -> int:
-    """Say what the shell has asked for in its variables, and nothing else."""
-    from click.shell_completion import shell_complete
-
-    with open(os.devnull, "w", encoding="utf-8") as nowhere:
-        stderr, sys.stderr = sys.stderr, nowhere
-        try:
-            with suppress(Exception):
-                register()
-                shell_complete(cli, {}, "lagrange", VARIABLE, os.environ[VARIABLE])
-        finally:
-            sys.stderr = stderr
-    return 0
-
-
-def script(cli: click.Command, shell: str) -> str:
-    """The script that has the shell ask."""
-    from click.shell_completion import get_completion_class
-
-    register()
-    kind = get_completion_class(shell)
-    assert kind is not None
-    return kind(cli, {}, "lagrange", VARIABLE).source()
-
-
-def register() -> None:
-    """Have click use the shells of ``shells``."""
-    from click.shell_completion import add_completion_class
-
-    from lagrange_cli.cli.completion.shells import Bash, Zsh
-
-    add_completion_class(Bash)
-    add_completion_class(Zsh)

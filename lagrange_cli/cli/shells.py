@@ -1,10 +1,28 @@
-"""How bash and zsh ask for completions and complete files; click's own scripts offer every file."""
+"""Completion in bash, zsh and fish: what a shell asks, and the script by which it asks.
+
+click's own scripts for bash and zsh would offer every file.
+"""
 
 from __future__ import annotations
 
+import os
+import sys
+from contextlib import suppress
 from typing import Any, ClassVar
 
-from click.shell_completion import BashComplete, CompletionItem, ShellComplete, ZshComplete
+import click
+from click.shell_completion import (
+    BashComplete,
+    CompletionItem,
+    ShellComplete,
+    ZshComplete,
+    add_completion_class,
+    get_completion_class,
+    shell_complete,
+)
+
+VARIABLE = "_LAGRANGE_COMPLETE"
+SHELLS = ("bash", "zsh", "fish")
 
 BASH = r"""%(complete_func)s() {
     local IFS=$'\n' current=${COMP_WORDS[COMP_CWORD]} kind value match files=
@@ -92,3 +110,30 @@ class Zsh(ZshComplete):
             pattern = f"*.({'|'.join(item.endings)})" if item.endings else "*"
             item = CompletionItem(pattern, type="file")
         return super().format_completion(item)
+
+
+def answer(cli: click.Command) -> int:
+    """Say what the shell has asked for in its variables, and nothing else."""
+    with open(os.devnull, "w", encoding="utf-8") as nowhere:
+        stderr, sys.stderr = sys.stderr, nowhere
+        try:
+            with suppress(Exception):
+                register()
+                shell_complete(cli, {}, "lagrange", VARIABLE, os.environ[VARIABLE])
+        finally:
+            sys.stderr = stderr
+    return 0
+
+
+def script(cli: click.Command, shell: str) -> str:
+    """The script that has the shell ask."""
+    register()
+    kind = get_completion_class(shell)
+    assert kind is not None
+    return kind(cli, {}, "lagrange", VARIABLE).source()
+
+
+def register() -> None:
+    """Have click use these shells."""
+    add_completion_class(Bash)
+    add_completion_class(Zsh)
