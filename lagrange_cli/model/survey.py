@@ -26,7 +26,6 @@ from lagrange_cli.model.dimensions import (
     total,
     vector,
 )
-from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_energy, is_pure, meaning
@@ -206,6 +205,10 @@ class Survey:
 
     def _forces(self) -> None:
         """Forces say nothing new, but may contradict."""
+        if not self.spec.forces:
+            return
+        from lagrange_cli.model.forces.table import FORCES  # which a short run without forces does not need
+
         for key, given in self.spec.forces.items():
             row = SECTIONS.by_word[key]
             for name, several in by_family(given.items()).items():
