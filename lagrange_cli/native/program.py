@@ -91,11 +91,11 @@ def double_double(equations: Equations) -> Motion:
     from lagrange_cli.native.numbers.double_double import operations
     from lagrange_cli.native.recurrences.in_memory import write_jet
     from lagrange_cli.native.recurrences.layout_rows import arrange
-    from lagrange_cli.native.stepping.advance_double_double import DoubleDoubleStepper
+    from lagrange_cli.native.stepping.double_doubles import stepper
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
-    stepping = DoubleDoubleStepper(rows, equations.tolerance).functions()
+    stepping = stepper(rows, equations.tolerance)
     parts = [MORE, *operations(), *functions(), jet, *stepping]
     return Motion(parts, LANES * -(-work // LANES), count)
 

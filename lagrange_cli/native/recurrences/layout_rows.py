@@ -6,7 +6,6 @@ Every series has a row: coefficients' high parts behind zeros, then the low part
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, SeriesProgram, reciprocal
 
@@ -15,12 +14,14 @@ from lagrange_cli.series.program import Op, SeriesProgram, reciprocal
 class Rows:
     """Where things are in ``%work`` and in the state, whose low parts are ``width`` doubles behind.
 
-    ``weighted`` are further rows for m p[m] of powers; behind all rows come the factored blocks of masses.
+    ``places`` are the numbers of rows, those of the state first. ``weighted`` are further rows for m p[m] of
+    powers; behind all rows come the factored blocks of masses.
     """
 
     program: SeriesProgram
     order: int
     width: int
+    places: dict[int, int]
     weighted: dict[int, int]
 
     @property
@@ -40,7 +41,7 @@ class Rows:
 
     def row(self, index: int) -> int:
         """Where coefficient 0 of a series is."""
-        return 2 * self.beyond * index + LANES
+        return 2 * self.beyond * self.places.get(index, index) + LANES
 
     @property
     def blocks(self) -> int:
@@ -52,10 +53,5 @@ def arrange(program: SeriesProgram, order: int, width: int) -> Rows:
     """The places for ``program`` with q's series to ``order``."""
     weighted = [i for i, one in enumerate(program.series) if one.op is Op.POWER and not reciprocal(one.data)]
     places = {index: len(program.series) + i for i, index in enumerate(weighted)}
-    return Rows(program, order, width, places)
-
-
-def velocities(rows: Rows, body: DoubleDoubleBody) -> list[tuple[int, str]]:
-    """Their rows in the state, and the addresses of their series."""
-    places = [body.place("%work", rows.row(i)) for i in rows.program.velocities]
-    return list(enumerate(places, len(places)))
+    listed = dict.fromkeys([*program.state, *range(len(program.series))])
+    return Rows(program, order, width, {index: row for row, index in enumerate(listed)}, places)

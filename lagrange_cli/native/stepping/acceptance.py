@@ -105,7 +105,7 @@ def accepted(lengths: Lengths, low: int = 0) -> Function:
         found, expected = row.series()[1], row.at("%rates")
         distance = expected - found
         if low:
-            rest = row.series().at(1, low)
+            rest = row.series()[1 + low]
             found, rest = found * Real(f, "%inverse"), rest * Real(f, "%inverse")
             distance = (expected - found) + (row.at("%low") - rest)
         strictly = f.magnitude(distance).compared("ugt", (row.at("%allowed") + uneven) * slack)

@@ -49,7 +49,7 @@ class Now:
     t: Real
     low: Real
     previous: Real
-    unit: Real | None = None
+    unit: Real
 
 
 class Steps(ABC):
@@ -125,7 +125,7 @@ def advance(steps: Steps) -> str:
     steps.forget(f)
     with f.forever() as rounds:
         t, low = clock(Clock.TIME), clock(Clock.TIME_LOW)
-        now, regular = steps.expand(f, Now(t, low, clock(Clock.STEP)))
+        now, regular = steps.expand(f, Now(t, low, clock(Clock.STEP), one))
         with f.when(~pending.get().equals(NOTHING)):
             room = f.constant(bounds.nothing_much) / (length.get() * length.get())
             failures, unexplained = clock(Clock.NARROW_FAILURES), clock(Clock.UNEXPLAINED)

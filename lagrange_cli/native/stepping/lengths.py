@@ -91,12 +91,12 @@ class Row:
         i = self.i + shift if shift else self.i
         return i if self.lengths.value == 1 else i * self.lengths.value
 
-    def series(self) -> Series:
+    def series(self, work: Pointer | str = "%work") -> Series:
         """Their series."""
         lengths = self.lengths
         at = self.i if lengths.row == 1 else self.i * lengths.row
         return Series(
-            lengths, self.f, self.f.place("%work", at + lengths.first if lengths.first else at, "double")
+            lengths, self.f, self.f.place(work, at + lengths.first if lengths.first else at, "double")
         )
 
     def among(self, first: int, count: int) -> Bit:
@@ -142,10 +142,6 @@ class Series:
     def __getitem__(self, m: int | Integer) -> Real:
         """The ``m``-th ones."""
         return self.f.load_row(self.place, m * self.lengths.term, self.lengths.lanes)
-
-    def at(self, m: int, beyond: int) -> Real:
-        """What is so many doubles behind them."""
-        return self.f.load_row(self.place, m * self.lengths.term + beyond, self.lengths.lanes)
 
     def put(self, value: Real, m: int | Integer) -> None:
         """The same, stored."""

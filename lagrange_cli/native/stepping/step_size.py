@@ -45,12 +45,14 @@ class StepSize:
     """Writes the functions that ``advance`` and ``follow`` take their steps from.
 
     The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
-    Velocities of a size up to ``rest`` do not count.
+    Velocities of a size up to ``rest`` do not count. Where time has a unit of its own in the series, none
+    ``fades``: no coefficient underflows.
     """
 
     lengths: Lengths
     tolerance: float
     rest: float = 0.0
+    fades: bool = True
 
     @property
     def safety(self) -> float:
@@ -59,7 +61,7 @@ class StepSize:
 
     def functions(self) -> list[Function]:
         """All of them."""
-        return [self.step_size(), self.cautious_step(), self.faded()]
+        return [self.step_size(), self.cautious_step(), *([self.faded()] if self.fades else [])]
 
     def function(self, head: str) -> Function:
         """One that gives numbers of each motion."""
@@ -114,11 +116,12 @@ class StepSize:
             largest = reduce(f.larger, greatest)
         step = exp2_roughly(-reduce(f.larger, exponents)) * self.safety
         step = f.select(largest.equals(0.0), f.constant(ENDLESS), step)
-        fades = (greatest[0] > 0.0) & greatest[-1].equals(0.0)
         result = f.variable(step)
-        with f.when(f.any(fades)):
-            less = f.call(Real, "faded", f.pointer("%work"))
-            result.set(f.select(fades, step * less, step))
+        if self.fades:
+            fading = (greatest[0] > 0.0) & greatest[-1].equals(0.0)
+            with f.when(f.any(fading)):
+                less = f.call(Real, "faded", f.pointer("%work"))
+                result.set(f.select(fading, step * less, step))
         f.give(result.get(), met)
         return f
 
@@ -135,7 +138,7 @@ class StepSize:
             with lengths.velocities(f) as row:
                 c = row.series()
                 size, one = self.sizes(row, c, h), f.magnitude(c[m])
-                counts = row.moving((size * one > 0.0) & (size > self.rest))
+                counts = row.moving((one > 0.0) & (size > self.rest))
                 ratio.set(f.smaller(ratio.get(), f.select(counts, size / one, lengths.wide(f, endless))))
             bound = self.root(f, lengths.gather(f, "fmin", ratio.get()), m.to_real())
             least.set(f.smaller(least.get(), bound))
