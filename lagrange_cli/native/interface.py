@@ -16,6 +16,8 @@ HIGHEST_ORDER = 40
 """The highest one that a tolerance asks for."""
 BEYOND = 3
 """Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""
+NEXT, LIMIT, HALT = range(3)
+"""Places in its queue: the next member, the first one that may not begin yet, whether to stop."""
 
 
 def low(name: str) -> str:

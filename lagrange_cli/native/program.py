@@ -166,7 +166,7 @@ def suits_lanes(program: Program, residual: Residual) -> bool:
 
 
 def with_lanes(program: Program, residual: Residual, tolerance: float) -> Program:
-    """``program`` with ``@follow``, which takes members of an ensemble to their ends (see ``lanes.ll``)."""
+    """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``)."""
     from lagrange_cli.native.functions.elementary import definitions
     from lagrange_cli.native.numbers.lanes import DECLARATIONS, LaneEmitter
     from lagrange_cli.native.recurrences.compensated import compensated_expansion

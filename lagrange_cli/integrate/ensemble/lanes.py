@@ -17,7 +17,7 @@ from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.method import Method
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import BEYOND, LANES, Interface, Stop
+from lagrange_cli.native.interface import BEYOND, HALT, LANES, LIMIT, NEXT, Interface, Stop
 from lagrange_cli.records import dataclass, replace
 
 POLL_SECONDS = 0.02
@@ -28,16 +28,15 @@ MEMORY, LARGEST = 2**25, 2**28
 """Bytes of the samples of members on their way; up to the latter, where each lane needs room for one."""
 PARTS = 4
 """The room for samples holds so many batches: members end in it while others are given away."""
-NEXT, LIMIT, HALT = range(3)
-"""What the queue holds (see ``lanes.ll``)."""
 
 Seen = TypeVar("Seen", Starts, Batch)
 
 
 @dataclass(frozen=True)
 class LanesMethod:
-    """Integrates motions by their Taylor series (``native.lanes``). Each is the same whatever runs beside it.
+    """Integrates motions by their Taylor series (``native.stepping.ensemble``).
 
+    Each is the same whatever runs beside it.
     Those that lanes do not bring to their ends are followed by the method that ``alone`` makes. Code for
     motions that are followed ``backward`` is of the reversed equations.
     """

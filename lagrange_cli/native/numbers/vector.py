@@ -309,6 +309,11 @@ class Integer(Value):
         """Whether both are the same."""
         return self.compared("eq", other)
 
+    def flags(self, lanes: int) -> Bit:
+        """Whether each of the lowest bits is 1, a lane for each."""
+        bits = self.body.define(f"trunc i64 {self.name} to i{lanes}")
+        return Bit(self.body, self.body.define(f"bitcast i{lanes} {bits} to {kind('i1', lanes)}"), lanes)
+
     def number(self) -> Real:
         """The number with these bits."""
         text = f"bitcast {self.kind} {self.name} to {kind('double', self.lanes)}"
@@ -345,12 +350,17 @@ class Bit(Value):
         text = f"zext {self.kind} {self.name} to {kind('i64', self.lanes)}"
         return Integer(self.body, self.body.define(text), self.lanes)
 
+    def mask(self) -> Integer:
+        """A bit for each lane."""
+        mask = self.body.define(f"bitcast {self.kind} {self.name} to i{self.lanes}")
+        return Integer(self.body, self.body.define(f"zext i{self.lanes} {mask} to i64"), 1)
+
     def count(self) -> Integer:
-        """In how many of eight lanes it holds."""
-        body = self.body
-        mask = body.define(f"bitcast {self.kind} {self.name} to i{self.lanes}")
-        ones = body.define(f"call i{self.lanes} @llvm.ctpop.i{self.lanes}(i{self.lanes} {mask})")
-        return Integer(body, body.define(f"zext i{self.lanes} {ones} to i64"), 1)
+        """In how many lanes it holds."""
+        body, one = self.body, f"i{self.lanes}"
+        mask = body.define(f"bitcast {self.kind} {self.name} to {one}")
+        ones = body.define(f"call {one} @llvm.ctpop.{one}({one} {mask})")
+        return Integer(body, body.define(f"zext {one} {ones} to i64"), 1)
 
 
 class Pointer(Value):

@@ -152,6 +152,8 @@ def moved(
         lesser = f.smaller(f.magnitude(new), f.magnitude(old))
         farthest.set(f.larger(farthest.get(), row.only(is_place, lesser)))
         with row.if_velocities():
+            if lengths.together == 1:  # read again: there are too many of them to be kept
+                c = row.series().terms(1, lengths.order)
             speed = rate(f, c[:-1], h, RATE_CHAINS if lengths.together > 1 else 1)
             most = allowed.of(f, lengths, f.magnitude(speed) + f.magnitude(c[0]), lesser)
             row.put(speed, rates)

@@ -1,37 +1,38 @@
 """``@follow``: eight motions at once, a lane for each; a lane whose motion has ended takes the next one.
 
-Lanes take their steps together, each with its own length (Jorba and Zou 2005, eq. 3-8), and check them by
-the rules of ``stepper``. When one has come to its end, ``lanes.ll`` stores what came of it and loads the next
-member.
+Lanes take their steps together, each with its own length, by the rules for single motions (``step_size``,
+``acceptance``). Those whose step is not accepted, and those near a singularity, are left to ``@advance``.
+
+``%queue`` holds the number of the next member, that of the first one that may not begin yet, and whether to
+stop (any thread may change them). Member n starts from row n of ``%states`` with row n of ``%parameters``.
+Its result goes to row n of ``%results``: the state, then the time, and as integers the numbers of steps and
+samples; then ``%ended[n]`` becomes 1 + the reason. Its samples go to part n modulo ``%slots`` of
+``%samples``.
+
+What lanes work on is unchanged between calls. ``@follow`` returns when it is told to stop, or when all its
+lanes are empty and no member may begin.
 """
 
 from __future__ import annotations
 
-from functools import reduce
+from collections.abc import Iterator
+from contextlib import contextmanager
 
-from lagrange_cli.native.functions.correctly_rounded import power
-from lagrange_cli.native.interface import BEYOND, LANES, Stop
-from lagrange_cli.native.llvm.template import fill_in
-from lagrange_cli.native.numbers.double import literal, operand
-from lagrange_cli.native.numbers.lane_body import (
-    Lanes,
-    define,
-    exp2_roughly,
-    log2_roughly,
-    two_sum,
-    upper_half,
-)
-from lagrange_cli.native.numbers.lanes import BITS, VECTOR, splat
-from lagrange_cli.native.numbers.vector import Real
-from lagrange_cli.native.stepping.acceptance import DOUBLE
-from lagrange_cli.native.stepping.advance import LAG
-from lagrange_cli.native.stepping.polynomial import CAREFUL
-from lagrange_cli.native.stepping.step_size import LAST_TERM, LOWEST_TERM, offset_of, split_terms
+from lagrange_cli.native.interface import BEYOND, HALT, LIMIT, NEXT, Stop
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real, two_sum
+from lagrange_cli.native.state import LANES
+from lagrange_cli.native.stepping.acceptance import DOUBLE, accepted, allowance
+from lagrange_cli.native.stepping.advance import LAG, SMALLEST
+from lagrange_cli.native.stepping.doubles import moved
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.polynomial import polynomial
+from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
 from lagrange_cli.records import dataclass
 
-LARGEST_GUESS = 1e60
-ENDLESS = float("inf")
-STATE = "ptr noalias %state, ptr noalias %work"
+NUMBERS = "low", "time", "time_low", "previous", "steps", "usual", "uneven", "reached"
+"""What a new motion has 0 of, after its state."""
+ALL = 2**LANES - 1
 
 
 @dataclass(frozen=True)
@@ -48,22 +49,11 @@ class Pack:
     @property
     def places(self) -> dict[str, int]:
         """Where each part begins."""
-        single = (
-            "time",
-            "time_low",
-            "previous",
-            "member",
-            "steps",
-            "pace",
-            "uneven",
-            "reached",
-            "active",
-            "finishing",
-        )
         sizes = {
             "state": self.width,
             "low": self.width,
-            **dict.fromkeys(single, 1),
+            **dict.fromkeys(NUMBERS[1:], 1),
+            **dict.fromkeys(("member", "active", "finishing"), 1),
             "constants": self.constants,
             "scratch": -(-self.constants // LANES),
             "trial": self.rows,
@@ -81,229 +71,232 @@ class Pack:
 
 def follow(pack: Pack, order: int, tolerance: float, parameters: int) -> str:
     """IR of ``@follow`` and its helpers."""
-    writer = Writer(pack, order, tolerance)
-    numbers = {"one": 1.0, "four": 4.0, "largest": LARGEST_GUESS, "infinity": ENDLESS}
-    numbers |= {"ulp": 2.0**-51, "least": 2.0**-1022}
-    values: dict[str, object] = {
-        "lanes": LANES,
-        "real": VECTOR,
-        "rows": pack.rows,
-        "parameters": parameters,
-        "constants": pack.constants,
-        "numbers": pack.rows + BEYOND,
-        "all": 2**LANES - 1,
-        "true": splat("i1", "true"),
-        **{name: splat("double", operand(literal(value))) for name, value in numbers.items()},
-        **{f"at_{name}": place for name, place in pack.places.items()},
-        **{one.name.lower(): int(one) for one in Stop},
-    }
-    return "\n".join([*writer.functions(), fill_in("lanes", values)])
+    return Follower(pack, order, tolerance, parameters).text()
 
 
-@dataclass(frozen=True)
-class Writer:
-    """The functions of real arithmetic that ``lanes.ll`` calls."""
+class Follower:
+    """Writes ``@follow`` and what it calls."""
 
-    pack: Pack
-    order: int
-    tolerance: float
-
-    @property
-    def top(self) -> int:
-        """The order to which velocities are known."""
-        return self.order - 1
-
-    @property
-    def safety(self) -> float:
-        """See ``stepper``."""
-        return power(LAST_TERM * self.tolerance, 1.0 / self.top)
-
-    def functions(self) -> list[str]:
-        """Their text."""
-        return [self.length(), self.cautious(), self.foretold(), self.sample(), self.update()]
-
-    def velocities(self) -> tuple[int, int]:
-        """The rows of the state that are velocities."""
-        return self.pack.degrees, 2 * self.pack.degrees
-
-    def size(self, body: Lanes, i: str, row: str, h: Real) -> tuple[Real, Real]:
-        """The largest of the velocity and the next three terms of its series over a step; 1 / that, or 0."""
-        v, a, b, c = (body.magnitude(body.load(*at)) for at in (("%state", i), (row, 1), (row, 2), (row, 3)))
-        size = body.larger(v, h * body.larger(a, h * body.larger(b, h * c)))
-        return size, body.select(
-            body.above(size, body.constant(0.0)), body.constant(1.0) / size, body.constant(0.0)
+    def __init__(self, pack: Pack, order: int, tolerance: float, parameters: int) -> None:
+        self.pack, self.places, self.parameters = pack, pack.places, parameters
+        self.lengths = Lengths(
+            pack.degrees, pack.rows, pack.width, order, LANES, 1, LANES, row=LANES * pack.span, term=LANES
         )
+        self.sizes, self.bounds = StepSize(self.lengths, tolerance), DOUBLE.coarser(tolerance)
 
-    def length(self) -> str:
-        """The step, and a number that is not finite where coefficients are not (see ``stepper.ll``)."""
-        body = Lanes()
-        h, zero = Real(body, "%h"), body.constant(0.0)
-        reach, blocks = h * (1.0 / self.safety), split_terms(self.top)
+    def text(self) -> str:
+        """All of them."""
+        own = self.admit(), self.retire(), self.ahead(), self.record(), self.follow()
+        return "".join(f.text() for f in (*self.sizes.functions(), accepted(self.lengths), *own))
 
-        def measure(i: str, carried: list[Real]) -> list[Real]:
-            row = body.row(i, self.pack.span)
-            size, inverse = self.size(body, i, row, h)
-            last = body.magnitude(body.load(row, self.top))
-            most = []
-            for block, so_far in zip(blocks, carried[1:]):
-                total = body.magnitude(body.load(row, block[-1]))
-                for m in reversed(block[:-1]):
-                    total = body.larger(total * reach, body.magnitude(body.load(row, m)))
-                most.append(body.larger(total * inverse, so_far))
-            return [carried[0] + (size + last), *most]
+    def column(self, f: Function, lane: Integer) -> Pointer:
+        """The first double of a lane, from which others are ``LANES`` doubles apart."""
+        return f.place("%state", lane, "double")
 
-        total, *most = body.loop(*self.velocities(), [zero] * (1 + len(blocks)), measure)
-        exponents = [
-            body.select(
-                body.above(one, zero),
-                body.fma(upper_half(body, one), 2.0**-20 / block[0], offset_of(block, self.top)),
-                body.constant(-1000.0),
-            )
-            for block, one in zip(blocks, most)
-        ]
-        step = exp2_roughly(body, -reduce(body.larger, exponents)) * self.safety
-        ever = body.above(reduce(body.larger, most), zero)
-        step = body.select(ever, step, body.constant(ENDLESS))
-        return define(f"{{ {VECTOR}, {VECTOR} }} @lane_length({STATE}, {VECTOR} %h)", body, step, total)
+    def number(self, f: Function, name: str, lane: Integer) -> Pointer:
+        """The place of one of a lane's numbers."""
+        return f.place(self.column(f, lane), LANES * self.places[name], "double")
 
-    def cautious(self) -> str:
-        """A step bounded by every coefficient from ``LOWEST_TERM`` on: the last two may vanish by chance."""
-        body = Lanes()
-        guess, zero = Real(body, "%guess"), body.constant(0.0)
+    def part(self, f: Function, name: str, shift: int = 0) -> Pointer:
+        """The place of a part of the pack."""
+        return f.place("%state", LANES * (self.places[name] - shift), "double")
 
-        exponents = body.constant(ENDLESS)
-        for m in range(LOWEST_TERM, self.top + 1):
+    def admit(self) -> Function:
+        """``@admit``: load the next member into a lane; false if there is none."""
+        heads = "ptr %state, i64 %lane, ptr %parameters, ptr %states, ptr %queue, double %start"
+        f = Function(f"define internal i1 @admit({heads}) #0")
+        lane, rows = Integer(f, "%lane"), self.pack.rows
+        n = f.variable(atomic(f, NEXT))
+        with f.forever() as rounds:
+            with f.when(~(n.get() < atomic(f, LIMIT, "acquire"))):
+                f.give(Bit(f, "false"))
+            taken, following = n.get(), n.get() + 1
+            pair = f.define(f"cmpxchg ptr %queue, i64 {taken.name}, i64 {following.name} monotonic monotonic")
+            n.set(Integer(f, f.define(f"extractvalue {{ i64, i1 }} {pair}, 0")))
+            rounds.repeat(~Bit(f, f.define(f"extractvalue {{ i64, i1 }} {pair}, 1")))
+        scratch = self.part(f, "scratch")
+        f.call(None, "prepare_lane", f.place("%parameters", n.get() * self.parameters), scratch)
+        spread(f, scratch, self.number(f, "constants", lane), self.pack.constants)
+        spread(f, f.place("%states", n.get() * rows), self.number(f, "state", lane), rows)
+        low = self.places["low"]
+        with f.loop(low, self.places["reached"] + 1, tested=False) as i:
+            f.store(f.constant(0.0), self.column(f, lane), i * LANES)
+        f.store(Real(f, "%start"), self.number(f, "time", lane))
+        f.store(n.get(), self.number(f, "member", lane))
+        f.give(Bit(f, "true"))
+        return f
 
-            def one_row(i: str, most: list[Real], m: int = m) -> list[Real]:
-                row = body.row(i, self.pack.span)
-                inverse = self.size(body, i, row, guess)[1]
-                return [body.larger(body.magnitude(body.load(row, m)) * inverse, most[0])]
+    def retire(self) -> Function:
+        """``@retire``: store the result of a lane's member."""
+        heads = "ptr %state, i64 %lane, i64 %code, ptr %results, ptr %ended"
+        f = Function(f"define internal void @retire({heads}) #0")
+        lane, rows = Integer(f, "%lane"), self.pack.rows
+        n = f.load_integer(self.number(f, "member", lane))
+        result, column = f.place("%results", n * (rows + BEYOND)), self.column(f, lane)
+        with f.loop(0, rows, tested=False) as i:
+            f.store(f.load(column, i * LANES), result, i)
+        for place, name in enumerate(("time", "steps", "reached"), rows):
+            f.store(f.load(self.number(f, name, lane)), result, place)
+        mark = f.define(f"trunc i64 {(Integer(f, '%code') + 1).name} to i8")
+        f.line(f"  store atomic i8 {mark}, ptr {f.place('%ended', n, 'i8').name} release, align 1")
+        f.give()
+        return f
 
-            (most,) = body.loop(*self.velocities(), [zero], one_row)
-            exponents = body.smaller(log2_roughly(body, most) * (-1.0 / m), exponents)
-        return define(
-            f"{VECTOR} @lane_cautious({STATE}, {VECTOR} %guess)",
-            body,
-            exp2_roughly(body, exponents) * self.safety,
+    def ahead(self) -> Function:
+        """``@ahead``: the time of each lane's next sample within the step; nan if there is none."""
+        f = Function(
+            f"define internal <{LANES} x double> @ahead(ptr %state, ptr %times, i64 %count) #0", LANES
         )
-
-    def horner(self, body: Lanes, row: str, h: Real, lowest: int = 1) -> Real:
-        """sum_{m=lowest}^{order} row[m] h^(m - lowest)."""
-        total = body.load(row, self.order)
-        for m in range(self.order - 1, lowest - 1, -1):
-            total = body.fma(total, h, body.load(row, m))
-        return total
-
-    def rate(self, body: Lanes, row: str, h: Real) -> Real:
-        """sum_{m=1}^{top} m row[m] h^(m - 1): the derivative at the step's end."""
-        total = body.load(row, self.top) * float(self.top)
-        for m in range(self.top - 1, 0, -1):
-            total = body.fma(total, h, body.load(row, m) * float(m))
-        return total
-
-    def foretold(self) -> str:
-        """Whether the accelerations are those that the step before foretold, as in ``stepper.ll``."""
-        body, places, degrees = Lanes(), self.pack.places, self.pack.degrees
-        uneven = body.load("%state", places["uneven"])
-
-        def compare(i: str, carried: list[Real]) -> list[Real]:
-            row = body.row(body.define(f"add i64 {i}, {degrees}"), self.pack.span)
-            found, known, allowed = (
-                body.load("%state", body.define(f"add i64 {i}, {places['rates']}")),
-                body.load(row, 1),
-                body.load("%state", body.define(f"add i64 {i}, {places['allowed']}")) + uneven,
+        times, none = f.variable(f.zero(LANES)), Real(f, "0x7FF8000000000000", 1)
+        with f.loop(0, LANES, tested=False) as lane:
+            reached = f.load_integer(self.number(f, "reached", lane))
+            one = f.variable(none)
+            with f.when(reached < Integer(f, "%count", 1)):
+                one.set(f.load_row("%times", reached, 1))
+            found = times.get()
+            times.set(
+                found.made(
+                    f"insertelement {found.kind} {found.name}, double {one.get().name}, i64 {lane.name}"
+                )
             )
-            # not a number counts as beyond all bounds
-            within = body.define(f"fcmp ole {body.real} {body.magnitude(found - known).name}, {allowed.name}")
-            return [body.select(within, carried[0], body.constant(1.0))]
+        f.give((times.get() - self.get(f, "time")) - self.get(f, "time_low"))
+        return f
 
-        (beyond,) = body.loop(0, degrees, [body.constant(0.0)], compare)
-        good = body.define(f"fcmp oeq {body.real} {beyond.name}, {body.of(0.0)}")
-        body.line(f"  ret {body.bit} {good}")
-        return define(f"{BITS} @lane_foretold({STATE})", body)
+    def record(self) -> Function:
+        """``@record``: sample the lanes in %mask at the time %dt of the step."""
+        heads = (
+            f"ptr %state, ptr %work, <{LANES} x double> %dt, i64 %mask, i64 %count, i64 %slots, ptr %samples"
+        )
+        f = Function(f"define internal void @record({heads}) #0", LANES)
+        dt, trial, rows = Real(f, "%dt"), self.part(f, "trial"), self.pack.rows
+        with self.lengths.each(f) as row:
+            change = polynomial(f, row.series().terms(1, self.lengths.order), dt) * dt
+            row.put(row.at("%state") + (change + row.at("%state", self.pack.width)), trial)
+        count = Integer(f, "%count", 1)
+        with each_lane(f, Integer(f, "%mask", 1)) as lane:
+            slot = f.load_integer(self.number(f, "member", lane)).operation("urem", Integer(f, "%slots", 1))
+            place = self.number(f, "reached", lane)
+            reached = f.load_integer(place)
+            f.store(reached + 1, place)
+            column = f.place(trial, lane, "double")
+            with f.loop(0, rows, tested=False) as i:
+                x = f.load_row(column, i * LANES, 1)
+                f.store_row(x, "%samples", (slot * rows + i) * count + reached)
+        f.give()
+        return f
 
-    def sample(self) -> str:
-        """The state %dt into the step, to ``%out``."""
-        body = Lanes()
-        dt = Real(body, "%dt")
+    def get(self, f: Function, name: str) -> Real:
+        """A number of each lane."""
+        return f.load("%state", self.places[name])
 
-        def one_row(i: str, carried: list[Real]) -> list[Real]:
-            change = self.horner(body, body.row(i, self.pack.span), dt) * dt
-            low = body.load("%state", body.define(f"add i64 {i}, {self.pack.width}"))
-            body.store(body.load("%state", i) + (change + low), "%out", i)
-            return []
+    def put(self, f: Function, name: str, value: Real) -> None:
+        """The same, stored."""
+        f.store(value, "%state", self.places[name])
 
-        body.loop(0, self.pack.rows, [], one_row)
-        body.line("  ret void")
-        return define(f"void @lane_sample({STATE}, {VECTOR} %dt, ptr noalias %out)", body)
+    def follow(self) -> Function:
+        """``@follow``."""
+        heads = (
+            "ptr noalias %state, ptr noalias %parameters, ptr noalias %states, ptr %queue, double %start, "
+            "double %stop, ptr noalias %times, i64 %count, ptr noalias %results, ptr noalias %ended, "
+            "ptr noalias %samples, i64 %slots"
+        )
+        f = Function(f"define void @follow({heads}) #0", LANES)
+        bounds, zero = self.bounds, f.constant(0.0)
+        f.line(f"  %work = getelementptr inbounds {f.real}, ptr %state, i64 {self.places['work']}")
+        state, work = f.pointer("%state"), f.pointer("%work")
+        expected = self.part(f, "rates", self.pack.degrees), self.part(f, "allowed", self.pack.degrees)
+        stop, count = f.splat(Real(f, "%stop", 1), LANES), Integer(f, "%count", 1)
+        with f.forever() as rounds:
+            with f.when(~atomic(f, HALT).equals(0)):
+                f.give()
+            active = f.variable(f.load_integer(self.part(f, "active")))
+            empty = active.get().operation("xor", ALL)
+            with f.when(~empty.equals(0)):
+                with f.section() as filled, each_lane(f, empty) as lane:
+                    places = (f.pointer(f"%{name}") for name in ("parameters", "states", "queue"))
+                    got = f.call(Bit, "admit", state, lane, *places, Real(f, "%start", 1), lanes=1)
+                    with f.when(~got):
+                        filled.leave()
+                    active.set(active.get() | (f.count(1) << lane))
+                f.store(active.get(), self.part(f, "active"))
+                with f.when(active.get().equals(0)):
+                    f.give()
+            live = active.get().flags(LANES)
+            t, low, previous = (self.get(f, name) for name in ("time", "time_low", "previous"))
+            regular = f.call(Bit, "paired_jet", self.part(f, "constants"), t + low, state, work)
+            uneven = self.get(f, "uneven")
+            one, never = f.constant(1.0), Bit(f, "zeroinitializer")
+            agree = f.call(Bit, "accepted", work, *expected, uneven, one, never, zero)
+            begun = ~self.get(f, "steps").bits().equals(0)
+            refused = ~(agree & regular) & begun & live
+            finishing = f.load_integer(self.part(f, "finishing")).flags(LANES)
+            h, met = chosen_step(f, previous, (state, work), live)
+            left, passed = (stop - t) - low, f.magnitude(t)
+            stuck = (h <= passed * bounds.shortest + SMALLEST) & (h < left)
+            moving = live & regular & (met < ENDLESS) & ~(stuck | finishing | refused)
+            final = (left <= h) & moving
+            step = f.select(moving, f.smaller(h, left), zero)
+            with f.when(~count.equals(0)), f.forever() as sampling:
+                dt = f.call(Real, "ahead", state, f.pointer("%times"), count)
+                due = ((dt <= step) & moving).mask()
+                with f.when(due.equals(0)):
+                    sampling.leave()
+                f.call(
+                    None,
+                    "record",
+                    state,
+                    work,
+                    dt,
+                    due,
+                    count,
+                    Integer(f, "%slots", 1),
+                    f.pointer("%samples"),
+                )
+            usual = f.larger(step, self.get(f, "usual") * LAG)
+            allowed = allowance(f, bounds, passed, usual, step)
+            farthest = moved(f, self.lengths, step, allowed, expected, self.pack.width, moving=moving)
+            later, rest = two_sum(t, low + step)
+            for name, value in (
+                ("time", f.select(moving, later, t)),
+                ("time_low", f.select(moving, rest, low)),
+            ):
+                self.put(f, name, value)
+            self.put(f, "usual", usual)
+            self.put(f, "uneven", farthest * allowed.place)
+            self.put(f, "previous", f.select(moving, step, previous))
+            self.put(f, "steps", (self.get(f, "steps").bits() + moving.to_integer()).number())
+            f.store(final.mask(), self.part(f, "finishing"))
+            done = (live & ~moving).mask()
+            with f.when(~done.equals(0)):
+                ended = (finishing & ~refused).mask()
+                with each_lane(f, done) as lane:
+                    is_end = ~(ended & (f.count(1) << lane)).equals(0)
+                    code = f.select(is_end, f.count(Stop.END), f.count(Stop.PAUSE))
+                    f.call(None, "retire", state, lane, code, f.pointer("%results"), f.pointer("%ended"))
+                f.store(active.get().operation("xor", done), self.part(f, "active"))
+            rounds.go_on()
+        return f
 
-    def update(self) -> str:
-        """The state at the end of the step %h where %moving; nothing changes elsewhere."""
-        body = Lanes()
-        h, rows, degrees = Real(body, "%h"), self.pack.rows, self.pack.degrees
 
-        def one_row(i: str, carried: list[Real]) -> list[Real]:
-            change, rest = self.careful(body, body.row(i, self.pack.span), h)
-            at = body.define(f"add i64 {i}, {self.pack.width}")
-            low = body.load("%state", at)
-            # the low part of a velocity moves its coordinate
-            isq = body.define(f"icmp ult i64 {i}, {degrees}")
-            velocity = body.define(f"add i64 {at}, {degrees}")
-            there = body.define(f"select i1 {isq}, i64 {velocity}, i64 {at}")
-            scale = body.define(f"select i1 {isq}, {body.real} %h, {body.real} zeroinitializer")
-            extra = body.load("%state", there) * Real(body, scale)
-            moved(body, i, at, change, (low + extra) + rest)
-            return []
+def atomic(f: Function, place: int, ordering: str = "monotonic") -> Integer:
+    """A number of the queue."""
+    at = f.place("%queue", place, "i64")
+    return Integer(f, f.define(f"load atomic i64, ptr {at.name} {ordering}, align 8"), 1)
 
-        def moved(body: Lanes, i: str, at: str, change: Real, rest: Real) -> None:
-            old, low = body.load("%state", i), body.load("%state", at)
-            new, error = two_sum(body, old, change + rest)
-            body.store(body.select("%moving", new, old), "%state", i)
-            body.store(body.select("%moving", error, low), "%state", at)
 
-        self.foretell(body, h)
-        body.loop(0, rows, [], one_row)
-        time, place = Real(body, "%h"), self.pack.places
-        moved(body, str(place["time"]), str(place["time_low"]), time, body.load("%state", place["time_low"]))
-        body.line("  ret void")
-        return define(f"void @lane_update({STATE}, {VECTOR} %h, {BITS} %moving)", body)
+def spread(f: Function, origin: Pointer, to: Pointer, count: int) -> None:
+    """to[8 i] = origin[i]"""
+    if count:
+        with f.loop(0, count, tested=False) as i:
+            f.store(f.load(origin, i), to, i * LANES)
 
-    def foretell(self, body: Lanes, h: Real) -> None:
-        """Keep the accelerations at the end of the step, and how far those of the next one may be off."""
-        places, degrees, bounds = self.pack.places, self.pack.degrees, DOUBLE.coarser(self.tolerance)
-        lagging = body.load("%state", places["pace"]) * LAG
-        pace = body.larger(h, lagging)
-        body.store(pace, "%state", str(places["pace"]))
-        ulps = body.magnitude(body.load("%state", places["time"])) * 2.0**-51
-        almost = ulps / pace + bounds.almost
-        slow = body.constant(bounds.rounding) / pace
-        fast = slow + body.constant(bounds.resolution) / h
 
-        def one_row(i: str, carried: list[Real]) -> list[Real]:
-            at = body.define(f"add i64 {i}, {degrees}")
-            row = body.row(at, self.pack.span)
-            rate = self.rate(body, row, h)
-            change = body.magnitude(rate) + body.magnitude(body.load(row, 1))
-            speed, place = (body.magnitude(body.load("%state", each)) for each in (at, i))
-            body.store(rate, "%state", body.define(f"add i64 {i}, {places['rates']}"))
-            allowed = change * almost + speed * fast
-            body.store(allowed, "%state", body.define(f"add i64 {i}, {places['allowed']}"))
-            return [body.larger(place, carried[0])]
-
-        (most,) = body.loop(0, degrees, [body.constant(0.0)], one_row)
-        body.store(most * slow / pace, "%state", str(places["uneven"]))
-
-    def careful(self, body: Lanes, row: str, h: Real) -> tuple[Real, Real]:
-        """sum_{m=1}^{order} row[m] h^m as a sum of two, the first terms free of rounding.
-
-        (See ``stepper._careful_horner``.)
-        """
-        total, rest = self.horner(body, row, h, CAREFUL + 1), body.constant(0.0)
-        for m in range(CAREFUL, -1, -1):
-            product = total * h
-            rest = body.fma(rest, h, body.fma(total, h, -product))
-            total = product
-            if m:
-                total, error = two_sum(body, body.load(row, m), product)
-                rest = rest + error
-        return total, rest
+@contextmanager
+def each_lane(f: Function, mask: Integer) -> Iterator[Integer]:
+    """The lanes in a mask, which is not 0."""
+    left = f.variable(mask)
+    with f.forever() as rounds:
+        lane = Integer(f, f.define(f"call i64 @llvm.cttz.i64(i64 {left.get().name}, i1 true)"), 1)
+        left.set(left.get() & (left.get() - 1))
+        yield lane
+        rounds.repeat(~left.get().equals(0))

@@ -13,7 +13,15 @@ from functools import reduce
 from lagrange_cli.native.functions.correctly_rounded import power
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import Pointer, Real, constant, exp2_roughly, log2_roughly, upper_half
+from lagrange_cli.native.numbers.vector import (
+    Bit,
+    Pointer,
+    Real,
+    constant,
+    exp2_roughly,
+    log2_roughly,
+    upper_half,
+)
 from lagrange_cli.native.stepping.lengths import Lengths, Row, Series
 from lagrange_cli.records import dataclass
 
@@ -206,18 +214,21 @@ class StepSize:
         )
 
 
-def chosen_step(f: Function, previous: Real, places: tuple[Pointer, Pointer]) -> tuple[Real, Real]:
+def chosen_step(
+    f: Function, previous: Real, places: tuple[Pointer, Pointer], live: Bit | None = None
+) -> tuple[Real, Real]:
     """The step after one of the length ``previous`` (0 at first), and what is not finite where a coefficient
     is not.
 
     Sizes are measured over the previous step; at first, over what a step of 1 leads to. A step that is much
-    longer is a cautious one.
+    longer is a cautious one. Only ``live`` motions matter.
     """
     one = f.constant(1.0)
     first = previous.equals(0.0)
     over = f.select(first, one, previous)
     usual, met = f.parts("step_size", [one, one], *places, over)
     unsure = first | (usual > over * LEAP)
+    unsure = unsure if live is None else unsure & live
     h, total = f.variable(usual), f.variable(met)
     with f.when(f.any(unsure)):
         longest = f.constant(LARGEST_GUESS)
