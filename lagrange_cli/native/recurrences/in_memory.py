@@ -23,7 +23,7 @@ from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 
-UNROLLED = {"definite": 0, "general": 0}
+UNROLLED = {"definite": 5, "general": 0}
 """Rows of a block up to which its elimination is written out."""
 
 
