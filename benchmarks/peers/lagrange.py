@@ -95,7 +95,7 @@ def steps_of(
     )  # fmt: skip
     resolve = resolve_portable_values if portable else resolve_values if double else resolve_long_values
     values, program = resolve(spec), prepared.machine.program
-    parts = [values] if values.low is None else [values, values.low]
+    parts = [values] if values.remainder is None else [values, values.remainder]
     parameters = np.array([one.parameters[name] for one in parts for name in program.parameters])
     state = np.concatenate([x for one in parts for x in (one.q, one.v, np.zeros(len(program.integrals)))])
 

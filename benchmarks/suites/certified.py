@@ -143,7 +143,7 @@ class Compiled:
             None,
             Compilation(method="taylor", tolerance=2.0**-104, outputs=NONE, precision=DOUBLE_DOUBLE),
         )
-        return self._follow(ready, replace(self._values, low=nothing))[0]
+        return self._follow(ready, replace(self._values, remainder=nothing))[0]
 
     def certified(self) -> tuple[Mapping[str, Array], Outcome]:
         """Samples and estimates by path."""

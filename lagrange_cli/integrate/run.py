@@ -48,7 +48,7 @@ def integrate(
     """
     assert prepared.compilation.backward == times.backward
     program = prepared.machine.program
-    given = [values] if values.low is None else [values, values.low]
+    given = [values] if values.remainder is None else [values, values.remainder]
     parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
     state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
 

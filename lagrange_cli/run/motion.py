@@ -73,8 +73,8 @@ def read_motion(content: bytes, filename: str, request: Request, stage: Stage = 
 
 def initial_state(values: Values) -> list[Any]:
     """What stands for it in the output."""
-    low = values.low
-    return [values.q, values.v, *([] if low is None else [low.q, low.v, dict(low.parameters)])]
+    rest = values.remainder
+    return [values.q, values.v, *([] if rest is None else [rest.q, rest.v, dict(rest.parameters)])]
 
 
 def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: Stage) -> Ready:

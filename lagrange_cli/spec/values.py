@@ -15,13 +15,13 @@ from lagrange_cli.spec.spec import Spec
 class Values:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
-    ``low`` is what the numbers are beyond these doubles, where they are known so well.
+    ``remainder`` is the rest of numbers that are known to more digits than a double has, and None otherwise.
     """
 
     parameters: Mapping[str, float]
     q: tuple[float, ...]
     v: tuple[float, ...]
-    low: Values | None = None
+    remainder: Values | None = None
 
 
 def resolve_values(
@@ -47,10 +47,10 @@ def resolve_long_values(
 
     parameters, q, v = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {}, problems)
 
-    def part(i: int, low: Values | None = None) -> Values:
+    def part(i: int, remainder: Values | None = None) -> Values:
         named = {name: in_two_parts(value)[i] for name, value in parameters.items()}
         start, speed = (tuple(in_two_parts(x)[i] for x in row) for row in (q, v))
-        return Values(named, start, speed, low)
+        return Values(named, start, speed, remainder)
 
     return part(0, part(1))
 
@@ -59,7 +59,7 @@ def resolve_portable_values(
     spec: Spec, overrides: Mapping[str, str] | None = None, problems: Problems | None = None
 ) -> Values:
     """The doubles nearest to those: the same on every machine, whatever its C library."""
-    return replace(resolve_long_values(spec, overrides, problems), low=None)
+    return replace(resolve_long_values(spec, overrides, problems), remainder=None)
 
 
 def resolve_parameters(

@@ -1,8 +1,8 @@
-"""``Checkpoint``: what an unfinished output can be continued from, as bytes that show any damage.
+"""``Checkpoint``: what an unfinished output can be continued from, as bytes with a digest.
 
-It stands beside the output while that is being written, and in the output of a run that was interrupted.
-The numbers that are in the output file already are not repeated: the checkpoint says where they lie, with a
-checksum of each piece.
+While an output is being written, its checkpoint is a file beside it. When a run is interrupted, it becomes
+part of the output. Numbers that are already in the output file are not repeated: the checkpoint gives the
+place of each piece and its checksum.
 """
 
 from __future__ import annotations
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
 MAGIC = b"lagrange checkpoint 1\n"
 DIGEST = 32
 LARGEST = 2**29
-"""Bytes that a checkpoint may have: more than samples of 50,000 coordinates take that do not fill a chunk."""
+"""The most bytes of a checkpoint: more than a partly filled chunk of samples of 50,000 coordinates takes."""
 LARGEST_HEAD, MOST_ITEMS = 2**25, 2**21
-"""Bytes of its head, and values in it, which take some 80 bytes each when read."""
+"""The most bytes of its head, and the most values in it; each takes about 80 bytes when it has been read."""
 KINDS = ("f8", "i8", "i1")
 """The types of arrays that a checkpoint may hold."""
 

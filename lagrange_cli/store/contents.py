@@ -1,7 +1,8 @@
-"""What a checkpoint or a record may say: of every part the type and the range, in one place.
+"""What a checkpoint or a record may contain: the type and the range of every part.
 
-Whoever can write to the folder can write a checkpoint with the right digest. What passes here leads to a
-wrong output at most: no number is too large for what is done with it, nothing is of another type.
+Anyone who can write to the folder can write a checkpoint with a valid digest. The worst that a checkpoint
+can do after these checks is to lead to a wrong output: no value has an unexpected type, and no number is too
+large for what is done with it.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""``EnsembleWriter``: an HDF5 file with a place for each member, filled in whatever order they end."""
+"""``EnsembleWriter``: an HDF5 file with a place for each member, filled in the order in which they end."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ NUMBERS = Dimension("member", 0, long_name="member of the ensemble")
 MESSAGE = "message"
 TIME = "t"
 PIECE = 2**24
-"""Bytes that are read back at a time."""
+"""The number of bytes that are read back at a time."""
 BLOCK = 65536
-"""Members that are numbered, or get their text, at a time: about so many."""
+"""About how many members are numbered, or get their text, at a time."""
 
 
 class EnsembleWriter(Output):
-    """A context in which ``write`` gives members their values and ``close`` makes the file whole (see
+    """A context in which ``write`` stores the values of members and ``close`` completes the file (see
     ``Output``).
 
     The members, in their order, fill the grid that ``dimensions`` span, the last one fastest. Without any

@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin | None = None) -> Target:
     """The target called ``name``, checked before any work is done for it.
 
-    Raises ``FileError`` where no file can be made there, where what exists under the name is no plain file,
-    and where it is one that a run of this ``origin`` may not replace, unless ``force`` or ``resume`` is
-    given.
+    Raises ``FileError`` if no file can be made there, if the name is that of something other than a regular
+    file, or if it is that of a file that a run of this ``origin`` may not replace and neither ``force`` nor
+    ``resume`` is given.
     """
     replaces: Stamp | None = None
     try:
@@ -52,7 +52,7 @@ def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin 
 
 
 def kept(name: str, path: Path, why: str) -> FileError:
-    """The error of an existing output that is not replaced: what it is, as far as that is known."""
+    """The error for an existing output that is not replaced, which says what the output is."""
     from lagrange_cli.store.resume import interrupted
 
     if interrupted(path):

@@ -1,8 +1,8 @@
-"""Notes on outputs, by which a later run of the same system file knows an output that it may replace.
+"""Notes on outputs: they tell a later run of the same system file which output it may replace.
 
-A note says which system file an output came from, which options were given, how long it took, and what
-shows that the output has not been touched since (its size, time and inode). Notes are kept in the cache's
-folder and not in the output, whose bytes depend on the run alone. Where there is no such folder, or a note
+A note has the system file that an output came from, the options, the duration of the run, and the size, time
+and inode of the output, which show whether it was changed since. Notes are stored in the folder of the cache,
+not in the output, because the bytes of an output depend on the run alone. Without that folder, or if a note
 is lost, nothing is replaced.
 """
 
@@ -21,9 +21,9 @@ from lagrange_cli.records import dataclass, replace
 
 SUFFIX = ".note"
 LARGEST = 2**20
-"""Bytes that all notes together may take: some thousands of them."""
+"""The most bytes of all notes together, which is enough for thousands."""
 LONG = 60.0
-"""Seconds: the output of a run that took longer is not replaced unless that is asked for."""
+"""The output of a run that took more seconds than this is replaced only with ``--force``."""
 
 Stamp = tuple[int, int, int]
 

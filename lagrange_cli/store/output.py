@@ -1,4 +1,4 @@
-"""``Output``: an HDF5 file that appears under its name when it is whole, or not at all."""
+"""``Output``: an HDF5 file that gets its name when it is complete, or not at all."""
 
 from __future__ import annotations
 

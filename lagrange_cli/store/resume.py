@@ -1,4 +1,4 @@
-"""``Earlier``: what an earlier run has left of an output, and whether it can be continued."""
+"""``Earlier``: what an interrupted run has left, and whether it can be continued."""
 
 from __future__ import annotations
 
@@ -33,12 +33,12 @@ DIFFERENT = {
     "run": "of another initial state, or of another --stop, --samples, --step or --outputs",
     "machine": "made on another processor or with another version of LLVM, so the last digits would differ",
 }
-"""What it means that an attribute of an earlier run is not that of this one."""
+"""What a message says of an earlier run whose attribute differs from that of this run."""
 
 
 @dataclass(frozen=True)
 class Earlier:
-    """An earlier run that has not come to its end: its checkpoint, and the file with its numbers."""
+    """An interrupted run: its checkpoint, and the file with its numbers."""
 
     shown: str
     source: Path
@@ -51,11 +51,11 @@ class Earlier:
         return part
 
     def check(self, run: Attributes) -> None:
-        """Raise ``FileError`` unless it is an earlier part of ``run``."""
+        """Raise ``FileError`` unless ``run`` would continue it."""
         check_same(self.shown, self.checkpoint.head["run"], run)
 
     def read(self, place: int, size: int, checksum: int | None = None) -> bytearray:
-        """A piece of the file; raises ``Unusable`` where it is not there, or is not what it was."""
+        """A piece of the file; raises ``Unusable`` if it is missing or was changed."""
         try:
             with open_plain(self.source) as file:
                 piece = read_exactly(file, place, size)

@@ -1,8 +1,8 @@
-"""``Sink``: the file HDF5 writes through, which keeps a failed write from HDF5 and tells it to us.
+"""``Sink``: the file that HDF5 writes to. It hides a failed write from HDF5 and reports it to its owner.
 
-The HDF5 library does not survive a write that fails (a full disk): the file can then be neither closed nor
-left open, and the process crashes when it exits. So every write seems to succeed, the first failure is kept
-in ``error``, and from then on nothing more is written.
+The HDF5 library cannot handle a write that fails, as on a full disk: the file can then be neither closed nor
+left open, and the process crashes when it exits. So every write appears to succeed. The first failure is
+stored in ``error``, and nothing is written after it.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ START = 64
 
 
 class Sink(io.FileIO):
-    """A new file for reading and writing, unbuffered; raises ``OSError`` only on being opened.
+    """A new file for reading and writing, unbuffered; only opening it raises ``OSError``.
 
-    ``place`` is where it is read or written next; ``found`` where the piece ``awaited`` has been written,
-    -1 before.
+    ``place`` is where it is read or written next. ``found`` is the place where the piece ``awaited`` was
+    written, -1 as long as it was not.
     """
 
     def __init__(self, path: Path) -> None:
@@ -69,7 +69,7 @@ class Sink(io.FileIO):
         return size
 
     def synchronize(self) -> None:
-        """Have the operating system put everything on disk; a failure is kept in ``error``."""
+        """Have the operating system put everything on disk; a failure is stored in ``error``."""
         try:
             if self.error is None:
                 os.fsync(self.fileno())

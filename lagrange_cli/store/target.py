@@ -1,4 +1,4 @@
-"""``Target``: the name an output will have, and how a file comes to stand under it only when whole."""
+"""``Target``: the name that an output will have; a file gets this name only when it is complete."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from lagrange_cli.store.notes import Origin, Stamp
 
 PARTS = 2
-"""Unfinished files that there may be at a time: what is being written, and what it is continued from."""
+"""The most unfinished files at a time: the one being written, and the one that it continues."""
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,12 @@ class Target:
 
     @property
     def checkpoint(self) -> Path:
-        """The hidden file beside the output that says how to go on with an unfinished one."""
+        """The hidden file beside the output that says how to continue an unfinished one."""
         return self._beside("checkpoint")
 
     @property
     def longest(self) -> Path:
-        """The longest of the hidden names: that of a checkpoint until it is whole."""
+        """The longest of the hidden names: that of a checkpoint until it is complete."""
         return self._beside("checkpoint.new")
 
     def _beside(self, ending: str) -> Path:
@@ -82,11 +82,10 @@ class Target:
             unlock(place, held)
 
     def publish(self, *, complete: bool) -> None:
-        """Give the finished temporary file its name, and remove what it could have been continued from; a run
-        that is ``complete`` is noted.
+        """Give the finished temporary file its name, and remove all unfinished files.
 
-        Raises ``FileError``; where another file has meanwhile taken the name, the result is left in
-        ``temporary`` and the message says so.
+        A run that is ``complete`` is noted. Raises ``FileError``. If another file has taken the name in the
+        meantime, the result stays in ``temporary``, and the message says so.
         """
         if self.path.exists() and not self.force and not self.replaceable():
             how = "appeared" if self.replaces is None else "was changed"
@@ -104,7 +103,7 @@ class Target:
         self.clear()
 
     def replaceable(self) -> bool:
-        """Whether what stands under the name is still the earlier output that may be replaced."""
+        """Whether the file of that name is still the earlier output that may be replaced."""
         if self.replaces is None:
             return False
         from lagrange_cli.store.notes import stamp_of

@@ -1,11 +1,12 @@
-"""What is believed of a file that stands under an output's name: the record that this program put into it.
+"""Reading an existing output that may not be ours: only the record that this program put into it is trusted.
 
-An output may be anybody's file, and HDF5's library is no reader for those: links lead to other files and to
-pipes, a chunk may ask for any memory, damaged structures can hang it. So it is never opened with that
-library. Every output holds a *record* instead: a ``Checkpoint`` with a digest, and behind it where it lies
-and how long it is. Of a run that has ended, the record says how; it lies behind the end of the HDF5 file,
-where other programs do not look for anything. Of one that was interrupted, it is what the run can be
-continued from, in the dataset ``/checkpoint``. ``read_record`` finds either by the last bytes alone:
+The file may come from anyone, and the HDF5 library is not safe for such files: links may lead to other files
+or to pipes, a chunk may ask for any amount of memory, and damaged structures can make it hang. So an existing
+output is never opened with that library. Every output holds a *record* instead: a ``Checkpoint`` with a
+digest, followed by its place and its length. If the run has ended, the record says how. It is then stored
+after the end of the HDF5 data, where other programs do not look. If the run was interrupted, the record is
+what the run can be continued from, in the dataset ``/checkpoint``. ``read_record`` finds either from the last
+bytes of the file:
 
     record = read_record(target.path, target.shown)  # FileError where it is no output of this program
     record.head["attributes"]["status"]              # all attributes of the root, where the run has ended
@@ -28,20 +29,20 @@ END = b"\nend of lagrange record 1\n"
 NUMBER = 8
 """Bytes of the place and of the length."""
 REACH, PIECE = 2**24, 2**20
-"""The record is looked for in so many bytes at the end, in pieces; behind it are only the descriptions of
-datasets, and what another program has added."""
+"""The record is searched for in this many bytes at the end of the file, in pieces of the second size. Only
+the descriptions of datasets, and what another program has added, can follow it."""
 TRIES = 8
-"""So many ends of records are tried: others are text that looks like one."""
+"""The number of possible ends of a record that are tried; a text in the file may look like one."""
 PLAIN = ("O_NONBLOCK", "O_NOFOLLOW", "O_CLOEXEC", "O_BINARY")
 
 
 def sealed(packed: bytes, place: int) -> bytes:
-    """A packed record as it is to lie at ``place``."""
+    """A packed record with what follows it, to be stored at ``place``."""
     return packed + place.to_bytes(NUMBER, "little") + len(packed).to_bytes(NUMBER, "little") + END
 
 
 def open_plain(path: Path) -> io.FileIO:
-    """Open a plain file for reading: no link is followed, no pipe waited for, no device touched.
+    """Open a regular file for reading, without following links or waiting for pipes.
 
     Raises ``OSError``.
     """
@@ -56,7 +57,7 @@ def open_plain(path: Path) -> io.FileIO:
 
 
 def read_exactly(file: io.FileIO, place: int, size: int) -> bytearray:
-    """A piece of a file; raises ``ValueError`` where it ends before."""
+    """``size`` bytes of a file; raises ``ValueError`` if it ends before."""
     file.seek(place)
     piece = bytearray(size)
     view, done = memoryview(piece), 0
@@ -69,11 +70,11 @@ def read_exactly(file: io.FileIO, place: int, size: int) -> bytearray:
 
 
 def read_record(path: Path, shown: str) -> Checkpoint:
-    """The record of the output at ``path``, links resolved: how the run ended (its head has the keys
-    ``attributes``, all of the root, and ``t``, the last sample time), or what it is continued from.
+    """The record of the output at ``path``, which has no links left.
 
-    Memory and time are bounded whatever the file is, and nothing else is opened. Raises ``FileError`` where
-    it is no output of this program, or cannot be read.
+    If the run has ended, its head has the keys ``attributes``, those of the root, and ``t``, the last sample
+    time; otherwise it is what the run is continued from. Memory and time are bounded whatever the file holds.
+    Raises ``FileError`` if the file is not an output of this program or cannot be read.
     """
     try:
         with open_plain(path) as file:
@@ -90,7 +91,7 @@ def read_record(path: Path, shown: str) -> Checkpoint:
 
 
 def ends(file: io.FileIO, size: int) -> Iterator[int]:
-    """Where a record may end (its ``END`` begins), the last one first."""
+    """The places where a record may end, where its ``END`` begins, from the last one on."""
     found, least = 0, max(0, size - REACH)
     stop = size
     while stop > least and found < TRIES:

@@ -1,4 +1,4 @@
-"""``Writer``: appends chunks of samples to an HDF5 file that appears under its name when whole."""
+"""``Writer``: appends chunks of samples to an HDF5 file, which gets its name when it is complete."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ TIME = "t"
 
 
 class Writer(Output):
-    """A context in which ``append`` adds samples and ``close`` makes the file whole (see ``Output``).
+    """A context in which ``append`` adds samples and ``close`` completes the file (see ``Output``).
 
-    Memory is bounded whatever the number of samples, and the bytes do not depend on how many are appended
-    at a time. Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its first
+    Memory is bounded for any number of samples, and the bytes do not depend on how many are appended at a
+    time. Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its first
     axis; for the other axes see ``Scales``.
     """
 

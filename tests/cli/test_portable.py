@@ -93,7 +93,7 @@ def test_numbers_of_the_file_are_rounded_once():
     values = resolve_portable_values(spec)
     assert values.parameters["a"] == 0.3 and resolve_values(spec).parameters["a"] != 0.3
     assert values.parameters["b"] == math.sqrt(10) and abs(values.parameters["c"]) < 1e-60
-    assert values.low is None
+    assert values.remainder is None
 
 
 def test_numbers_of_expressions_are_rounded_once():

@@ -105,7 +105,7 @@ def values_of(case: Case) -> Values:
 def stepper(case: Case, machine: Machine, size: int) -> Stepper:
     """What goes through it, with scratch of which nothing may be used."""
     values, program = values_of(case), machine.program
-    given = [values] if values.low is None else [values, values.low]
+    given = [values] if values.remainder is None else [values, values.remainder]
     parameters = np.array([one.parameters[name] for one in given for name in program.parameters], np.float64)
     state = np.concatenate([x for one in given for x in (one.q, one.v, np.zeros(len(program.integrals)))])
     made = Stepper(machine, parameters, state, case.times(), size)
