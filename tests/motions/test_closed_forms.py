@@ -6,6 +6,8 @@ parameters' own doubles. Steps are counted too, since accuracy is cheap when bou
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import mpmath
 import numpy as np
 import pytest
@@ -149,3 +151,14 @@ def test_conical_pendulum_keeps_its_angle_and_its_rate() -> None:
     assert abs(motion["q/theta"] - 1.0).max() < 1e-12
     assert abs(motion["q/phi"] / rate - motion.t).max() < 1e-12 * 100
     assert motion.outcome.steps < 1000
+
+
+def test_the_taylor_method_reaches_its_tolerance() -> None:
+    """Measured: the error of one Kepler orbit falls with the tolerance, about in proportion."""
+    errors = []
+    for tolerance in (1e-4, 1e-6, 1e-8, 1e-10, 1e-12):
+        motion = follow("central_force_cartesian", 2 * np.pi, 3, tolerance=tolerance)
+        errors.append(abs(motion["q/x"][-1] - motion["q/x"][0]) + abs(motion["q/y"][-1]))
+        assert motion.outcome.steps <= 70  # the order grows with the digits, not the steps
+        assert errors[-1] <= 300 * tolerance
+    assert all(fine < coarse / 5 for coarse, fine in pairwise(errors))

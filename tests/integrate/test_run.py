@@ -11,24 +11,24 @@ from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.native.orders import order_for
 from lagrange_cli.native.program import write_program
 from lagrange_cli.series.program import Op
-from tests.engine.motion import FULL, compiled, residual_of, solve
+from tests.support.motion import FULL, follow, program_of, residual_of
 
 
 def test_samples_do_not_change_the_steps():
-    coarse = solve("double_pendulum", 20.0, 5)
-    fine = solve("double_pendulum", 20.0, 4001)
+    coarse = follow("double_pendulum", 20.0, 5)
+    fine = follow("double_pendulum", 20.0, 4001)
     assert coarse.outcome.steps == fine.outcome.steps
     assert np.array_equal(coarse["q/theta1"], fine["q/theta1"][::1000])
 
 
 def test_chunks_and_pauses_change_nothing(monkeypatch):
-    whole = solve("double_pendulum", 20.0, 1001, outputs="q,v,h,ledger")
+    whole = follow("double_pendulum", 20.0, 1001, outputs=("q", "v", "h", "ledger"))
     monkeypatch.setattr(taylor, "chunk_size", lambda width: 7)
     monkeypatch.setattr(taylor, "POLL_SECONDS", 0.0)
     monkeypatch.setattr(taylor, "FEWEST", 1)
-    pieces = solve("double_pendulum", 20.0, 1001, outputs="q,v,h,ledger")
+    pieces = follow("double_pendulum", 20.0, 1001, outputs=("q", "v", "h", "ledger"))
     assert pieces.outcome.steps == whole.outcome.steps
-    for path, series in whole.series.items():
+    for path, series in whole.data.items():
         assert np.array_equal(series, pieces[path]), path
 
 
@@ -38,11 +38,11 @@ def test_chunks_are_bounded_whatever_the_system():
 
 
 def test_an_interrupted_run_keeps_the_beginning(monkeypatch):
-    whole = solve("double_pendulum", 20.0, 1001)
+    whole = follow("double_pendulum", 20.0, 1001)
     monkeypatch.setattr(taylor, "POLL_SECONDS", 0.0)
     monkeypatch.setattr(taylor, "FEWEST", 1)
     asked = iter(range(10**6))
-    part = solve("double_pendulum", 20.0, 1001, interrupted=lambda: next(asked) >= 5)
+    part = follow("double_pendulum", 20.0, 1001, interrupted=lambda: next(asked) >= 5)
     assert part.outcome.ending is Ending.INTERRUPTED
     assert part.outcome.ending.status == "interrupted"
     count = len(part["t"])
@@ -52,7 +52,7 @@ def test_an_interrupted_run_keeps_the_beginning(monkeypatch):
 
 
 def test_times_end_exactly_at_the_stop():
-    motion = solve("pendulum", 0.7, 8, start=-0.7)
+    motion = follow("pendulum", 0.7, 8, start=-0.7)
     assert motion["t"][0] == -0.7
     assert motion["t"][-1] == motion.outcome.t == 0.7
 
@@ -79,7 +79,7 @@ ENDINGS = {
 @pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
 def test_a_motion_that_cannot_go_on_says_so(name, method):
     text, ending = ENDINGS[name]
-    motion = solve(text, 10.0, 1001, method=method, tolerance=FULL if method == "taylor" else 1e-8)
+    motion = follow(text, 10.0, 1001, method=method, tolerance=FULL if method == "taylor" else 1e-8)
     outcome = motion.outcome
     if method == "taylor" and ending is not None:
         assert outcome.ending is ending
@@ -87,20 +87,20 @@ def test_a_motion_that_cannot_go_on_says_so(name, method):
     assert outcome.ending.status == "failed"
     assert f"t = {outcome.t:.9g}" in outcome.message
     assert " = " in outcome.message.partition("where")[2]
-    for series in motion.series.values():
+    for series in motion.data.values():
         assert np.all(np.isfinite(series[1:]))
         assert len(series) == len(motion["t"])
 
 
 def test_the_fall_into_a_centre_is_followed_to_the_end():
     """x'' = -1/x^2 from rest at 1 collides at t = pi/2/sqrt(2)."""
-    motion = solve(ENDINGS["collision"][0], 10.0, 1001)
+    motion = follow(ENDINGS["collision"][0], 10.0, 1001)
     assert abs(motion.outcome.t - np.pi / 2 / np.sqrt(2)) <= 1e-12
     assert motion.outcome.steps <= 1000
 
 
 def observed(system, outputs):
-    return compiled(system, frozenset(outputs.split(",")), "taylor", FULL).machine.program
+    return program_of(system, tuple(outputs.split(",")))
 
 
 def test_only_what_is_asked_for_is_in_the_program():
@@ -136,8 +136,8 @@ def test_parameters_stay_inputs():
     changed = residual_of("double_pendulum")
     assert write_program(changed, order_for(FULL), {}, {}).text == text
     assert program("double_pendulum").constants >= 3
-    light = solve("double_pendulum", 5.0, m2=1e-9)
-    plain = solve("pendulum", 5.0, theta=2.0, theta_dot=0, m=1, l=1, g=9.81)
+    light = follow("double_pendulum", 5.0, sets={"m2": 1e-9})
+    plain = follow("pendulum", 5.0, sets={"theta": 2.0, "theta_dot": 0, "m": 1, "l": 1, "g": 9.81})
     assert np.max(np.abs(light["q/theta1"] - plain["q/theta"])) <= 1e-6
 
 

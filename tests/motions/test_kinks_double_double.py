@@ -8,8 +8,8 @@ import h5py
 import numpy as np
 import pytest
 
-from tests.engine.test_double_double import LONG, MP, largest, solved
-from tests.engine.test_kinks import LINE
+from tests.motions.test_double_double import LONG, MP, largest, solved
+from tests.motions.test_kinks import LINE
 from tests.support.command import lagrange
 
 FRICTION = """

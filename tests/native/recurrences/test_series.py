@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.native.recurrences import jet, layout
 from lagrange_cli.series.lowering import lower
-from tests.engine.motion import compiled, residual_of, solve, text_of
 from tests.support.draws import examples
+from tests.support.motion import follow, prepared, residual_of
 
 FUNCTIONS = {
     "sin(u)": mpmath.sin,
@@ -58,7 +58,7 @@ generalized_forces: {{x: "{force}"}}
 @pytest.mark.parametrize("force", FUNCTIONS)
 def test_a_force_that_is_a_known_function_of_time(force, u):
     """x'' = f(u) with u = 0.1 + t/2, however u is written: x' is an integral."""
-    motion = solve(FORCED.format(u=u, force=force), 2.0, 3)
+    motion = follow(FORCED.format(u=u, force=force), 2.0, 3)
     function = FUNCTIONS[force]
     for t, rate in zip(motion["t"][1:], motion["v/x"][1:]):
         expected = mpmath.quad(lambda s: function(mpmath.mpf("0.1") + s / 2), [0, float(t)])
@@ -90,12 +90,12 @@ def shape_code(monkeypatch, stages, few):
 @pytest.mark.parametrize(("stages", "few"), [(3, 0), (3, 99), (7, 0), (10, 99), (60, 0)])
 def test_loops_and_written_out_stages_agree(stages, few, monkeypatch):
     """Everything at once: each way to write the stages gives the same motion, and the ledgers close."""
-    reference = solve(ELLIPSOID, 3.0, outputs="q,v,p,h,ledger")
+    reference = follow(ELLIPSOID, 3.0, outputs=("q", "v", "p", "h", "ledger"))
     shape_code(monkeypatch, stages, few)
-    compiled.cache_clear()
-    motion = solve(ELLIPSOID, 3.0, outputs="q,v,p,h,ledger")
-    compiled.cache_clear()
-    for path, series in motion.series.items():
+    prepared.cache_clear()
+    motion = follow(ELLIPSOID, 3.0, outputs=("q", "v", "p", "h", "ledger"))
+    prepared.cache_clear()
+    for path, series in motion.data.items():
         assert np.max(np.abs(series - reference[path])) <= 1e-12, path
         if "ledger" in path:
             assert np.max(np.abs(series)) <= 1e-12, path
@@ -109,10 +109,10 @@ def test_loops_and_written_out_stages_agree(stages, few, monkeypatch):
 @pytest.mark.parametrize(("stages", "few"), [(3, 0), (3, 99), (60, 0)])
 def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch):
     shape_code(monkeypatch, stages, few)
-    compiled.cache_clear()
-    motion = solve(system, 10.0, outputs="q,v,p,h,ledger,action")
-    compiled.cache_clear()
-    for path, series in motion.series.items():
+    prepared.cache_clear()
+    motion = follow(system, 10.0, outputs=("q", "v", "p", "h", "ledger", "action"))
+    prepared.cache_clear()
+    for path, series in motion.data.items():
         if "ledger" in path:
             assert np.max(np.abs(series)) <= 1e-12 * max(1.0, np.max(np.abs(motion["diagnostics/h"]))), path
 
@@ -130,9 +130,9 @@ def test_dot_products_give_the_same_however_they_are_arranged(system, stages, fe
     shape_code(monkeypatch, stages, few)
 
     def arranged():
-        compiled.cache_clear()
-        program = lower_system(residual_of(text_of(system)))
-        return solve(system, 3.0, outputs="q,v"), layout.arrange(program, 20).groups
+        prepared.cache_clear()
+        program = lower_system(residual_of(system))
+        return follow(system, 3.0, outputs=("q", "v")), layout.arrange(program, 20).groups
 
     usual, groups = arranged()
     different = 0
@@ -141,9 +141,9 @@ def test_dot_products_give_the_same_however_they_are_arranged(system, stages, fe
             patch.setattr(layout, name, value)
             other, others = arranged()
         different += others != groups
-        for path, series in usual.series.items():
+        for path, series in usual.data.items():
             assert np.max(np.abs(series - other[path])) <= 1e-13 * max(1.0, np.max(np.abs(series))), path
-    compiled.cache_clear()
+    prepared.cache_clear()
     assert different >= 2
 
 
@@ -177,7 +177,7 @@ def test_coupled_mass_matrices_of_any_sign_are_solved(size, seed, hollow):
     q = source.normal(size=size)
     values = compiled_values(residual_of(lagrangian_of([[float(x) for x in row] for row in matrix])))
     accelerations, momenta, _ = values([], 0.0, list(q), [1.0] * size)
-    expected = np.linalg.solve(matrix, -np.cos(q) * np.arange(1, size + 1))
+    expected = np.linalg.follow(matrix, -np.cos(q) * np.arange(1, size + 1))
     assert np.max(np.abs(accelerations - expected)) <= 1e-11 * np.linalg.cond(matrix) * np.max(
         np.abs(expected)
     )
@@ -201,7 +201,7 @@ def chain(size):
 @pytest.mark.parametrize("size", [3, 7, 22])
 def test_chains_of_any_length_keep_their_energy(size):
     """22 coordinates factor their mass matrix in loops, fewer in code written out."""
-    motion = solve(chain(size), 1.0, 11, outputs="q,h,ledger")
+    motion = follow(chain(size), 1.0, 11, outputs=("q", "h", "ledger"))
     assert motion.outcome.h_drift <= 1e-13 * abs(motion["diagnostics/h"][0])
     for k in range(size):
         assert np.max(np.abs(motion[f"diagnostics/ledger/p/th{k}"])) <= 1e-12 * size**2
@@ -217,7 +217,7 @@ LINE = (
 def test_series_of_which_many_coefficients_vanish(power):
     """x'' = -x^n from x = 0: only every (n+1)-th coefficient is there; the step must not leap over them."""
     text = LINE.format(initial=0, velocity=1, potential=f"x**{power + 1}/{power + 1}")
-    motion = solve(text, 20.0, 201)
+    motion = follow(text, 20.0, 201)
     assert motion.outcome.h_drift <= 1e-12
     turning = ((power + 1) / 2) ** (1 / (power + 1))
     assert np.max(motion["q/x"]) <= turning * (1 + 1e-12)
@@ -229,7 +229,7 @@ def test_rest_and_free_motion_take_one_step():
         "coordinates: {x: {initial: 1}, y: {initial: 2, velocity: 3}}\n"
         "masses: {p: 1}\nembedding: {p: [x, y]}\npotential: (x - 1)**4\n"
     )
-    motion = solve(text, 1e6, 3)
+    motion = follow(text, 1e6, 3)
     assert motion.outcome.steps == 1
     assert motion["q/x"].tolist() == [1.0, 1.0, 1.0]
     assert motion["q/y"].tolist() == [2.0, 1500002.0, 3000002.0]
@@ -240,7 +240,7 @@ def test_the_unit_of_time_does_not_matter():
     steps = []
     for frequency in (1e-12, 1.0, 1e9, 1e-15, 1e-18, 1e-22, 1e-30):
         text = LINE.format(initial=1, velocity=0, potential=f"{frequency**2!r}*x**2/2")
-        motion = solve(text, 20 * math.pi / frequency, 3)
+        motion = follow(text, 20 * math.pi / frequency, 3)
         steps.append(motion.outcome.steps)
         assert abs(motion["q/x"][-1] - 1) <= 1e-14
     assert max(steps[:3]) <= 1.1 * min(steps[:3])
@@ -252,7 +252,7 @@ def test_scale_does_not_matter():
     steps = set()
     for size in (1e-12, 1.0, 1e15):
         text = LINE.format(initial=size, velocity=0, potential="x**2/2")
-        motion = solve(text, 20 * math.pi, 3)
+        motion = follow(text, 20 * math.pi, 3)
         steps.add(motion.outcome.steps)
         assert abs(motion["q/x"][-1] / size - 1) <= 1e-13
     assert len(steps) == 1

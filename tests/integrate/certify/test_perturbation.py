@@ -13,7 +13,7 @@ from lagrange_cli.integrate.methods.perturbation import perturb
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
-from tests.integrate.test_certificate import Number, certified
+from tests.integrate.certify.test_certificate import Number, certified
 from tests.support.motion import residual_of, values_of
 
 SPRING = """

@@ -117,3 +117,19 @@ def test_work_of_a_particle_force_is_in_the_ledger() -> None:
     assert largest(motion, "diagnostics/ledger/h") < 1e-13
     assert largest(motion, "diagnostics/ledger/p/a") < 1e-13
     assert motion.outcome.h_drift is None
+
+
+def test_the_hoop_conserves_h_and_not_t_plus_u() -> None:
+    motion = follow("rotating_hoop", 20.0, outputs=("q", "v", "h", "energy", "T", "U"))
+    assert motion.outcome.h_drift is not None
+    assert motion.outcome.h_drift <= 1e-13 * abs(motion["diagnostics/h"][0])
+    energy = motion["diagnostics/energy"]
+    assert abs(energy - energy[0]).max() > 0.01
+    assert np.array_equal(energy, motion["diagnostics/T"] + motion["diagnostics/U"])
+
+
+def test_quadratures_do_not_change_the_motion() -> None:
+    plain = follow("driven_damped_pendulum", 20.0)
+    ledger = follow("driven_damped_pendulum", 20.0, outputs=("q", "v", "ledger", "action"))
+    assert plain.outcome.steps == ledger.outcome.steps
+    assert abs(plain["q/theta"] - ledger["q/theta"]).max() <= 1e-13
