@@ -52,10 +52,8 @@ def test_no_module_is_imported_in_a_circle():
 
 
 def packages() -> list[str]:
-    """All but ``native``, whose kinds of numbers and functions still know each other."""
-    return sorted(
-        name for name, path in MODULES.items() if path.name == "__init__.py" and name != "lagrange_cli.native"
-    )
+
+    return sorted(name for name, path in MODULES.items() if path.name == "__init__.py")
 
 
 @pytest.mark.parametrize("package", packages())

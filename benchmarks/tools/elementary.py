@@ -14,8 +14,9 @@ import numpy as np
 
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.functions.elementary import FUNCTIONS
-from lagrange_cli.native.numbers.double import Emitter, Operand
-from lagrange_cli.native.numbers.vector import kind, suffix
+from lagrange_cli.native.llvm.text import Operand
+from lagrange_cli.native.llvm.vector import kind, suffix
+from lagrange_cli.native.numbers.double import Emitter
 from tests.support.calls import compiled, looped, text
 
 COUNT, RUNS = 800, 400

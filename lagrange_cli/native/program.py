@@ -13,9 +13,10 @@ from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, MORE
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.double import Emitter, literal, operand
+from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.vector import Bit, Real
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Written
-from lagrange_cli.native.numbers.vector import Bit, Real
 from lagrange_cli.native.observation import write_prepare, write_values
 from lagrange_cli.native.orders import lane_order
 from lagrange_cli.native.recurrences.evaluation import Constants
@@ -167,7 +168,7 @@ def suits_lanes(program: Program, residual: Residual) -> bool:
 
 def with_lanes(program: Program, residual: Residual, tolerance: float) -> Program:
     """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``)."""
-    from lagrange_cli.native.functions.elementary import definitions
+    from lagrange_cli.native.functions import elementary
     from lagrange_cli.native.numbers.lanes import DECLARATIONS, LaneEmitter
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
     from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
@@ -175,7 +176,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     from lagrange_cli.native.stepping.ensemble import Pack, follow
 
     order, constants, series = lane_order(tolerance), Constants(), program.series
-    emitter, layout, width = LaneEmitter(), arrange_lanes(series, order), program.state.width
+    emitter, layout, width = LaneEmitter(elementary), arrange_lanes(series, order), program.state.width
     expansion = compensated_expansion(emitter, residual, series, constants, width, 0)
     jet = write_paired_jet(Memory(expansion, emitter, layout))
     parameters = residual.model.parameters
@@ -183,7 +184,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     pack = Pack(program.degrees, program.rows, width, layout.span, size, layout.vectors)
     stepping = follow(pack, order, tolerance, len(program.parameters))
     text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, stepping])
-    text += definitions(text)
+    text += elementary.definitions(text)
     present = set(re.findall(r"^ *declare .*@([\w.]+)\(", text, re.MULTILINE))
     missing = (line for name, line in DECLARATIONS.items() if name not in present)
     text = "\n".join([text, *missing, ATTRIBUTES.replace("#0", "#1") + "\n"])

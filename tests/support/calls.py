@@ -10,8 +10,9 @@ import numpy as np
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import load
 from lagrange_cli.native.functions.elementary import ATTRIBUTES, FUNCTIONS, call, definitions
-from lagrange_cli.native.numbers.double import Emitter, Operand
-from lagrange_cli.native.numbers.vector import kind
+from lagrange_cli.native.llvm.text import Operand
+from lagrange_cli.native.llvm.vector import kind
+from lagrange_cli.native.numbers.double import Emitter
 
 Write = Callable[[Emitter, Sequence[Operand]], Sequence[Operand]]
 

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from fractions import Fraction
 from math import factorial
 
-from lagrange_cli.native.numbers.double import Value, literal
+from lagrange_cli.native.llvm.text import Value, literal
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product
 

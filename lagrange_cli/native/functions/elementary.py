@@ -25,8 +25,9 @@ from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.functions import formulas
 from lagrange_cli.native.llvm.declarations import LIBRARY
-from lagrange_cli.native.numbers.double import Emitter, Operand, Value, operand
-from lagrange_cli.native.numbers.vector import Body, Real, kind, suffix
+from lagrange_cli.native.llvm.text import Operand, Value, operand
+from lagrange_cli.native.llvm.vector import Body, Real, kind, suffix
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.records import dataclass
 
 

@@ -12,7 +12,7 @@ from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.functions.double_double import LN2, PI, cosh_within, leg, refined_angle, sinh_within
 from lagrange_cli.native.functions.formulas import LEAST_NORMAL
 from lagrange_cli.native.functions.payne_hanek import LEAST_WIDE
-from lagrange_cli.native.numbers.double import ONE, ZERO, Value, literal
+from lagrange_cli.native.llvm.text import ONE, ZERO, Value, literal
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, function
 
 ARC_TANGENT = (

@@ -7,7 +7,7 @@ computed, x being an integer times a power of two, by integers of 256 bits of th
 from __future__ import annotations
 
 from lagrange_cli.native.functions.double_double import PI
-from lagrange_cli.native.numbers.double import Operand, literal
+from lagrange_cli.native.llvm.text import Operand, literal
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
 
 LEAST_WIDE = 2.0**20

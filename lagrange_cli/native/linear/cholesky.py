@@ -11,8 +11,9 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import FLOOR
 from lagrange_cli.native.linear.triangular import solve_definite, solver_of
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.double import Emitter, Value, literal
-from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.text import Value, literal
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.records import dataclass
 
 PANEL = range(LANES)

@@ -11,8 +11,8 @@ from typing import Generic
 
 from lagrange_cli.native.linear.blocks import FLOOR
 from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.kind import V, Written
-from lagrange_cli.native.numbers.vector import Bit, Integer, Real
 from lagrange_cli.records import dataclass
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import Real
+from lagrange_cli.native.llvm.vector import Real
 
 
 def solver_of(stride: int) -> str:

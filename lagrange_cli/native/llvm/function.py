@@ -19,7 +19,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import Generic, TypeVar, overload
 
-from lagrange_cli.native.numbers.vector import Bit, Body, Integer, Pointer, Real, Value, kind
+from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Pointer, Real, Value, kind
 
 V = TypeVar("V", bound=Value)
 _NAME = re.compile(r"%[\w.]+")

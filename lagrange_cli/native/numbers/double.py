@@ -6,35 +6,16 @@ that additions and multiplications with 0 are never written.
 
 from __future__ import annotations
 
-import struct
 from collections.abc import Iterable, Sequence
-from typing import TypeAlias
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.declarations import INTRINSICS
+from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
 from lagrange_cli.native.numbers.kind import Number
 
-Operand: TypeAlias = str
-Value: TypeAlias = str | None
-
 MOST_INSTRUCTIONS = whole("instructions")
-
-ZERO: Operand = "0x0000000000000000"
-ONE: Operand = "0x3FF0000000000000"
-
-
-def literal(value: Number) -> Value:
-    """A floating-point constant in LLVM's exact notation; None for 0."""
-    if value == 0.0:
-        return None
-    return "0x" + struct.pack(">d", value).hex().upper()
-
-
-def operand(value: Value) -> Operand:
-    """A value as an instruction needs it: 0 written out."""
-    return ZERO if value is None else value
 
 
 def fused(text: str) -> str:

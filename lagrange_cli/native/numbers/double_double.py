@@ -10,7 +10,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Sequence
 from fractions import Fraction
 
-from lagrange_cli.native.numbers.double import ONE, Emitter, Operand, Value, literal
+from lagrange_cli.native.llvm.text import ONE, Operand, Value, literal
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number
 from lagrange_cli.records import dataclass

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
-from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.numbers.double import ONE, ZERO, Emitter, Operand, Value, literal
+from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
+from lagrange_cli.native.llvm.vector import kind, suffix
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Number
-from lagrange_cli.native.numbers.vector import kind, suffix
 
 VECTOR = kind("double", LANES)
 BITS = kind("i1", LANES)
-OWN = frozenset({"sin", "cos", *elementary.FUNCTIONS})
-"""Functions of ``elementary``; the others are intrinsics that vectors have too."""
 
 
 def splat(type: str, one: object) -> str:
@@ -21,14 +20,32 @@ def splat(type: str, one: object) -> str:
     return f"<{', '.join([f'{type} {one}'] * LANES)}>"
 
 
+class LaneFunctions(Protocol):
+    """The elementary functions of all lanes: ``native.functions.elementary``."""
+
+    @property
+    def FUNCTIONS(self) -> Mapping[str, Any]: ...
+
+    def sin_cos(
+        self, emitter: Emitter, x: Value, low: Value = None, lanes: int = 1
+    ) -> tuple[Operand, Operand]: ...
+    def emit_function(
+        self, emitter: Emitter, name: str, arguments: Sequence[Value], lanes: int = 1
+    ) -> Operand: ...
+
+
 class LaneEmitter(Emitter):
-    """What ``Emitter`` is for one double, for all lanes: an index counts vectors."""
+    """What ``Emitter`` is for one double, for all lanes: an index counts vectors.
+
+    ``functions`` writes those that are no intrinsics of LLVM, which vectors have too.
+    """
 
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
     one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
 
-    def __init__(self, prefix: str = "%v") -> None:
+    def __init__(self, functions: LaneFunctions, prefix: str = "%v") -> None:
         super().__init__(prefix)
+        self._functions = functions
         self._angles: dict[Operand, tuple[Operand, Operand]] = {}
 
     def number(self, value: Number) -> Value:
@@ -40,15 +57,15 @@ class LaneEmitter(Emitter):
 
     def function(self, name: str, *arguments: Value) -> Operand:
         """A function, of all lanes; sine and cosine of one angle are computed together."""
-        if name not in OWN:
+        if name not in ("sin", "cos", *self._functions.FUNCTIONS):
             return super().function(name, *arguments)
         self.operations += 1
         if name in ("sin", "cos"):
             angle = self.written(arguments[0])
             if angle not in self._angles:
-                self._angles[angle] = elementary.sin_cos(self, angle, lanes=LANES)
+                self._angles[angle] = self._functions.sin_cos(self, angle, lanes=LANES)
             return self._angles[angle][name == "cos"]
-        return elementary.emit_function(self, name, arguments, LANES)
+        return self._functions.emit_function(self, name, arguments, LANES)
 
     def everywhere(self, table: str, first: str, index: int) -> Operand:
         """The one double ``table[first + index]`` in every lane."""

@@ -15,7 +15,8 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import UNROLLED, Factorization, Large
 from lagrange_cli.native.linear.cholesky import LargeDefinite
 from lagrange_cli.native.linear.lu import LargeGeneral
-from lagrange_cli.native.numbers.double import Emitter, Operand, Value
+from lagrange_cli.native.llvm.text import Operand, Value
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_product, two_sum
 from lagrange_cli.native.numbers.kind import Number
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values

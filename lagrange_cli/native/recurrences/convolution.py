@@ -8,7 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
-from lagrange_cli.native.numbers.double import ONE, Emitter, Operand, Value, literal, operand
+from lagrange_cli.native.llvm.text import ONE, Operand, Value, literal, operand
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.layout import FIRST, Group
 from lagrange_cli.native.recurrences.stage import Factors, Stage
 

@@ -9,10 +9,11 @@ from __future__ import annotations
 from functools import partial
 
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.linear.lu import LargeGeneral
-from lagrange_cli.native.numbers.double import Operand, Value, literal
+from lagrange_cli.native.llvm.text import Operand, Value, literal
 from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, DoubleDoubleBody, Pair, function
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
 from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
@@ -167,7 +168,7 @@ def convolve(beyond: int) -> str:
     there are zeros before coefficients 0. A lane has the sum of every eighth term, and apart from it all that
     was rounded off.
     """
-    e, lanes = DoubleDoubleBody(), LaneEmitter("%w")
+    e, lanes = DoubleDoubleBody(), LaneEmitter(elementary, "%w")
     lanes.lines = e.lines
     sums = e.define(f"alloca [2 x {VECTOR}], align 64")
     for part in range(2):

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import itertools
 
-from lagrange_cli.native.numbers.double import operand
+from lagrange_cli.native.llvm.text import operand
 from lagrange_cli.native.recurrences.layout import CARRIED, Layout
 from lagrange_cli.native.recurrences.rolled import Memory, Opening, Rolled
 from lagrange_cli.series.program import Op, SeriesProgram

@@ -11,7 +11,7 @@ share what they read, so that two products take two vectors from memory.
 
 from __future__ import annotations
 
-from lagrange_cli.native.numbers.double import Value
+from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.numbers.lanes import BITS, VECTOR, LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot

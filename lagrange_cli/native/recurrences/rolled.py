@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.numbers.double import Emitter, Value, literal
+from lagrange_cli.native.llvm.text import Value, literal
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.convolution import (
     TOGETHER,
     Vectors,

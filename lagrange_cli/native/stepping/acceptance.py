@@ -9,7 +9,7 @@ due to rounding.
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import Bit, Real, constant
+from lagrange_cli.native.llvm.vector import Bit, Real, constant
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass, replace
 

@@ -15,7 +15,7 @@ from collections.abc import Callable
 
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, allowance
 from lagrange_cli.records import dataclass

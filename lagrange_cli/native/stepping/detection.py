@@ -11,8 +11,8 @@ from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.functions.correctly_rounded import exponential
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.double import literal, operand
-from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.search import crossing, greatest
 from lagrange_cli.records import dataclass
 

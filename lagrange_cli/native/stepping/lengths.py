@@ -11,7 +11,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import Bit, Real
+from lagrange_cli.native.llvm.vector import Bit, Real
 
 BISECTIONS = 50
 """To the resolution of doubles, in a sixteenth of a step."""

@@ -13,7 +13,7 @@ from functools import reduce
 from lagrange_cli.native.functions.correctly_rounded import power
 from lagrange_cli.native.interface import STEPPING
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.numbers.vector import (
+from lagrange_cli.native.llvm.vector import (
     Bit,
     Pointer,
     Real,

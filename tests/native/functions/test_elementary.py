@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from lagrange_cli.expression.vocabulary import FUNCTIONS as LANGUAGE
 from lagrange_cli.native.functions.elementary import FUNCTIONS, definitions, emit_function, power
 from lagrange_cli.native.functions.formulas import LARGEST_ANGLE
-from lagrange_cli.native.numbers.double import literal
+from lagrange_cli.native.llvm.text import literal
 from tests.support.calls import compiled, function, loaded, looped, text
 
 LANES = 8

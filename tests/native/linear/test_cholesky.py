@@ -12,7 +12,8 @@ from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import UNROLLED, Factorization
 from lagrange_cli.native.linear.cholesky import LargeDefinite
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
-from lagrange_cli.native.numbers.double import Emitter, literal
+from lagrange_cli.native.llvm.text import literal
+from lagrange_cli.native.numbers.double import Emitter
 
 SCALE = -0.5
 

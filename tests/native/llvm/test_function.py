@@ -14,7 +14,7 @@ import pytest
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import load
 from lagrange_cli.native.llvm.function import Function, Loop, Variable
-from lagrange_cli.native.numbers.vector import Integer, Real
+from lagrange_cli.native.llvm.vector import Integer, Real
 
 MASK = 2**64 - 1
 VARIABLES = 3

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import ClassVar, TypeVar
 
-from lagrange_cli.native.numbers.double import literal, operand
+from lagrange_cli.native.llvm.text import literal, operand
 
 V = TypeVar("V", bound="Value")
 

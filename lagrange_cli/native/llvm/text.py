@@ -1,0 +1,28 @@
+"""Operands of LLVM IR as text.
+
+A value is the text of an operand (``%12`` or a hexadecimal constant), or None for a number known to be 0.
+"""
+
+from __future__ import annotations
+
+import struct
+from fractions import Fraction
+from typing import TypeAlias
+
+Operand: TypeAlias = str
+Value: TypeAlias = str | None
+
+ZERO: Operand = "0x0000000000000000"
+ONE: Operand = "0x3FF0000000000000"
+
+
+def literal(value: float | Fraction) -> Value:
+    """A floating-point constant in LLVM's exact notation; None for 0."""
+    if value == 0.0:
+        return None
+    return "0x" + struct.pack(">d", value).hex().upper()
+
+
+def operand(value: Value) -> Operand:
+    """A value as an instruction needs it: 0 written out."""
+    return ZERO if value is None else value
