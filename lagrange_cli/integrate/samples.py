@@ -128,6 +128,8 @@ class DoubleDouble:
     low: Array
 
     def __add__(self, other: DoubleDouble) -> DoubleDouble:
+        from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+
         high, error = two_sum(self.high, other.high)
         low, rest = two_sum(self.low, other.low)
         high, error = two_sum(high, error + low)
@@ -135,13 +137,6 @@ class DoubleDouble:
 
     def __sub__(self, other: DoubleDouble) -> DoubleDouble:
         return self + DoubleDouble(-other.high, -other.low)
-
-
-def two_sum(a: Array, b: Array) -> tuple[Array, Array]:
-    """a + b and its rounding error (Knuth, TAOCP 2, sec. 4.2.2)."""
-    total = a + b
-    back = total - a
-    return total, (a - (total - back)) + (b - back)
 
 
 class DoubleDoubleSamples(Samples):

@@ -10,7 +10,8 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from lagrange_cli.native.llvm.vector import Body, Real, fast_sum
+from lagrange_cli.native.llvm.vector import Body, Real
+from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 
 SINE = (
     -0.16666666666666632, 0.00833333333332249, -0.00019841269829857768, 2.7557313706978406e-06,

@@ -391,19 +391,6 @@ def suffix(lanes: int) -> str:
     return "f64" if lanes == 1 else f"v{lanes}f64"
 
 
-def fast_sum(a: Real, b: Real) -> tuple[Real, Real]:
-    """a + b and its rounding error, for |a| >= |b| (T. J. Dekker, Numer. Math. 18, 1971)."""
-    total = a + b
-    return total, b - (total - a)
-
-
-def two_sum(a: Real, b: Real) -> tuple[Real, Real]:
-    """a + b and its rounding error (D. E. Knuth, TAOCP 2, sec. 4.2.2)."""
-    total = a + b
-    back = total - a
-    return total, (a - (total - back)) + (b - back)
-
-
 def upper_half(x: Real) -> Real:
     """The upper half of its bits as a number: for x > 0, 2^20 (1023 + log2 x) to 0.09 * 2^20."""
     body, short = x.body, kind("i32", x.lanes)

@@ -7,13 +7,13 @@ few units of 2^-106. Each operation is a function of its own, called where it is
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 
 from lagrange_cli.native.llvm.text import ONE, Operand, Value, literal
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
-from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.kind import Composed, Number
 from lagrange_cli.records import dataclass
 
 TYPE = "%pair"
@@ -125,10 +125,10 @@ class DoubleDoubleBody(Emitter):
         self.line(f"  ret {TYPE} {whole}")
 
 
-class DoubleDouble:
+class DoubleDouble(Composed[Pair]):
     """Such numbers as a ``NumberKind``; ``body`` is what they are written into."""
 
-    parts, unit, fused, products = 2, 2.0**-106, False, 64
+    parts, unit, products = 2, 2.0**-106, 64
     true = "true"
 
     def __init__(self) -> None:
@@ -138,18 +138,7 @@ class DoubleDouble:
     def number(self, value: Number) -> Pair | None:
         return None if value == 0 else self.body.pair(value)
 
-    def add(self, a: Pair | None, b: Pair | None) -> Pair | None:
-        return b if a is None else a if b is None else a + b
-
-    def sub(self, a: Pair | None, b: Pair | None) -> Pair | None:
-        return a if b is None else -b if a is None else a - b
-
-    def neg(self, a: Pair | None) -> Pair | None:
-        return None if a is None else -a
-
-    def mul(self, a: Pair | None, b: Pair | None) -> Pair | None:
-        if a is None or b is None:
-            return None
+    def times(self, a: Pair, b: Pair) -> Pair:
         for one, other in ((a, b), (b, a)):
             if one.low is None:
                 if one.high in (ONE, MINUS_ONE):
@@ -157,39 +146,14 @@ class DoubleDouble:
                 return other.scaled(one.high)
         return a * b
 
-    def div(self, a: Pair | None, b: Pair | None) -> Pair | None:
-        return None if a is None else a / (self.body.pair(0) if b is None else b)
-
-    def fma(self, a: Pair | None, b: Pair | None, c: Pair | None) -> Pair | None:
-        return self.add(c, self.mul(a, b))
-
-    def fms(self, a: Pair | None, b: Pair | None, c: Pair | None) -> Pair | None:
-        return self.sub(c, self.mul(a, b))
-
-    def total(
-        self, terms: Iterable[tuple[Pair | None, Pair | None]], start: Pair | None = None
-    ) -> Pair | None:
-        for a, b in terms:
-            start = self.fma(a, b, start)
-        return start
-
     def function(self, name: str, *arguments: Pair | None) -> Pair:
         return self.body.apply(name, *(self.body.pair(0) if a is None else a for a in arguments))
-
-    def normalized(self, a: Pair | None) -> Pair | None:
-        return a
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Pair:
         return self.body.get(pointer, index, beyond)
 
     def store(self, value: Pair | None, pointer: str, index: int | str, beyond: int | str = 0) -> None:
         self.body.put(value, pointer, index, beyond)
-
-    def magnitude(self, a: Pair | None) -> Pair | None:
-        return None if a is None else self.select(self.compare("olt", a, None), -a, a)
-
-    def larger(self, a: Pair | None, b: Pair | None) -> Pair | None:
-        return self.select(self.compare("ogt", a, b), a, b)
 
     def compare(self, relation: str, a: Pair | None, b: Pair | None) -> Operand:
         """Whether the nearest doubles are in a relation."""
@@ -201,9 +165,6 @@ class DoubleDouble:
     def select(self, condition: Operand, yes: Pair | None, no: Pair | None) -> Pair:
         zero = self.body.pair(0)
         return self.body.choose(condition, yes or zero, no or zero)
-
-    def depth(self, value: Pair | None) -> int:
-        return 0
 
 
 def split(value: Fraction) -> tuple[float, float]:

@@ -7,7 +7,7 @@ Each is written once, for whatever is added: operands in code (doubles or vector
 from __future__ import annotations
 
 import operator
-from typing import Any, Protocol
+from typing import Any, Protocol, cast
 
 from lagrange_cli.native.numbers.kind import V
 
@@ -58,3 +58,13 @@ def two_product(kind: Products[V], a: V | None, b: V | None) -> tuple[V | None, 
     """a * b and its rounding error."""
     product = kind.mul(a, b)
     return product, None if product is None else kind.exact_fma(a, b, kind.neg(product))
+
+
+def operators_two_sum(a: V, b: V) -> tuple[V, V]:
+    """``two_sum`` of what has operators."""
+    return cast("tuple[V, V]", two_sum(OPERATORS, a, b))
+
+
+def operators_fast_sum(a: V, b: V) -> tuple[V, V]:
+    """``fast_sum`` of what has operators."""
+    return cast("tuple[V, V]", fast_sum(OPERATORS, a, b))

@@ -7,9 +7,12 @@ computes at once, whose values are the numbers themselves, is one as well.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Iterable
-from fractions import Fraction
-from typing import Any, Protocol, TypeAlias, TypeVar
+from typing import TYPE_CHECKING, Any, Generic, Protocol, TypeAlias, TypeVar, cast
+
+if TYPE_CHECKING:
+    from fractions import Fraction
 
 V = TypeVar("V")
 
@@ -100,3 +103,76 @@ class Written(NumberKind[V], Protocol[V]):
 
     @property
     def body(self) -> Body: ...
+
+
+class Composed(Generic[V]):
+    """A kind all of whose operations follow from sums, products, quotients, comparison and choice.
+
+    Numbers have operators, unless ``plus``, ``minus``, ``times`` and ``over`` are overridden: these never see
+    None.
+    """
+
+    parts, fused, products = 1, False, 16
+    one: V
+    true: Condition = True
+
+    def plus(self, a: V, b: V) -> V:
+        made: V = operator.add(a, b)
+        return made
+
+    def minus(self, a: V) -> V:
+        """The opposite number."""
+        made: V = operator.neg(cast("Any", a))
+        return made
+
+    def times(self, a: V, b: V) -> V:
+        made: V = operator.mul(a, b)
+        return made
+
+    def over(self, a: V, b: V) -> V:
+        made: V = operator.truediv(a, b)
+        return made
+
+    def compare(self, relation: str, a: V | None, b: V | None) -> Condition:
+        raise NotImplementedError
+
+    def select(self, condition: Condition, yes: V | None, no: V | None) -> V:
+        raise NotImplementedError
+
+    def add(self, a: V | None, b: V | None) -> V | None:
+        return b if a is None else a if b is None else self.plus(a, b)
+
+    def neg(self, a: V | None) -> V | None:
+        return None if a is None else self.minus(a)
+
+    def sub(self, a: V | None, b: V | None) -> V | None:
+        return self.add(a, self.neg(b))
+
+    def mul(self, a: V | None, b: V | None) -> V | None:
+        return None if a is None or b is None else self.times(a, b)
+
+    def div(self, a: V | None, b: V | None) -> V | None:
+        return None if a is None or b is None else self.over(a, b)
+
+    def fma(self, a: V | None, b: V | None, c: V | None) -> V | None:
+        return self.add(c, self.mul(a, b))
+
+    def fms(self, a: V | None, b: V | None, c: V | None) -> V | None:
+        return self.sub(c, self.mul(a, b))
+
+    def total(self, terms: Iterable[tuple[V | None, V | None]], start: V | None = None) -> V | None:
+        for a, b in terms:
+            start = self.fma(a, b, start)
+        return start
+
+    def normalized(self, a: V | None) -> V | None:
+        return a
+
+    def magnitude(self, a: V | None) -> V | None:
+        return None if a is None else self.select(self.compare("olt", a, None), self.minus(a), a)
+
+    def larger(self, a: V | None, b: V | None) -> V | None:
+        return self.select(self.compare("ogt", a, b), a, b)
+
+    def depth(self, value: V | None) -> int:
+        return 0

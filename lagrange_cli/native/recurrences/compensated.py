@@ -5,7 +5,7 @@ Sums and products lose nothing that counts; functions are to first order, with t
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from functools import partial
 from typing import TypeAlias
 
@@ -18,7 +18,7 @@ from lagrange_cli.native.linear.lu import LargeGeneral
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.error_free import two_product, two_sum
-from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.kind import Composed, Number
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
@@ -28,59 +28,39 @@ Sum: TypeAlias = "tuple[Value, Value]"
 """A value is the sum of these two."""
 
 
-class Compensated:
+class Compensated(Composed[Sum]):
     """Such sums as a ``NumberKind`` over that of doubles."""
 
-    parts, unit, fused, products = 1, 2.0**-100, False, 16
+    unit = 2.0**-100
 
     def __init__(self, emitter: Emitter) -> None:
         self._emitter = emitter
-        self.one: Sum = (emitter.one, None)
+        self.one = (emitter.one, None)
         self.true = emitter.true
 
     def number(self, value: Number) -> Sum | None:
         high = self._emitter.number(value)
         return None if high is None else (high, None)
 
-    def add(self, a: Sum | None, b: Sum | None) -> Sum | None:
-        if a is None or b is None:
-            return b if a is None else a
+    def plus(self, a: Sum, b: Sum) -> Sum:
         total, error = two_sum(self._emitter, a[0], b[0])
         return total, self._emitter.add(a[1], self._emitter.add(error, b[1]))
 
-    def neg(self, a: Sum | None) -> Sum | None:
-        return a and (self._emitter.neg(a[0]), self._emitter.neg(a[1]))
+    def minus(self, a: Sum) -> Sum:
+        return self._emitter.neg(a[0]), self._emitter.neg(a[1])
 
-    def sub(self, a: Sum | None, b: Sum | None) -> Sum | None:
-        return self.add(a, self.neg(b))
-
-    def mul(self, a: Sum | None, b: Sum | None) -> Sum | None:
-        if a is None or b is None:
-            return None
+    def times(self, a: Sum, b: Sum) -> Sum:
         if self.one in (a, b):
             return b if a == self.one else a
         value, error = two_product(self._emitter, a[0], b[0])
         return value, self._emitter.total([(a[0], b[1]), (a[1], b[0])], error)
 
-    def div(self, a: Sum | None, b: Sum | None) -> Sum | None:
-        if a is None or b is None:
-            return None
+    def over(self, a: Sum, b: Sum) -> Sum:
         emitter = self._emitter
         value = emitter.div(a[0], b[0])
         rest: Value = emitter.exact_fma(emitter.neg(value), b[0], a[0])
         rest = emitter.fms(value, b[1], emitter.add(rest, a[1]))
         return value, emitter.div(rest, b[0])
-
-    def fma(self, a: Sum | None, b: Sum | None, c: Sum | None) -> Sum | None:
-        return self.add(c, self.mul(a, b))
-
-    def fms(self, a: Sum | None, b: Sum | None, c: Sum | None) -> Sum | None:
-        return self.sub(c, self.mul(a, b))
-
-    def total(self, terms: Iterable[tuple[Sum | None, Sum | None]], start: Sum | None = None) -> Sum | None:
-        for a, b in terms:
-            start = self.fma(a, b, start)
-        return start
 
     def function(self, name: str, *arguments: Sum | None) -> Sum:
         emitter, graph = self._emitter, Graph()
@@ -103,12 +83,6 @@ class Compensated:
         for offset, part in zip((0, beyond), value or (None, None)):
             self._emitter.store(part, place, offset)
 
-    def magnitude(self, a: Sum | None) -> Sum | None:
-        return a and self.select(self.compare("olt", a, None), self.neg(a), a)
-
-    def larger(self, a: Sum | None, b: Sum | None) -> Sum:
-        return self.select(self.compare("ogt", a, b), a, b)
-
     def compare(self, relation: str, a: Sum | None, b: Sum | None) -> Operand:
         return self._emitter.compare(relation, a and a[0], b and b[0])
 
@@ -119,9 +93,6 @@ class Compensated:
         pairs = zip(yes or (None, None), no or (None, None))
         high, low = (self._emitter.select(condition, a, b) for a, b in pairs)
         return high, low
-
-    def depth(self, value: Sum | None) -> int:
-        return 0
 
 
 def compensated_expansion(

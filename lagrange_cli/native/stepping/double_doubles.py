@@ -10,8 +10,10 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, fast_sum, two_sum
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.double_double import TYPE
+from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance, accepted

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, two_sum
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -11,7 +10,7 @@ from mpmath.ctx_iv import MPIntervalContext
 
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factorization
-from lagrange_cli.native.numbers.kind import Number
+from lagrange_cli.native.numbers.kind import Composed, Number
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.unrolled import Unrolled
@@ -28,11 +27,11 @@ IV.prec = 50
 """Three digits less than a double's: wide enough for sums in another order, too."""
 
 
-class Intervals:
-    """mpmath's intervals as a ``NumberKind`` that computes at once; None is 0."""
+class Intervals(Composed[Interval]):
+    """mpmath's intervals as a ``NumberKind`` that computes at once."""
 
-    parts, unit, fused, products = 1, 2.0**-50, True, 16
-    one, true = IV.mpf(1), True
+    unit = 2.0**-50
+    one = IV.mpf(1)
 
     def __init__(self, memory: dict[str, list[Any]]) -> None:
         self.memory = memory
@@ -40,38 +39,9 @@ class Intervals:
     def number(self, value: Number) -> Interval | None:
         return None if value == 0 else IV.mpf(value)
 
-    def add(self, a: Interval | None, b: Interval | None) -> Interval | None:
-        return b if a is None else a if b is None else a + b
-
-    def sub(self, a: Interval | None, b: Interval | None) -> Interval | None:
-        return self.add(a, self.neg(b))
-
-    def neg(self, a: Interval | None) -> Interval | None:
-        return None if a is None else -a
-
-    def mul(self, a: Interval | None, b: Interval | None) -> Interval | None:
-        return None if a is None or b is None else a * b
-
-    def div(self, a: Interval | None, b: Interval | None) -> Interval | None:
-        return None if a is None else a / b
-
-    def fma(self, a: Interval | None, b: Interval | None, c: Interval | None) -> Interval | None:
-        return self.add(c, self.mul(a, b))
-
-    def fms(self, a: Interval | None, b: Interval | None, c: Interval | None) -> Interval | None:
-        return self.sub(c, self.mul(a, b))
-
-    def total(self, terms: Iterable[tuple[Any, Any]], start: Interval | None = None) -> Interval | None:
-        for a, b in terms:
-            start = self.fma(a, b, start)
-        return start
-
     def function(self, name: str, *arguments: Interval | None) -> Interval:
         given = [IV.mpf(0) if a is None else a for a in arguments]
         return given[0] ** given[1] if name == "pow" else getattr(IV, name)(*given)
-
-    def normalized(self, a: Interval | None) -> Interval | None:
-        return a
 
     def load(self, pointer: str, index: int | str, beyond: int | str = 0) -> Interval:
         return self.memory[pointer][int(index)]
@@ -79,24 +49,15 @@ class Intervals:
     def store(self, value: Any, pointer: str, index: int | str, beyond: int | str = 0) -> None:
         self.memory[pointer][int(index)] = value
 
-    def magnitude(self, a: Interval | None) -> Interval | None:
-        return None if a is None else abs(a)
-
-    def larger(self, a: Interval | None, b: Interval | None) -> Interval | None:
-        return self.select(self.compare("ogt", a, b), a, b)
-
     def compare(self, relation: str, a: Interval | None, b: Interval | None) -> bool:
         first, second = (0 if x is None else x.mid for x in (a, b))
-        return bool({"ogt": first > second, "oeq": first == second, "one": first != second}[relation])
+        return bool({"ogt": first > second, "olt": first < second, "one": first != second}[relation])
 
     def both(self, a: bool, b: bool) -> bool:
         return a and b
 
     def select(self, condition: bool, yes: Interval | None, no: Interval | None) -> Interval:
         return yes if condition else no
-
-    def depth(self, value: Interval | None) -> int:
-        return 0
 
 
 class Computed(Constants):
