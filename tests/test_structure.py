@@ -1,6 +1,7 @@
 """The structure of the package: no module imports itself in a circle, nor does a package."""
 
 import ast
+import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -71,3 +72,16 @@ def test_the_parts_of_a_package_do_not_import_each_other_in_a_circle(package):
 
 def test_a_circle_is_found():
     assert circle({"a": {"b"}, "b": {"c"}, "c": {"b"}, "d": set()}) == ["a", "b", "c"]
+
+
+def test_docstrings_name_only_modules_that_exist():
+    """``package.module`` or ``package.module.Name``, with the first part a package of ours."""
+    packages = {path.parent.name for path in ROOT.glob("*/__init__.py")}
+    known = {name.removeprefix("lagrange_cli.") for name in MODULES}
+    named = 0
+    for path in MODULES.values():
+        for one in re.findall(r"``([a-z_]+(?:\.[A-Za-z_]+)+)``", path.read_text(encoding="utf-8")):
+            if one.partition(".")[0] in packages:
+                named += 1
+                assert {one, one.rpartition(".")[0]} & known - packages, f"{path.name} names {one}"
+    assert named > 20

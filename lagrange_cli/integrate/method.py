@@ -1,4 +1,4 @@
-"""``Motion``: what every method gives the run, chunk after chunk of samples."""
+"""``Method``: what every integration method must do, and what it returns."""
 
 from __future__ import annotations
 
@@ -13,17 +13,17 @@ from lagrange_cli.records import dataclass
 Interrupt = Callable[[float], bool]
 """Told the time reached, several times a second; True to stop there."""
 Accept = Callable[[Array, Array], None]
-"""Takes sample times (c,) and states (rows, c) with rows q, v and integrals, which stay as they are until it
-has been called again; it must not keep them for longer."""
+"""Takes sample times (c,) and states (rows, c), with rows q, v and integrals. The arrays are valid until the
+next call; whoever needs them longer must copy them."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Where a method can go on from, to the same bits: ``memory`` is all that it knows of the motion, at
-    time ``t``.
+    """What a method needs to continue a motion from time ``t`` with the same bits.
 
-    ``steps`` have been taken, and ``samples`` handed over. Unless they were ``limited``, the steps so far are
-    those of every motion that ends later, too.
+    ``memory`` is all that it knows of the motion. So far it has taken ``steps`` steps and handed over
+    ``samples`` samples. Unless the steps were ``limited`` by the stop time, a motion that stops later takes
+    the same steps.
     """
 
     memory: Array
@@ -35,8 +35,8 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class End:
-    """Why a method stopped, where (time and state: q, v), what it took, and where it can go on from, if it
-    can."""
+    """Why a method stopped, at which time and state (q, v), after how many steps and evaluations, and the
+    snapshot that the motion can be continued from, if there is one."""
 
     ending: Ending
     t: float
@@ -49,11 +49,11 @@ class End:
 
 @dataclass(frozen=True)
 class CheckpointSink:
-    """Where a method begins (None: at the start), and whom it gives snapshots.
+    """The snapshot that a method begins with (None: at the start), and what takes its snapshots.
 
-    ``due`` is asked several times a second, with the steps taken; where it says so, all samples before it
-    are handed over, and ``keep`` is given a snapshot. ``ends`` is given the one that a longer motion can go
-    on from, if there is one, when the samples up to it are handed over.
+    ``due`` is called several times a second with the number of steps. When it returns True, all samples so
+    far are handed over, and ``keep`` is given a snapshot. ``ends`` is given the snapshot that a longer motion
+    can be continued from, if there is one, when the samples up to it have been handed over.
     """
 
     begin: Snapshot | None
@@ -79,7 +79,8 @@ class Method(Protocol):
     ) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
-        ``accept`` is given full chunks of samples, and what there is when the motion ends, however it
-        does. One that makes no snapshots ignores its ``checkpoints``.
+        ``accept`` is given full chunks of samples, and at the end of the motion the samples that are left,
+        for whatever reason it ends. ``interrupt`` is called with the time several times a second; when it
+        returns True, the motion ends there. A method without snapshots ignores ``checkpoints``.
         """
         ...

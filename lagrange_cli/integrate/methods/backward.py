@@ -44,7 +44,7 @@ class Backward:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
-        """See ``motion.Method``."""
+        """See ``integrate.method.Method``."""
         begin = None if checkpoints.begin is None else reversed_snapshot(checkpoints.begin)
         keep, ends = checkpoints.keep, checkpoints.ends
         end = self.method.follow(

@@ -70,7 +70,7 @@ class ScipyMethod:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
-        """See ``motion.Method``; ``evaluations`` counts accelerations."""
+        """See ``integrate.method.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)
         collector = Collector(times, len(state), accept)
         t, y, steps, evaluations, still = times.start, state, 0, 0, 0

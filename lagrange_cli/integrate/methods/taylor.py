@@ -35,14 +35,14 @@ FEWEST = 64
 
 @dataclass(frozen=True)
 class TaylorMethod:
-    """Follows a motion by its Taylor series (``native.stepper``); steps do not depend on sample times."""
+    """Follows a motion by its Taylor series (``native.stepping``); steps do not depend on sample times."""
 
     machine: Machine
     recompilation: Recompilation | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
     beside: int = 0
     """The number of the companion that it is for, if any: what is rounded once for all is rounded otherwise
-    (``rounding``)."""
+    (``perturbation``)."""
 
     def follow(
         self,
@@ -53,7 +53,7 @@ class TaylorMethod:
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
     ) -> End:
-        """See ``motion.Method``; ``evaluations`` counts series, one a step."""
+        """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
         stepper = Stepper(
