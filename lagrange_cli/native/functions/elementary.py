@@ -121,7 +121,7 @@ def definition(body: Body, name: str) -> str:
         body.lines.append("  br label %beyond\nbeyond:")
     else:
         condition, made = function.formula(body, *arguments)
-        body.lines.append(f"  br i1 {body.all(condition)}, label %plain, label %beyond\nplain:")
+        body.lines.append(f"  br i1 {body.all(condition).name}, label %plain, label %beyond\nplain:")
         give_back(body, made)
         body.lines.append("beyond:")
     if body.lanes == 1:

@@ -10,7 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
-from lagrange_cli.native.llvm.vector import Body, Real
+from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Real
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 
 SINE = (
@@ -55,7 +55,7 @@ RAISED = 0x4330000000000000
 """The bits of 2^52: or-ed with the bits of a small integer n, those of 2^52 + n."""
 
 
-Results: TypeAlias = tuple[str, list[Real]]
+Results: TypeAlias = tuple[Bit, list[Real]]
 
 
 def sine_and_cosine(body: Body, x: Real, low: Real) -> Results:
@@ -82,17 +82,17 @@ def sine_and_cosine(body: Body, x: Real, low: Real) -> Results:
     small = body.fma(-r, rest, one - top - half)
     small = body.fma(body.fma(r, r, -square), -0.5, small)
     cosine = top + body.fma(fourth, body.polynomial(COSINE, square), small)
-    n = body.bits(shifted)
-    odd = body.define(f"trunc {body.integer} {n} to {body.bit}")
+    n = shifted.bits()
+    odd = n.odd()
     sine, cosine = body.select(odd, cosine, sine), body.select(odd, sine, cosine)
-    plain = body.below(body.function("fabs", x), LARGEST_ANGLE)
-    return plain, [turned(body, n, sine), turned(body, body.integers("add", n, 1), cosine)]
+    plain = body.magnitude(x) < LARGEST_ANGLE
+    return plain, [turned(n, sine), turned(n + 1, cosine)]
 
 
-def turned(body: Body, n: str, value: Real) -> Real:
+def turned(n: Integer, value: Real) -> Real:
     """``value`` with its sign changed where bit 1 of n is set."""
-    sign = body.integers("and", body.integers("shl", n, 62), SIGN)
-    return body.number(body.define(f"xor {body.integer} {body.bits(value)}, {sign}"))
+    sign = (n << 62) & SIGN
+    return (value.bits() ^ sign).number()
 
 
 def library_sine_and_cosine(body: Body, x: Real, low: Real) -> list[Real]:
@@ -111,9 +111,9 @@ def exponential(body: Body, x: Real, low: Real) -> Results:
     one = body.constant(1.0)
     top, top_rest = fast_sum(one, r)
     small = body.fma(r * r, body.polynomial(EXPONENTIAL, r), body.fma(rest, top, top_rest))
-    power = body.integers("shl", body.bits(shifted), EXPONENT)
-    made = body.define(f"add {body.integer} {body.bits(top + small)}, {power}")
-    return body.below(body.function("fabs", x), LARGEST_EXPONENT), [body.number(made)]
+    power = shifted.bits() << EXPONENT
+    made = (top + small).bits() + power
+    return body.magnitude(x) < LARGEST_EXPONENT, [made.number()]
 
 
 def logarithm(body: Body, x: Real) -> Results:
@@ -127,25 +127,21 @@ def power(body: Body, x: Real, y: Real) -> Results:
     positive, high, low = exact_logarithm(body, x)
     exponent = y * high
     small, results = exponential(body, exponent, body.fma(y, low, body.fma(y, high, -exponent)))
-    return body.define(f"and {body.bit} {positive}, {small}"), results
+    return positive & small, results
 
 
-def exact_logarithm(body: Body, x: Real) -> tuple[str, Real, Real]:
+def exact_logarithm(body: Body, x: Real) -> tuple[Bit, Real, Real]:
     """ln x = k ln 2 + ln m as a sum of two doubles, to about 68 bits, for positive x that are not denormal.
 
     With s = (m - 1) / (m + 1), ln m = 2 artanh(s) = 2 s + s [2/3 s^2 + s^4 P(s^2)].
     """
-    infinite = body.below(x, math.inf)
-    plain = body.define(f"fcmp oge {body.real} {x.name}, {body.of(LEAST_NORMAL)}")
-    plain = body.define(f"and {body.bit} {plain}, {infinite}")
-    bits = body.bits(x)
-    biased = body.integers("add", bits, (BIAS << EXPONENT) - SQRT_HALF)  # sqrt(1/2) <= m < sqrt(2)
-    k = body.integers("or", body.integers("lshr", biased, EXPONENT), RAISED)
-    k_number = body.number(k) - (2.0**52 + BIAS)
-    exponent = body.integers("and", biased, -(1 << EXPONENT))
-    m = body.number(
-        body.integers("add", body.define(f"sub {body.integer} {bits}, {exponent}"), BIAS << EXPONENT)
-    )
+    finite = x < math.inf
+    plain = (x >= LEAST_NORMAL) & finite
+    bits = x.bits()
+    biased = bits + ((BIAS << EXPONENT) - SQRT_HALF)  # sqrt(1/2) <= m < sqrt(2)
+    k = (biased.operation("lshr", EXPONENT) | RAISED).number() - (2.0**52 + BIAS)
+    exponent = biased & -(1 << EXPONENT)
+    m = ((bits - exponent) + (BIAS << EXPONENT)).number()
     one = body.constant(1.0)
     above, below = m - one, m + one
     below_rest = m - (below - one)
@@ -168,8 +164,8 @@ def exact_logarithm(body: Body, x: Real) -> tuple[str, Real, Real]:
     product_rest = body.fma(s, w_rest, body.fma(s, w, -product))
     product_rest = body.fma(s_rest, w, body.fma(s_rest, 2.0, product_rest))
     high, low = fast_sum(s + s, product)
-    high, rest = fast_sum(k_number * LN_2[0], high)
-    low = body.fma(k_number, LN_2[1], low + product_rest) + rest
+    high, rest = fast_sum(k * LN_2[0], high)
+    low = body.fma(k, LN_2[1], low + product_rest) + rest
     return (plain, *fast_sum(high, low))
 
 

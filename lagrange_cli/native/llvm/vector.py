@@ -6,7 +6,7 @@ processor and however many lanes. A body has a number of lanes of its own; value
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeVar
 
 from lagrange_cli.native.llvm.text import literal, operand
@@ -23,8 +23,6 @@ class Body:
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
         self.real = kind("double", lanes)
-        self.integer = kind("i64", lanes)
-        self.bit = kind("i1", lanes)
         self.lines: list[str] = []
         self.declared: dict[str, str] = {}
         self._count = 0
@@ -88,22 +86,20 @@ class Body:
         """The smaller one; b where either is not a number."""
         return self.select(b > a, a, b)
 
-    def all(self, condition: str | Bit) -> str:
+    def all(self, condition: Bit) -> Bit:
         """Whether it holds in all lanes."""
         return self._reduced("and", condition)
 
     def any(self, condition: Bit) -> Bit:
         """Whether it holds in any lane."""
-        return Bit(self, self._reduced("or", condition), 1)
+        return self._reduced("or", condition)
 
-    def _reduced(self, operation: str, condition: str | Bit) -> str:
-        lanes = condition.lanes if isinstance(condition, Bit) else self.lanes
-        name = condition.name if isinstance(condition, Bit) else condition
-        if lanes == 1:
-            return name
-        function, bits = f"llvm.vector.reduce.{operation}.v{lanes}i1", kind("i1", lanes)
+    def _reduced(self, operation: str, condition: Bit) -> Bit:
+        if condition.lanes == 1:
+            return condition
+        function, bits = f"llvm.vector.reduce.{operation}.v{condition.lanes}i1", condition.kind
         self.declared[function] = f"declare i1 @{function}({bits})\n"
-        return self.define(f"call i1 @{function}({bits} {name})")
+        return Bit(self, self.define(f"call i1 @{function}({bits} {condition.name})"), 1)
 
     def reduce(self, operation: str, a: Real, start: Real | None = None) -> Real:
         """The largest lane (``fmax``), the least (``fmin``), or all added to ``start`` (``fadd``)."""
@@ -118,27 +114,10 @@ class Body:
         flags = "" if start is not None else "nnan "
         return Real(self, self.define(f"call {flags}double @{function}({given})"), 1)
 
-    def below(self, a: Real, b: float) -> str:
-        """Whether ``a < b``; no for not-a-number."""
-        return (a < b).name
-
-    def bits(self, value: Real) -> str:
-        """The same bits as an integer."""
-        return value.bits().name
-
-    def integers(self, operation: str, a: str, b: int) -> str:
-        """An integer operation with a constant."""
-        return self.define(f"{operation} {self.integer} {a}, {constant('i64', self.lanes, b)}")
-
-    def number(self, bits: str) -> Real:
-        """The number with these bits."""
-        return Real(self, self.define(f"bitcast {self.integer} {bits} to {self.real}"))
-
-    def select(self, condition: str | Bit, yes: V, no: V) -> V:
+    def select(self, condition: Bit, yes: V, no: V) -> V:
         """One or the other: lane by lane, or all lanes by one condition."""
-        bit = condition.kind if isinstance(condition, Bit) else self.bit
-        name = condition.name if isinstance(condition, Bit) else condition
-        return yes.made(f"select {bit} {name}, {yes.kind} {yes.name}, {no.kind} {no.name}")
+        ways = f"{yes.kind} {yes.name}, {no.kind} {no.name}"
+        return yes.made(f"select {condition.kind} {condition.name}, {ways}")
 
     def splat(self, one: V, lanes: int) -> V:
         """A value in every lane."""
@@ -208,6 +187,11 @@ class Value:
         """A new value of its type."""
         return type(self)(self.body, self.body.define(text), self.lanes)
 
+    def operation(self: V, instruction: str, other: V | float) -> V:
+        """An instruction with two operands: ``udiv``, ``lshr``, .."""
+        second = operand_of(other, type(self), self.lanes)
+        return self.made(f"{instruction} {self.kind} {self.name}, {second}")
+
     def compared(self, relation: str, other: Value | float) -> Bit:
         """A relation to another value, or to a constant."""
         word = "fcmp" if self.type == "double" else "icmp"
@@ -215,49 +199,29 @@ class Value:
         return Bit(self.body, self.body.define(text), self.lanes)
 
 
+def _operator(instruction: str) -> Callable[[V, V | float], V]:
+    """An operator, the second operand of which may be a constant."""
+    return lambda a, b: a.operation(instruction, b)
+
+
+def _relation(word: str) -> Callable[[V, V | float], Bit]:
+    return lambda a, b: a.compared(word, b)
+
+
 class Real(Value):
     """A double. Relations do not hold for not-a-number."""
 
     __slots__ = ()
     type = "double"
-
-    def _operation(self, name: str, other: Real | float) -> Real:
-        return self.made(f"{name} {self.kind} {self.name}, {operand_of(other, Real, self.lanes)}")
-
-    def __add__(self, other: Real | float) -> Real:
-        return self._operation("fadd", other)
-
-    def __sub__(self, other: Real | float) -> Real:
-        return self._operation("fsub", other)
-
-    def __mul__(self, other: Real | float) -> Real:
-        return self._operation("fmul", other)
-
-    def __truediv__(self, other: Real | float) -> Real:
-        return self._operation("fdiv", other)
+    __add__, __sub__, __mul__, __truediv__ = map(_operator, ("fadd", "fsub", "fmul", "fdiv"))
+    __lt__, __le__, __gt__, __ge__ = map(_relation, ("olt", "ole", "ogt", "oge"))
 
     def __neg__(self) -> Real:
         return self.made(f"fneg {self.kind} {self.name}")
 
-    def __lt__(self, other: Real | float) -> Bit:
-        return self.compared("olt", other)
-
-    def __le__(self, other: Real | float) -> Bit:
-        return self.compared("ole", other)
-
-    def __gt__(self, other: Real | float) -> Bit:
-        return self.compared("ogt", other)
-
-    def __ge__(self, other: Real | float) -> Bit:
-        return self.compared("oge", other)
-
     def equals(self, other: Real | float) -> Bit:
         """Whether both are the same number."""
         return self.compared("oeq", other)
-
-    def is_number(self) -> Bit:
-        """Whether it is a number."""
-        return self.compared("ord", 0.0)
 
     def bits(self) -> Integer:
         """The same bits as an integer."""
@@ -271,39 +235,14 @@ class Integer(Value):
     __slots__ = ()
     type = "i64"
 
-    def operation(self, name: str, other: Integer | int) -> Integer:
-        """An instruction of LLVM with two operands: ``udiv``, ``lshr``, .."""
-        return self.made(f"{name} {self.kind} {self.name}, {operand_of(other, Integer, self.lanes)}")
+    __add__, __sub__, __mul__, __lshift__ = map(_operator, ("add", "sub", "mul", "shl"))
+    __and__, __or__, __xor__ = map(_operator, ("and", "or", "xor"))
+    __lt__, __le__, __gt__, __ge__ = map(_relation, ("ult", "ule", "ugt", "uge"))
 
-    def __add__(self, other: Integer | int) -> Integer:
-        return self.operation("add", other)
-
-    def __sub__(self, other: Integer | int) -> Integer:
-        return self.operation("sub", other)
-
-    def __mul__(self, other: Integer | int) -> Integer:
-        return self.operation("mul", other)
-
-    def __and__(self, other: Integer | int) -> Integer:
-        return self.operation("and", other)
-
-    def __or__(self, other: Integer | int) -> Integer:
-        return self.operation("or", other)
-
-    def __lshift__(self, other: Integer | int) -> Integer:
-        return self.operation("shl", other)
-
-    def __lt__(self, other: Integer | int) -> Bit:
-        return self.compared("ult", other)
-
-    def __le__(self, other: Integer | int) -> Bit:
-        return self.compared("ule", other)
-
-    def __gt__(self, other: Integer | int) -> Bit:
-        return self.compared("ugt", other)
-
-    def __ge__(self, other: Integer | int) -> Bit:
-        return self.compared("uge", other)
+    def odd(self) -> Bit:
+        """Whether it is odd."""
+        text = f"trunc {self.kind} {self.name} to {kind('i1', self.lanes)}"
+        return Bit(self.body, self.body.define(text), self.lanes)
 
     def equals(self, other: Integer | int) -> Bit:
         """Whether both are the same."""
@@ -331,11 +270,7 @@ class Bit(Value):
     __slots__ = ()
     type = "i1"
 
-    def __and__(self, other: Bit) -> Bit:
-        return self.made(f"and {self.kind} {self.name}, {other.name}")
-
-    def __or__(self, other: Bit) -> Bit:
-        return self.made(f"or {self.kind} {self.name}, {other.name}")
+    __and__, __or__ = map(_operator, ("and", "or"))
 
     def __invert__(self) -> Bit:
         return self.made(f"xor {self.kind} {self.name}, {constant('i1', self.lanes, 'true')}")
