@@ -85,3 +85,8 @@ def test_docstrings_name_only_modules_that_exist():
                 named += 1
                 assert {one, one.rpartition(".")[0]} & known - packages, f"{path.name} names {one}"
     assert named > 20
+
+
+def test_code_is_written_by_python_alone() -> None:
+    """No file of LLVM IR: control flow is that of ``native.llvm.function``."""
+    assert not [*ROOT.rglob("*.ll")]
