@@ -5,7 +5,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from lagrange_cli.integrate import method as motion_module
+from lagrange_cli.integrate.arrays import chunk_size
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.native.orders import order_for
@@ -33,8 +33,8 @@ def test_chunks_and_pauses_change_nothing(monkeypatch):
 
 
 def test_chunks_are_bounded_whatever_the_system():
-    assert motion_module.chunk_size(1) == 65536
-    assert motion_module.chunk_size(10**6) == 256
+    assert chunk_size(1) == 65536
+    assert chunk_size(10**6) == 256
 
 
 def test_an_interrupted_run_keeps_the_beginning(monkeypatch):

@@ -177,7 +177,7 @@ def test_coupled_mass_matrices_of_any_sign_are_solved(size, seed, hollow):
     q = source.normal(size=size)
     values = compiled_values(residual_of(lagrangian_of([[float(x) for x in row] for row in matrix])))
     accelerations, momenta, _ = values([], 0.0, list(q), [1.0] * size)
-    expected = np.linalg.follow(matrix, -np.cos(q) * np.arange(1, size + 1))
+    expected = np.linalg.solve(matrix, -np.cos(q) * np.arange(1, size + 1))
     assert np.max(np.abs(accelerations - expected)) <= 1e-11 * np.linalg.cond(matrix) * np.max(
         np.abs(expected)
     )
