@@ -218,7 +218,7 @@ def test_durations(seconds, text):
 SLOW_STAGES = """
 import sys, time
 from lagrange_cli.cli.main import main
-from lagrange_cli.cli.report import progress
+from lagrange_cli.cli import progress
 
 progress.PATIENCE, progress.DELAY = 0, 1e-3
 enter, update = progress.Waiting._enter, progress.Waiting.update

@@ -153,6 +153,18 @@ def test_the_middle_one_of_three_distances_counts(one: list[float], other: list[
     np.testing.assert_array_equal(typical_difference([first, second]), np.abs(first - second))
 
 
+def test_the_estimate_is_at_least_the_distance_of_the_motions(monkeypatch):
+    """Companions that are off by 1e-3, to either side: the middle one of three distances is the estimate."""
+    whole, sides = Companion.take, iter([1, -1] * 1000)
+
+    def take(self, count, interrupted):
+        return whole(self, count, interrupted) + 1e-3 * next(sides)
+
+    monkeypatch.setattr(Companion, "take", take)
+    data, _ = certified(PENDULUM, 10.0, 11)
+    np.testing.assert_allclose(data[f"{FOLDER}q/x"], 1e-3, rtol=1e-9)
+
+
 @pytest.mark.parametrize("missing", [0, 1])
 def test_what_a_companion_has_not_reached_is_not_known(missing: int) -> None:
     beside = [np.ones((2, 3)), np.ones((2, 3))]

@@ -1,0 +1,187 @@
+"""Mistakes that the tests must find: ``python -m tests.mutants [NAME ..]``.
+
+Each mutation changes one place of a copy of the package. The tests that should notice it must pass before and
+fail after. A mutation names its place by a text that occurs once in its file: where the code has changed,
+the mutation must follow (``tests/test_mutants.py`` tells).
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[1]
+PACKAGE = ROOT / "lagrange_cli"
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """``before`` becomes ``after`` in a file of the package; ``tests`` are arguments of pytest."""
+
+    file: str
+    before: str
+    after: str
+    tests: tuple[str, ...]
+
+    def applied(self) -> str:
+        """The text of the file with the mistake; raises ``LookupError`` where there is not one such place."""
+        text = (PACKAGE / self.file).read_text(encoding="utf-8")
+        if (count := text.count(self.before)) != 1:
+            raise LookupError(f"{self.file} has {count} places {self.before!r}; there must be one")
+        return text.replace(self.before, self.after)
+
+
+FORMULATIONS = "tests/mechanics/test_formulations.py::"
+LEDGERS = "tests/motions/test_ledgers.py::"
+CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
+CACHE = "tests/native/compilation/test_cache.py"
+RANDOM = (
+    "tests/mechanics/test_random_systems.py::test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange",
+)
+
+MUTATIONS = {
+    "a sign in Routh's reduction": Mutation(
+        "mechanics/routh.py", "(unit * symbol - rest) / inertia", "(unit * symbol + rest) / inertia",
+        (FORMULATIONS + "test_routh_s_motion_is_that_of_the_other_formulations",),
+    ),
+    "the sign of the Routhian": Mutation(
+        "mechanics/routh.py", "routhian = without - inertia * speed**2 / 2.0",
+        "routhian = without + inertia * speed**2 / 2.0",
+        (FORMULATIONS + "test_routh_s_motion_is_that_of_the_other_formulations",),
+    ),
+    "a power of the step in the compensated Horner scheme": Mutation(
+        "native/stepping/polynomial.py", "square * square * h, rest)", "square * square, rest)",
+        ("tests/native/stepping/test_polynomial.py",),
+    ),
+    "the compensation of the Horner scheme": Mutation(
+        "native/stepping/polynomial.py", "f.fma(rest, h, f.fma(total, h, -product))", "rest * h",
+        ("tests/native/stepping/test_polynomial.py",),
+    ),
+    "acceptance skipped": Mutation(
+        "native/stepping/acceptance.py", "bad.set(bad.get() | row.moving(apart))",
+        "bad.set(bad.get() & row.moving(apart))",
+        ("tests/motions/test_kinks.py",),
+    ),
+    "a ledger's sign": Mutation(
+        "outputs/datasets/ledgers.py", "energetics.power - energetics.lagrangian_rate",
+        "energetics.power + energetics.lagrangian_rate",
+        (LEDGERS + "test_ledgers_close_for_every_system[driven_damped_pendulum]",
+         LEDGERS + "test_ledgers_close_for_every_system[gauge_oscillator]"),
+    ),
+    "a checkpoint left out": Mutation(
+        "integrate/methods/taylor.py", "checkpoints.keep(snapshot)", "pass",
+        ("tests/cli/test_resume.py::test_a_run_that_was_killed_is_kept_and_goes_on",),
+    ),
+    "the cache's digest unchecked": Mutation(
+        "native/compilation/cache.py", "known = content[:start] == MAGIC + digest(content[start:])",
+        "known = content.startswith(MAGIC)",
+        (CACHE,),
+    ),
+    "the cache's owner unchecked": Mutation(
+        "native/compilation/cache.py", "if status.st_uid != os.geteuid():", "if False:",
+        (CACHE,),
+    ),
+    "an error estimate halved": Mutation(
+        "integrate/certify/certificate.py", "np.fmax(np.fmax(BEFORE * now * before, differences), ",
+        "np.fmax(0.5 * np.fmax(BEFORE * now * before, differences), ",
+        (CERTIFICATE + "test_the_estimate_is_at_least_the_distance_of_the_motions",),
+    ),
+    "the smaller of two distances": Mutation(
+        "integrate/certify/certificate.py", "np.maximum(np.minimum(a, b), np.minimum(np.maximum(a, b), c))",
+        "np.minimum(a, b)",
+        (CERTIFICATE + "test_the_middle_one_of_three_distances_counts",),
+    ),
+    "SLACK's end moved": Mutation(
+        "native/stepping/step_size.py", "block[-1] < 0.75 * top", "block[-1] < 0.5 * top",
+        ("tests/native/stepping/test_step_size.py",),
+    ),
+    "the refill of lanes off by one": Mutation(
+        "native/stepping/ensemble.py", '"%states", n.get() * rows', '"%states", following * rows',
+        ("tests/integrate/ensemble/test_lanes.py::test_members_move_as_they_do_alone[pendulum-1]",),
+    ),
+    "a velocity's unit": Mutation(
+        "model/dimensions.py", "unit=quantity.unit / time.unit)", "unit=quantity.unit * time.unit)",
+        ("tests/model/test_quantities.py",),
+    ),
+    "the sign of dissipation": Mutation(
+        "mechanics/energetics.py", "(graph.diff(model.dissipation, v), -1.0)",
+        "(graph.diff(model.dissipation, v), 1.0)", RANDOM,
+    ),
+    "the momentum of a potential with velocities": Mutation(
+        "mechanics/energetics.py", "self._moving) - graph.diff(model.potential, v))",
+        "self._moving) + graph.diff(model.potential, v))", RANDOM,
+    ),
+    "h of an embedding that moves": Mutation(
+        "mechanics/energetics.py", "drift * drift, -0.5", "drift * drift, 0.5",
+        (LEDGERS + "test_h_of_the_rotating_rod_stays_although_its_energy_grows", *RANDOM),
+    ),
+    "half of a rounding error": Mutation(
+        "native/numbers/error_free.py", "kind.add(kind.sub(a, kind.sub(total, back)), kind.sub(b, back))",
+        "kind.sub(b, back)",
+        ("tests/native/numbers/test_double_double.py",),
+    ),
+    "a limit without effect": Mutation(
+        "limits.py", "if self.spent > self.most:", "if False:",
+        ("tests/test_limits.py", "tests/cli/test_limits.py::test_the_work_of_deriving_is_bounded"),
+    ),
+}  # fmt: skip
+"""What is wrong, and the place."""
+
+
+def copy_of_the_package(folder: Path) -> None:
+    """Copy what the tests need."""
+    for name in ("lagrange_cli", "systems", "tests", "docs", "benchmarks"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__", ".*"))
+    for name in ("pyproject.toml", "README.md"):
+        shutil.copy(ROOT / name, folder)
+
+
+def passes(folder: Path, tests: Sequence[str]) -> bool:
+    """Whether the tests pass on the copy; raises ``RuntimeError`` where they cannot be run."""
+    run = subprocess.run(
+        [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests],
+        cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)}, capture_output=True, text=True,
+    )  # fmt: skip
+    if run.returncode not in (0, 1):
+        raise RuntimeError(run.stdout + run.stderr)
+    return run.returncode == 0
+
+
+def main(names: Sequence[str]) -> int:
+    """Make each mistake and say whether it is found; 1 if one is not."""
+    mutations = {name: MUTATIONS[name] for name in names or MUTATIONS}
+    mutated = {name: each.applied() for name, each in mutations.items()}
+    missed = 0
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        copy_of_the_package(folder)
+        for name, each in mutations.items():
+            path = folder / "lagrange_cli" / each.file
+            right = path.read_text(encoding="utf-8")
+            if not passes(folder, each.tests):
+                print(f"{name}: its tests fail without it", flush=True)
+                missed += 1
+                continue
+            path.write_text(mutated[name], encoding="utf-8")
+            caught = not passes(folder, each.tests)
+            path.write_text(right, encoding="utf-8")
+            print(f"{name}: {'caught' if caught else 'MISSED'}", flush=True)
+            missed += not caught
+    print(f"{len(mutations) - missed} of {len(mutations)} mutations caught")
+    return int(missed > 0)
+
+
+if __name__ == "__main__":
+    parser = argparse.ArgumentParser(prog="python -m tests.mutants", description=__doc__)
+    parser.add_argument("names", nargs="*", metavar="NAME", help="; ".join(["all of them", *MUTATIONS]))
+    given = parser.parse_args().names
+    if unknown := [name for name in given if name not in MUTATIONS]:
+        parser.error(f"no mutation is called {unknown[0]!r}")
+    sys.exit(main(given))
