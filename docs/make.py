@@ -23,7 +23,7 @@ import click
 
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.outputs.catalog import OUTPUTS
-from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.sections import COORDINATE, PARAMETER, SECTIONS, SOLVE
 
 RENEWED = "--renew" in sys.argv
 """Whether what depends on the machine, such as times, is written anew as well."""
@@ -246,11 +246,17 @@ def made() -> Iterator[tuple[Path, str]]:
 
 
 def with_keys(text: str) -> str:
-    """The page of the system file with the table of its keys."""
-    words = (
-        (" or ".join(f"`{word}`" for word in (row.key, row.alias) if word), row) for row in SECTIONS.rows
-    )
-    return with_rows(text, "| key | meaning |", [f"| {word} | {row.meaning} |" for word, row in words])
+    """The page of the system file with the tables of its keys, and of those within other keys."""
+    rows = []
+    for row in SECTIONS.rows:
+        words = " or ".join(f"`{word}`" for word in (row.key, row.alias) if word)
+        rows.append(f"| {words} | {row.meaning} |")
+    places = {"`parameters`, NAME": PARAMETER, "`coordinates`, NAME": COORDINATE, "`solve`": SOLVE}
+    inner = [
+        f"| {place} | `{row.key}` | {row.meaning} |" for place, table in places.items() for row in table.rows
+    ]
+    text = with_rows(text, "| key | meaning |", rows)
+    return with_rows(text, "| in | key | meaning |", inner)
 
 
 def with_outputs(text: str) -> str:
@@ -266,7 +272,7 @@ def with_outputs(text: str) -> str:
 
 def with_rows(text: str, head: str, rows: list[str]) -> str:
     """The page with these rows in the table that begins with ``head``."""
-    start = text.index(f"{head}\n")
+    start = text.index(f"\n{head}\n") + 1
     _, rule, *_ = text[start:].splitlines()
     stop = text.index("\n\n", start)
     return "\n".join([text[:start] + head, rule, *rows]) + text[stop:]

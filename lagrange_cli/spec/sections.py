@@ -51,9 +51,14 @@ def named(
 PARAMETER = Table(
     "parameter",
     (
-        Row("value", read_list, also="val default number is initial"),
-        Row("unit", read_text, also="units"),
-        Row("description", read_text, also="comment"),
+        Row(
+            "value",
+            read_list,
+            "a number, an expression in other parameters, or a list of either",
+            also="val default number is initial",
+        ),
+        Row("unit", read_text, "its [unit](#units)", also="units"),
+        Row("description", read_text, "text", also="comment"),
     ),
 )
 COORDINATE = Table(
@@ -62,33 +67,59 @@ COORDINATE = Table(
         Row(
             "initial",
             read_scalar,
+            "its value at the start, in parameters",
             also="value start init initial_value initial_position position x0 q0 at initially",
         ),
         Row(
             "velocity",
             read_scalar,
+            "its velocity at the start, in parameters [0]",
             also="v0 speed initial_velocity initial_speed dot rate v vel qdot q_dot velocity0",
         ),
-        Row("unit", read_text, also="units"),
-        Row("description", read_text, also="comment"),
+        Row("unit", read_text, "its [unit](#units)", also="units"),
+        Row("description", read_text, "text", also="comment"),
     ),
 )
-TIME = Table("time", (Row("unit", read_text),))
+TIME = Table("time", (Row("unit", read_text, "the unit of t"),))
 SOLVE = Table(
     "solve",
     (
-        Row("start", read_number, also="t0 begin t_start tstart start_time from"),
+        Row(
+            "start",
+            read_number,
+            "the time at which the motion begins [0]",
+            also="t0 begin t_start tstart start_time from",
+        ),
         Row(
             "stop",
             read_number,
+            "the time at which it ends; if that is before `start`, the motion is integrated "
+            "[backward](output-file.md#datasets)",
             also="end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t",
         ),
-        Row("samples", read_count, also="n N points n_samples num count steps n_steps sample"),
-        Row("step", read_number, also="dt h timestep time_step step_size stepsize interval"),
-        Row("method", read_text, also="solver integrator scheme algorithm"),
-        Row("tolerance", read_number, also="tol rtol atol eps accuracy precision error"),
-        Row("outputs", read_words, also="output write save"),
-        Row("unit", read_text),
+        Row(
+            "samples",
+            read_count,
+            "the number of samples, evenly spaced [1001]",
+            also="n N points n_samples num count steps n_steps sample",
+        ),
+        Row(
+            "step",
+            read_number,
+            "the time between samples, in place of `samples`",
+            also="dt h timestep time_step step_size stepsize interval",
+        ),
+        Row(
+            "method", read_text, "the integration method [taylor]", also="solver integrator scheme algorithm"
+        ),
+        Row(
+            "tolerance",
+            read_number,
+            "the relative error per step",
+            also="tol rtol atol eps accuracy precision error",
+        ),
+        Row("outputs", read_words, "what is written, a list or `all`", also="output write save"),
+        Row("unit", read_text, "the unit of t, unless `time` gives it"),
     ),
 )
 SECTIONS = Table(
@@ -221,9 +252,7 @@ SECTIONS = Table(
         Row(
             "solve",
             partial(read_solve, SOLVE),
-            "defaults of the command line: `start` (0), `stop`, `samples` or `step`, `method`, `tolerance`, "
-            "`outputs`, and `unit` (the unit of t, unless `time` gives it). If `stop` is less than `start`, "
-            "the motion is integrated [backward](output-file.md#datasets)",
+            "defaults of the command line, see below",
             also="integration integrator solver simulation run integrate settings",
         ),
     ),

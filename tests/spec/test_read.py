@@ -16,6 +16,7 @@ from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Span, Vector, names
 from lagrange_cli.spec.order import dependency_order
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.sections import COORDINATE, PARAMETER, SECTIONS, SOLVE, TIME
 from lagrange_cli.spec.values import resolve_values
 from tests.support.files import PENDULUM, changed
 
@@ -257,3 +258,14 @@ def test_the_unit_of_t_may_stand_in_either_place(time):
 @pytest.mark.parametrize("time", ["", "time:", "time: {}", "solve: {unit: }", "time: {unit: }"])
 def test_the_unit_of_t_need_not_be_given(time):
     assert read_spec(f"{PENDULUM}{time}\n", "a.yaml").time_unit == ""
+
+
+@pytest.mark.parametrize(
+    "table", [SECTIONS, PARAMETER, COORDINATE, SOLVE, TIME], ids=lambda table: table.name
+)
+def test_every_key_has_a_meaning_and_no_word_stands_for_two(table):
+    assert all(row.meaning for row in table.rows)
+    also = [word for row in table.rows for word in row.also.split()]
+    assert len({*also}) == len(also)
+    assert not {*also} & {*table.by_word} and not {*table.later} & {*also, *table.by_word}
+    assert all(table.meant(word)[0] == row.key for row in table.rows for word in row.also.split())
