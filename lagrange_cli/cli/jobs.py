@@ -1,4 +1,4 @@
-"""Several systems at a time, each in a process of its own, told of in the order in which they were given."""
+"""Several systems at a time, each in its own process; their output appears in the order of the systems."""
 
 from __future__ import annotations
 

@@ -27,7 +27,7 @@ OTHERS = frozenset(
         ".gif", ".mp4", ".gz", ".bz2", ".xz", ".zst", ".zip", ".tar",
     )
 )  # fmt: skip
-"""Endings that promise a format which is not written. (Any other ending is as good as .h5.)"""
+"""Endings of formats that are not written. Any other ending is taken to be that of an HDF5 file."""
 
 
 @dataclass(frozen=True)
@@ -48,7 +48,7 @@ class Invocation:
 
 
 def options_given(request: Request) -> dict[str, str]:
-    """The options that the result depends on, as they are shown, by what they set."""
+    """The options that the result depends on as they were given, by what they set."""
     given: dict[str, object] = {**request.times}
     given |= {name: getattr(request.options, name) for name in ("samples", "method", "tolerance")}
     given["outputs"] = None if request.options.outputs is None else ",".join(request.options.outputs)
@@ -63,9 +63,9 @@ def options_given(request: Request) -> dict[str, str]:
 
 
 def format_of(output: str | None, asked: str | None = None) -> str:
-    """The format of an output: the one ``asked`` for with ``--format``, else what its name says.
+    """The format of an output: the one ``asked`` for with ``--format``, or the one of its name.
 
-    Raises ``UsageError`` where the name promises another one.
+    Raises ``UsageError`` if the name ends like that of another format.
     """
     if asked is not None or output is None:
         return asked or HDF5
@@ -87,8 +87,10 @@ def output_name(system: str, output: str | None, suffix: str = "", format: str =
 
 
 def find_output(system: str, name: str, asked: Invocation, options: Mapping[str, str]) -> Target:
-    """The output, checked before any work is done for it; ``options`` are those that the command has beyond
-    the request's."""
+    """The output, checked before any work is done. ``options`` are the command's own, beyond the request's.
+
+    Raises ``UsageError`` and ``FileError`` where nothing can, or may, be written.
+    """
     from lagrange_cli.store.find_target import find_target
     from lagrange_cli.store.notes import Origin
     from lagrange_cli.store.target import Target

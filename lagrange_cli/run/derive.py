@@ -50,10 +50,11 @@ def read_run(
 
 
 def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:
-    """The equations of motion over the expression graph; if ``exact``, no number in them is
-    rounded, if ``portable``, each in the same way everywhere.
+    """The equations of motion over the expression graph.
 
-    Raises ``SpecError`` at the coordinate that no kinetic energy depends on, if there is one.
+    If ``exact``, no number in them is rounded; if ``portable``, all are rounded alike on every machine.
+
+    Raises ``SpecError`` if there are none, as where the kinetic energy does not depend on a velocity.
     """
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.mechanics.derive import derive
@@ -76,7 +77,7 @@ def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) ->
 
 @contextmanager
 def located(spec: Spec) -> Iterator[None]:
-    """Give what is found wrong in the course of deriving its place in the file."""
+    """A context in which errors of the derivation become ``SpecError``, with their place in the file."""
     try:
         yield
     except SingularCoordinate as error:

@@ -1,4 +1,4 @@
-"""``--resume`` with a later ``--stop``: an earlier run of which the whole motion is the beginning."""
+"""``--resume`` with a later ``--stop``: a run that extends an earlier one."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ NUMBERS = "start", "stop", "count", "step"
 
 
 def spaced_as_before(target: Target, settings: Settings, request: Request) -> Settings:
-    """The settings of a run that goes on with an earlier one: its samples are as far apart as those that are
-    there, unless the command line says otherwise."""
+    """The settings of a run that extends an earlier one: its samples are spaced as before, unless the request
+    sets their number or spacing."""
     from lagrange_cli.store.resume import runs_before
 
     before = next(map(known_run, runs_before(target)), None)
@@ -35,7 +35,7 @@ def spaced_as_before(target: Target, settings: Settings, request: Request) -> Se
 
 
 def known_run(text: str) -> dict[str, Any] | None:
-    """What a run says of its times, outputs and initial state; None where it is not that."""
+    """The times, outputs and initial state in an attribute ``run``; None if it is not valid."""
     try:
         found = json.loads(text)
     except (ValueError, RecursionError):
@@ -47,14 +47,15 @@ def known_run(text: str) -> dict[str, Any] | None:
 
 
 def is_later(stop: float, before: Mapping[str, Any]) -> bool:
-    """Whether a motion until ``stop`` is followed farther than the earlier one, be it backward."""
+    """Whether ``stop`` is beyond the end of the earlier run, forward or backward in time."""
     return bool((stop - before["stop"]) * (before["stop"] - before["start"]) > 0)
 
 
 def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
-    """What an earlier run says that this one may go on with, if the two differ in the end alone.
+    """The attribute ``run`` of an earlier run that this one extends: the two differ in their stop times only.
 
-    Raises ``FileError`` where it differs in another way that has to do with the end.
+    None if there is none. Raises ``FileError`` where the earlier run ends later, or its samples are spaced in
+    another way.
     """
     from lagrange_cli.store.resume import runs_before
 
@@ -84,8 +85,11 @@ def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
 
 
 def to_extend(found: Earlier | Finished | None) -> Earlier | Finished | None:
-    """What a run that ends later goes on with; the earlier run itself where the motion cannot be followed
-    farther, and None where the run has to start anew: where its steps were such as the end asked for."""
+    """The checkpoint from which a run that ends later continues.
+
+    It is the earlier run itself if its motion failed: it cannot be continued. It is None if the run has to
+    start again, because the last steps depend on the earlier stop time.
+    """
     from lagrange_cli.store.resume import Finished
 
     if isinstance(found, Finished):
@@ -97,6 +101,6 @@ def to_extend(found: Earlier | Finished | None) -> Earlier | Finished | None:
 
 
 def samples_before(earlier: Earlier) -> int:
-    """How many samples an earlier run was to have."""
+    """The number of samples that an earlier run asked for."""
     before = known_run(str(earlier.checkpoint.head["run"].get("run")))
     return 1 if before is None else int(before["count"])

@@ -72,13 +72,13 @@ def read_motion(content: bytes, filename: str, request: Request, stage: Stage = 
 
 
 def initial_state(values: Values) -> list[Any]:
-    """What stands for it in the output."""
+    """The initial state as the output describes it: q, v, and their low parts if there are any."""
     rest = values.remainder
     return [values.q, values.v, *([] if rest is None else [rest.q, rest.v, dict(rest.parameters)])]
 
 
 def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: Stage) -> Ready:
-    """The run in compiled form, and the companions that a certificate takes, prepared while LLVM compiles."""
+    """Compile the motion, and the companions that a certificate needs: these while LLVM compiles."""
     companions: list[Prepared] = []
 
     def meanwhile() -> None:
@@ -95,7 +95,7 @@ def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: 
 
 
 def import_the_rest(form: str) -> None:
-    """Load what the run needs from here on; numpy and h5py are the most of it."""
+    """Import what the integration needs, above all numpy and h5py."""
     import lagrange_cli.integrate.methods.taylor
     import lagrange_cli.integrate.run
 

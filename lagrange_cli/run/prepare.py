@@ -30,12 +30,12 @@ def prepare_run(
     order: int | None = None,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
-    """What the run needs in compiled form, from an earlier run if ``cached`` and there is one.
+    """Compile a system for a run, or take the code from the cache of earlier runs if it may be ``cached``.
 
-    One for an ``ensemble`` is for many motions; ``order`` is that of the Taylor series, if it is not to
-    follow from the tolerance. ``meanwhile`` loads what the run needs from there on, while LLVM compiles.
+    Code for an ``ensemble`` follows many motions. ``order`` is that of the Taylor series; without it, it
+    follows from the tolerance. ``meanwhile`` is called while LLVM compiles: it loads what the run needs next.
 
-    Raises ``SpecError`` where no equations of motion can be derived, or they are too large to be compiled.
+    Raises ``SpecError`` if no equations of motion can be derived, or they are too large to be compiled.
     """
     with stage("import"):
         from lagrange_cli.integrate.prepare import prepare_system

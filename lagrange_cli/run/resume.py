@@ -1,4 +1,4 @@
-"""``Start``: whether a run begins anew, goes on with what an earlier one has left, or has nothing to do."""
+"""``Start``: whether a run starts at the beginning, continues an earlier one, or has nothing left to do."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Start:
-    """Where a run is written, the attributes that say what makes it, and the ``earlier`` run that it goes
-    on with (or ``extends``: follows farther); or the ``finished`` one that leaves nothing to do."""
+    """The output of a run, the attributes that say what makes it, and how it starts.
+
+    It continues the ``earlier`` run, or ``extends`` it to a later stop time. If there is a ``finished`` one,
+    nothing is left to do.
+    """
 
     target: Target
     made_by: Mapping[str, Any]
@@ -33,7 +36,7 @@ class Start:
 
     @property
     def reached(self) -> Any:
-        """How far the earlier run had come; None where there is none."""
+        """The time, or the number of members, that the earlier run reached; None if there is none."""
         return None if self.earlier is None else self.earlier.checkpoint.head["reached"]
 
     def checkpoint(
@@ -48,8 +51,8 @@ class Start:
 
 
 def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
-    """All that the bytes of an output depend on: the attributes that say what made it, and the machine (where
-    the run is no portable one)."""
+    """All that the bytes of an output depend on: the attributes that say what made it, and the machine unless
+    the run is portable."""
     from lagrange_cli.native.compilation.fingerprint import machine
 
     return {**made_by, **({} if "portable" in made_by else {"machine": machine()})}
@@ -58,13 +61,12 @@ def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
 def take_up(
     target: Target, made_by: Mapping[str, Any], *, resume: bool, tell: Callable[[str], None]
 ) -> Start:
-    """How the run starts; to be asked with the target claimed.
+    """How the run starts. The target must be claimed.
 
     If the run is to ``resume`` an earlier one and there is none, ``tell`` is given the reason why it starts
     at the beginning.
 
-    Raises ``FileError`` where there is an earlier run that must not be lost, or another one that cannot be
-    continued.
+    Raises ``FileError`` where there is an earlier run that would be lost, or one that cannot be continued.
     """
     if not resume:
         make_room(target)
@@ -95,7 +97,7 @@ def take_up(
 
 
 def make_room(target: Target) -> None:
-    """Remove what earlier runs have left unfinished; raises ``FileError`` where it could be continued."""
+    """Remove unfinished files of earlier runs; raises ``FileError`` if one of them can be continued."""
     if not target.checkpoint.exists():
         return
     if not target.force:

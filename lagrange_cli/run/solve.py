@@ -32,8 +32,8 @@ if TYPE_CHECKING:
 class Solved:
     """A motion that was followed: how the run started, and how it ended.
 
-    ``outcome`` is None where an earlier run had ``finished`` (see ``start``), or where nobody reads the table
-    any more. ``cached`` tells that the compiled code is that of an earlier run.
+    ``outcome`` is None if an earlier run had ``finished`` (see ``start``), or if nobody reads the table any
+    more. ``cached`` tells that the compiled code is that of an earlier run.
     """
 
     motion: Motion
@@ -89,7 +89,7 @@ def integrate_and_write(
     demand: Demand | None,
     stream: BinaryIO | None,
 ) -> Outcome | None:
-    """Integrate chunk by chunk into the output, whatever way the motion ends; None where nobody reads it."""
+    """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more."""
     from lagrange_cli.store.layout import Layout
 
     with monitor.stage("write"):
@@ -178,7 +178,7 @@ def record(
 
 
 def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared, times: Times) -> Progress:
-    """Append the samples of an earlier run, in the chunks that they fill, and say how far it had come."""
+    """Append the samples of an earlier run, in the chunks that they fill; returns how far it had come."""
     from lagrange_cli.integrate.checkpoint import Progress
     from lagrange_cli.run.extend import samples_before
     from lagrange_cli.store.checkpoint import damaged

@@ -72,14 +72,14 @@ def sweep(
 
 
 def import_the_rest() -> None:
-    """Load what the run needs from here on."""
+    """Import what the integration needs."""
     import lagrange_cli.integrate.ensemble.datasets
     import lagrange_cli.integrate.ensemble.lanes
     import lagrange_cli.store.ensemble  # noqa: F401
 
 
 def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
-    """The samples of one member must fit into memory, and many times so."""
+    """Raise ``UsageError`` unless the samples of several members fit into memory."""
     program, count = prepared.machine.program, ensemble.settings.count
     most = LARGEST // (8 * (program.rows + len(program.observed)))
     if ensemble.sampled and count > most:
@@ -97,7 +97,7 @@ def follow_and_write(
     monitor: Monitor,
     threads: int,
 ) -> EnsembleOutcome:
-    """Follow all members into the output file, whatever way they end."""
+    """Integrate all members into the output file, however they end."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble.datasets import follow_ensemble

@@ -63,7 +63,7 @@ def certify_options(command: Command) -> Command:
 
 
 def options_given(demand: Demand | None) -> dict[str, str]:
-    """The options that say so, as they are shown, by what they set."""
+    """The options of a certificate as they were given, by what they set."""
     if demand is None:
         return {}
     target = {} if demand.target is None else {"target-error": f"--target-error {demand.target:g}"}

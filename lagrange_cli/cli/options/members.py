@@ -48,7 +48,7 @@ DISTRIBUTION = re.compile(r"\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*")
 
 @dataclass(frozen=True)
 class Draws:
-    """What the command line says of the members: names and texts as they were typed."""
+    """The options that choose the members, with names and texts as they were typed."""
 
     over: tuple[tuple[str, str], ...] = ()
     random: tuple[tuple[str, str], ...] = ()
@@ -62,7 +62,7 @@ class Draws:
         return {"over": dict(self.over), "random": dict(self.random), "table": self.table, "seed": seed}
 
     def options_given(self) -> dict[str, str]:
-        """The options that say so, as ``Request`` has the others."""
+        """The options as they were given, by what they set."""
         single = {"table": self.table, "members": self.members, "seed": self.seed or None}
         shown = {name: f"--{name} {value}" for name, value in single.items() if value is not None}
         for option, pairs in (("over", self.over), ("random", self.random)):
