@@ -53,16 +53,9 @@ class Pair:
 
 
 class DoubleDoubleBody(Emitter):
-    """The body of one function over such numbers and doubles, with loops over indices.
-
-    Its own arithmetic is that of doubles.
-    """
+    """The body of one function over such numbers and doubles; its own arithmetic is that of doubles."""
 
     COST = 4
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.label = "entry"
 
     def pair(self, value: Number) -> Pair:
         """A constant, rounded to a double-double."""
@@ -102,21 +95,6 @@ class DoubleDoubleBody(Emitter):
         """One of two numbers."""
         high, low = (self.select(condition, a, b) for a, b in ((yes.high, no.high), (yes.low, no.low)))
         return Pair(self, high, low)
-
-    def loop(self, first: int | str, last: int | str, step: Callable[[str], None], by: int = 1) -> None:
-        """``step(i)`` for i = first .. last - 1; what goes from one round to the next lies in memory."""
-        before, tag = self.label, self.fresh().removeprefix("%")
-        self.line(f"  br label %{tag}\n{tag}:")
-        place = len(self.lines)
-        self.line(f"  %{tag}.more = icmp slt i64 %{tag}.i, {last}")
-        self.line(f"  br i1 %{tag}.more, label %{tag}.in, label %{tag}.out\n{tag}.in:")
-        self.label = f"{tag}.in"
-        step(f"%{tag}.i")
-        self.line(f"  %{tag}.next = add nsw i64 %{tag}.i, {by}\n  br label %{tag}\n{tag}.out:")
-        self.lines.insert(
-            place, f"  %{tag}.i = phi i64 [ {first}, %{before} ], [ %{tag}.next, %{self.label} ]"
-        )
-        self.label = f"{tag}.out"
 
     def returned(self, value: Pair) -> None:
         """Return a number."""

@@ -9,14 +9,15 @@ from __future__ import annotations
 from functools import partial
 
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.linear.lu import LargeGeneral
-from lagrange_cli.native.llvm.text import Operand, Value, literal
-from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, DoubleDoubleBody, Pair, function
-from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_sum
-from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Value, literal
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
+from lagrange_cli.native.numbers.double_double import TYPE, DoubleDouble, DoubleDoubleBody, Pair
+from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.cyclic_momenta import cyclic_values
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
@@ -136,11 +137,12 @@ class InMemory(Stage[Pair]):
 def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str, int, int]:
     """The text of ``i1 @jet(constants, t, its low part, scale, state, work)``, false where M is singular, and
     of what it calls; the doubles of ``work``; and the number of operations."""
-    kind, program, model = DoubleDouble(), rows.program, residual.model
-    body = kind.body
+    heads = "ptr %constants, double %t, double %tl, double %scale, ptr %state, ptr %work"
+    f, kind = Function(f"define internal i1 @jet({heads}) #0"), DoubleDouble()
+    program, model, body = rows.program, residual.model, kind.body
+    body.lines = f.sink
     body.line(f"  call void @clear(ptr %work, i64 {rows.blocks})")
     time = Pair(body, "%t", "%tl")
-
     large = dict.fromkeys(UNROLLED, partial(LargeGeneral[Pair], kind))
     factorization = Factorization(kind, rows.blocks, large, UNROLLED)
     expansion = Expansion(residual, program, kind, constants, factorization, time, rows.width)
@@ -154,10 +156,10 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
     for k in range(-2, looped):
         InMemory(memory, k).write()
     expansion.table = [Firsts(memory, row) for row in range(len(program.series))]
-    body.loop(looped, last + 1, lambda k: InMemory(memory, k).write())
-    body.line(f"  ret i1 {expansion.regular}")
-    heads = "ptr %constants, double %t, double %tl, double %scale, ptr %state, ptr %work"
-    text = "".join([*factorization.functions, convolve(rows.beyond), function(f"i1 @jet({heads})", body)])
+    with f.loop(looped, last + 1) as counter:
+        InMemory(memory, counter.name).write()
+    f.give(Bit(f, expansion.regular))
+    text = "".join([*factorization.functions, convolve(rows.beyond), f.text()])
     return text, factorization.place, body.operations
 
 
@@ -168,48 +170,31 @@ def convolve(beyond: int) -> str:
     there are zeros before coefficients 0. A lane has the sum of every eighth term, and apart from it all that
     was rounded off.
     """
-    e, lanes = DoubleDoubleBody(), LaneEmitter(elementary, "%w")
-    lanes.lines = e.lines
-    sums = e.define(f"alloca [2 x {VECTOR}], align 64")
-    for part in range(2):
-        lanes.store(None, sums, part)
+    f, body = Function(f"define internal {TYPE} @convolve(ptr %a, ptr %b, i64 %n) #0"), DoubleDoubleBody()
+    body.lines = f.sink
+    n, zero = Integer(f, "%n"), f.splat(f.constant(0.0), LANES)
+    high_sum, low_sum = f.variable(zero), f.variable(zero)
     order = ", ".join(f"i32 {LANES - 1 - lane}" for lane in range(LANES))
 
-    def load(pointer: str, align: int) -> tuple[Operand, Operand]:
-        high, low = (
-            lanes.define(f"load {VECTOR}, ptr {e.place(pointer, offset)}, align {align}")
-            for offset in (0, beyond)
-        )
-        return high, low
+    def backward(index: Integer) -> Real:
+        row = f.load_row("%b", index, LANES)
+        return row.made(f"shufflevector {row.kind} {row.name}, {row.kind} poison, <{LANES} x i32> <{order}>")
 
-    def term(m: str) -> None:
-        high, low = load(e.place("%a", m), 64)
-        last = e.place("%b", e.integer("sub", e.integer("sub", "%n", m), LANES - 1))
-        other, lower = (
-            lanes.define(f"shufflevector {VECTOR} {x}, {VECTOR} poison, <{LANES} x i32> <{order}>")
-            for x in load(last, 8)
-        )
-        product, error = two_product(lanes, high, other)
-        error = lanes.exact_fma(low, other, lanes.exact_fma(high, lower, error))
-        total, lost = two_sum(lanes, lanes.load(sums, 0), product)
-        rest = lanes.add(lanes.load(sums, 1), lanes.add(lost, error))
-        lanes.store(total, sums, 0)
-        lanes.store(rest, sums, 1)
-
-    e.loop(0, e.integer("add", "%n", 1), term, by=LANES)
-    totals: list[tuple[Value, Value]] = [
-        (
-            e.define(f"extractelement {VECTOR} {high}, i64 {i}"),
-            e.define(f"extractelement {VECTOR} {low}, i64 {i}"),
-        )
-        for high, low in [(lanes.load(sums, 0), lanes.load(sums, 1))]
-        for i in range(LANES)
-    ]
-    while len(totals) > 1:
-        pairs = []
-        for (a, low_a), (b, low_b) in zip(totals[::2], totals[1::2]):
-            total, error = two_sum(e, a, b)
-            pairs.append((total, e.add(error, e.add(low_a, low_b))))
-        totals = pairs
-    e.returned(Pair(e, *fast_sum(e, *totals[0])))
-    return function(f"{TYPE} @convolve(ptr %a, ptr %b, i64 %n)", e)
+    with f.loop(0, n + 1, LANES, tested=False) as m:
+        high, low = (f.load_row("%a", m + part, LANES, aligned=True) for part in (0, beyond))
+        last = n - m - (LANES - 1)
+        other, lower = (backward(last + part) for part in (0, beyond))
+        product = high * other
+        error = f.fma(low, other, f.fma(high, lower, f.fma(high, other, -product)))
+        total, lost = two_sum(high_sum.get(), product)
+        high_sum.set(total)
+        low_sum.set(low_sum.get() + (lost + error))
+    sums = [(f.lane(high_sum.get(), i), f.lane(low_sum.get(), i)) for i in range(LANES)]
+    while len(sums) > 1:
+        pairs = [
+            (*two_sum(one, other), low + lower) for (one, low), (other, lower) in zip(sums[::2], sums[1::2])
+        ]
+        sums = [(total, error + low) for total, error, low in pairs]
+    high, low = fast_sum(*sums[0])
+    body.returned(Pair(body, high.name, low.name))
+    return f.text()
