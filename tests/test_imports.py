@@ -64,6 +64,15 @@ def test_a_plain_solve_loads_only_the_stages_it_goes_through(tmp_path):
     assert "lagrange_cli.expression.symbolic" not in modules
 
 
+def test_a_solve_whose_program_is_in_the_cache_does_not_derive_it_again(tmp_path):
+    command = ["solve", PENDULUM, "--force"]
+    modules_imported_by(command, tmp_path)
+    modules = modules_imported_by(command, tmp_path)
+    assert not modules & {"llvmlite.binding", "lagrange_cli.expression.graph", "lagrange_cli.outputs.plan"}
+    stages = ("mechanics", "series", "native.recurrences", "native.stepping")
+    assert not [name for name in modules if name.startswith(tuple(f"lagrange_cli.{one}" for one in stages))]
+
+
 def test_the_package_itself_imports_nothing():
     script = "import sys, lagrange_cli, json; print(json.dumps(list(sys.modules)))"
     run = subprocess.run(

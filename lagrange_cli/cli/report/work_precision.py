@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import count_of
+from lagrange_cli.integrate.methods.table import TAYLOR
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.records import fields_of
 from lagrange_cli.work_precision.recommend import choose
@@ -79,7 +80,7 @@ def as_object(ranking: Ranking) -> dict[str, Any]:
         "asked_stop": reference.asked,
         "samples": reference.times.count,
         "reference": {
-            "method": "taylor",
+            "method": TAYLOR,
             "order": HIGHEST_ORDER,
             "steps": reference.steps,
             "error": reference.error,
