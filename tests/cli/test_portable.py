@@ -3,12 +3,12 @@
 import json
 import math
 import os
-import platform
 import subprocess
 import sys
 from pathlib import Path
 
 import h5py
+import llvmlite.binding as llvm
 import mpmath
 import numpy as np
 import pytest
@@ -30,9 +30,9 @@ OTHER_LIBRARY = "glibc.cpu.hwcaps=" + ",".join(
 """What has glibc take its functions for older processors; elsewhere it means nothing."""
 COORDINATE = b"coordinates: {x: {initial: 1}}\n"
 SIMPLEST = ("", "")
-KINDS = (
-    [SIMPLEST, ("haswell", "+fma,+avx2,+avx,")] if platform.machine() in ("x86_64", "AMD64") else [SIMPLEST]
-)
+ABLE = all(llvm.get_host_cpu_features().get(one) for one in ("fma", "avx2", "avx"))
+KINDS = [SIMPLEST, ("haswell", "+fma,+avx2,+avx,")] if ABLE else [SIMPLEST]
+"""Kinds of processor whose code this one can run."""
 
 
 class AtOnce(Interrupts):

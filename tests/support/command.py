@@ -60,8 +60,14 @@ def lagrange(*arguments: str | Path, cwd: Path, input: str = "") -> subprocess.C
 
 
 def environment() -> dict[str, str]:
-    """The environment of a process that tests start: warnings are errors there, too."""
-    return {**os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "COLUMNS": "100"}
+    """The environment of a process that tests start: warnings are errors there, too.
+
+    OpenBLAS would take 40 MB of address space for each core, and some processes may only use so much.
+    """
+    return {
+        **os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "COLUMNS": "100",
+        "OPENBLAS_NUM_THREADS": "1",
+    }  # fmt: skip
 
 
 def lagrange_process(*arguments: str | Path, cwd: Path, **options) -> subprocess.CompletedProcess[str]:
