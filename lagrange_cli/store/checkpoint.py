@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.errors import FileError
+from lagrange_cli.native.compilation.cache import digest
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -46,24 +47,20 @@ class Checkpoint:
 
     def pack(self) -> bytes:
         """All of it, behind a digest."""
-        from hashlib import sha256
-
         listed = [[name, one.dtype.str.lstrip("<|"), one.shape] for name, one in self.arrays.items()]
         head = json.dumps([self.head, listed], ensure_ascii=False).encode("utf-8", "surrogatepass")
         parts = (np.ascontiguousarray(one).tobytes() for one in self.arrays.values())
         rest = b"".join((len(head).to_bytes(8, "little"), head, *parts))
-        return MAGIC + sha256(rest).digest() + rest
+        return MAGIC + digest(rest) + rest
 
     @classmethod
     def unpack(cls, content: bytes | bytearray, shown: str) -> Checkpoint:
         """What ``pack`` gave; raises ``Unusable`` where it is not that, to the last bit."""
-        from hashlib import sha256
-
         from lagrange_cli.store.contents import sound
 
         start = len(MAGIC) + DIGEST
         rest = memoryview(content)[start:]
-        if content[:start] != MAGIC + sha256(rest).digest():
+        if content[:start] != MAGIC + digest(rest):
             raise damaged(shown)
         length = int.from_bytes(rest[:8], "little")
         written = bytes(rest[8 : 8 + min(length, LARGEST_HEAD)])

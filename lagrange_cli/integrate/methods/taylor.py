@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import Array, aligned, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
@@ -18,6 +18,9 @@ from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
 
 ENDINGS = {
     Stop.END: Ending.COMPLETE,

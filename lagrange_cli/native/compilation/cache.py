@@ -22,6 +22,8 @@ from lagrange_cli.records import dataclass
 FOLDER, SWITCH = "LAGRANGE_CACHE_DIR", "LAGRANGE_NO_CACHE"
 """Environment variables: the folder, and a switch (``1``) that turns the cache off."""
 
+LARGE = 2**22
+"""Bytes above which the time to import ``hashlib`` is well spent."""
 MAGIC = b"lagrange compiled program 1\n"
 DIGEST = 32
 SUFFIX, UNFINISHED = ".code", ".part"
@@ -240,9 +242,10 @@ def unpack(key: str, content: bytes) -> bytes | None:
     return content[start + len(head) :] if known and content[start:].startswith(head) else None
 
 
-def digest(content: bytes) -> bytes:
-    """SHA-256 from the interpreter's own module: importing ``hashlib`` takes longer than all else here."""
-    for module in ("_sha2", "_sha256", "hashlib"):
+def digest(content: bytes | memoryview) -> bytes:
+    """SHA-256, of all but large contents from the interpreter's own module: importing ``hashlib``, which is
+    several times as fast, takes longer than all else here."""
+    for module in ("_sha2", "_sha256", "hashlib") if len(content) < LARGE else ("hashlib",):
         with suppress(ImportError):
             value: bytes = import_module(module).sha256(content).digest()
             return value
