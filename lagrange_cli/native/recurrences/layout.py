@@ -66,7 +66,7 @@ class Layout:
     """Where things are in ``%work``.
 
     First the ``state``: coefficient m of q, v and the integrals, one after the other, at ``width * m``. Then
-    the ``rows`` of other series, one after the other. Then the groups. Coefficients 0 are not kept.
+    the ``rows`` of other series, one after the other. Then the groups. Coefficients 0 are not stored.
     """
 
     order: int

@@ -11,11 +11,10 @@ from lagrange_cli.series.program import SeriesProgram
 class LaneLayout:
     """Rows of ``%work``: q, v and the integrals first, then what else is read after its stage.
 
-    ``scaled`` are rows of the coefficients of powers times their index. Coefficients 0 are not kept.
+    ``scaled`` are rows of the coefficients of powers times their index. Coefficients 0 are not stored.
     """
 
     order: int
-    state: dict[int, int]
     rows: dict[int, int]
     scaled: dict[int, int]
     dots: tuple[Dot, ...]
@@ -51,10 +50,4 @@ def arrange_lanes(program: SeriesProgram, order: int) -> LaneLayout:
     listed = dict.fromkeys([*program.state, *together, *alone])
     rows = {index: row for row, index in enumerate(listed)}
     scaled = dict.fromkeys(dot.a for dot in dots if dot.weighted)
-    return LaneLayout(
-        order,
-        {index: row for row, index in enumerate(program.state)},
-        rows,
-        {index: len(rows) + i for i, index in enumerate(scaled)},
-        dots,
-    )
+    return LaneLayout(order, rows, {index: len(rows) + i for i, index in enumerate(scaled)}, dots)
