@@ -242,7 +242,7 @@ def test_a_false_unit_would_be_found(monkeypatch):
     spec = read_spec(QUANTITIES, "a.yaml")
     assert check_numbers(spec, 0) > 5
     texts = {**find_units(spec).texts, "diagnostics/p/x": "kg*m"}
-    monkeypatch.setattr("tests.model.test_quantities.find_units", lambda spec: Units(texts))
+    monkeypatch.setattr("tests.outputs.test_units.find_units", lambda spec: Units(texts))
     with pytest.raises(AssertionError, match="p_x"):
         check_numbers(spec, 0)
 
