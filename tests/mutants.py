@@ -108,7 +108,7 @@ MUTATIONS = {
     ),
     "a velocity's unit": Mutation(
         "model/dimensions.py", "unit=quantity.unit / time.unit)", "unit=quantity.unit * time.unit)",
-        ("tests/model/test_quantities.py",),
+        ("tests/outputs/test_units.py",),
     ),
     "the sign of dissipation": Mutation(
         "mechanics/energetics.py", "(graph.diff(model.dissipation, v), -1.0)",
