@@ -13,15 +13,20 @@ from lagrange_cli.symbolic.monomials import (
     Terms,
     TooLargeError,
     common_factor,
+    degree,
     divide,
     from_terms,
     term,
 )
 from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.work import check_size, size_of
+from lagrange_cli.symbolic.work import charge, check_size, size_of
 
 LONGEST = 5000
 """Terms and factors beyond which an expression is not multiplied out where that makes it longer."""
+MOST_FACTORED, HIGHEST_FACTORED = 60, 12
+"""Terms and degree of the largest polynomials of parameters that are factored."""
+STEPS_TO_FACTOR = 200
+"""What that takes at most, for each term and degree."""
 
 
 def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:
@@ -109,10 +114,20 @@ def times_constant(moving: Monomial, terms: Terms, order: Order) -> sympy.Expr:
     """A sum of products of parameters, factored, times a function of the coordinates."""
     content, number = common_factor(terms)
     number = with_leading_sign(terms, number, order)
-    rest = from_terms(divide(terms, content, number))
-    if len(terms) > 2 and any(exponent > 1 or len(m) > 1 for m in terms for _, exponent in m - content):
+    inner = divide(terms, content, number)
+    rest = from_terms(inner)
+    mixed = any(exponent > 1 or len(m) > 1 for m in terms for _, exponent in m - content)
+    if len(terms) > 2 and mixed and is_factored(inner):
+        charge(STEPS_TO_FACTOR * len(inner) * (1 + degree(inner)))
         rest = sympy.factor(rest)  # m2**2 + 2*m2*m3 + m3**2
     return multiplied(term(moving) * term(content, number), rest)
+
+
+def is_factored(terms: Terms) -> bool:
+    """Whether factors of the sum are looked for: of longer or higher polynomials that takes minutes, and
+    powers of sums would be expanded first."""
+    plain = all(base.is_Symbol or base.is_Function for monomial in terms for base, _ in monomial)
+    return plain and len(terms) <= MOST_FACTORED and degree(terms) <= HIGHEST_FACTORED
 
 
 def with_leading_sign(terms: Mapping[Monomial, Fraction], number: Fraction, order: Order) -> Fraction:

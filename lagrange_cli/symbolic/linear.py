@@ -16,15 +16,21 @@ from lagrange_cli.symbolic.monomials import (
     add_into,
     combine,
     common_factor,
+    degree,
     divide,
     term,
 )
 from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.work import charge
 
 LARGEST_BLOCK = 3
 """The largest number of coupled unknowns with an explicit solution: with four, it fills pages."""
 LARGEST_FRACTION = 40
 """The largest number of terms in numerator and denominator for which common sums are cancelled."""
+HIGHEST_FRACTION = 16
+"""The highest degree of these: the time that it takes grows suddenly, to minutes, where degrees are high."""
+STEPS_TO_CANCEL = 100
+"""What that takes at most, for each term and degree."""
 
 Matrix = Sequence[Sequence[Terms]]
 
@@ -103,8 +109,10 @@ def reduced(numerator: Terms, denominator: Terms) -> tuple[Terms, Terms]:
     polynomial = divide(numerator, content, number)
     bases = sorted({base for terms in (polynomial, denominator) for m in terms for base, _ in m}, key=str)
     exponents = [e for terms in (polynomial, denominator) for m in terms for _, e in m]
-    if not bases or any(exponent.denominator != 1 or exponent < 0 for exponent in exponents):
+    highest = max(degree(polynomial), degree(denominator))
+    if not bases or any(e.denominator != 1 or e < 0 for e in exponents) or highest > HIGHEST_FRACTION:
         return numerator, denominator
+    charge(STEPS_TO_CANCEL * (len(polynomial) + len(denominator)) * (1 + highest))
     from sympy.polys.domains import QQ
     from sympy.polys.rings import PolyRing
 

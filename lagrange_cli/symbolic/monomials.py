@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from fractions import Fraction
-from math import gcd
+from math import ceil, gcd
 from typing import TypeAlias
 
 import sympy
@@ -71,6 +71,11 @@ def raised(monomial: Monomial, exponent: Fraction) -> Monomial:
     return frozenset((base, own * exponent) for base, own in monomial)
 
 
+def degree(terms: Terms) -> int:
+    """The highest sum of the absolute values of a term's exponents, rounded up."""
+    return max((ceil(sum(abs(exponent) for _, exponent in monomial)) for monomial in terms), default=0)
+
+
 def divide(terms: Terms, monomial: Monomial, number: Fraction = Fraction(1)) -> Terms:
     """The terms, each divided by ``number * monomial``."""
     inverse = raised(monomial, Fraction(-1))
@@ -82,6 +87,7 @@ def common_factor(terms: Mapping[Monomial, Fraction]) -> tuple[Monomial, Fractio
     monomials = iter(terms)
     shared = dict(next(monomials, ONE))
     for monomial in monomials:
+        charge(2 + 2 * len(shared) + len(monomial))
         own = dict(monomial)
         for base in {*shared, *own}:
             # a base that one term lacks has the power 0 there

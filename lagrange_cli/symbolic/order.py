@@ -13,8 +13,10 @@ from typing import Any
 
 import sympy
 
-from lagrange_cli.symbolic.work import folded, size_of
+from lagrange_cli.symbolic.work import charge, folded, size_of
 
+STEPS_A_KEY = 5
+"""What a factor takes to be put in order."""
 LONG = 200
 """Terms and factors of an expression beyond which it is sorted by a digest."""
 
@@ -80,7 +82,9 @@ class Order:
         degree = 0
         slow: list[tuple[Any, ...]] = []
         constants: list[tuple[Any, ...]] = []
-        for factor in sympy.Mul.make_args(expression):
+        factors = sympy.Mul.make_args(expression)
+        charge(STEPS_A_KEY * (1 + len(factors)))
+        for factor in factors:
             if factor.is_Number:
                 continue
             base, exponent = base_and_exponent(factor)

@@ -11,6 +11,10 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
+from lagrange_cli.symbolic.work import charge
+
+STEPS_A_PIECE = 10
+"""What a term or factor takes to be written."""
 
 
 class Level(IntEnum):
@@ -108,6 +112,7 @@ class Renderer:
 
     def piece(self, expression: sympy.Expr) -> tuple[str, Level]:
         """The text and precedence of an expression."""
+        charge(STEPS_A_PIECE)
         if expression.is_Add:
             return self.sum(expression), Level.SUM
         if is_negative(expression):

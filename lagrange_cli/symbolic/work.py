@@ -1,19 +1,23 @@
 """How much work ``equations`` may do: what sympy makes is counted, and how large expressions get.
 
-sympy has no bounds of its own, and an expression of a few lines may multiply into millions of terms. Every
-object that sympy makes goes through ``Basic.__new__``, which counts it while ``counting`` lasts. What only
-walks over expressions is bounded by their size: ``check_size`` counts it with shared parts written out, as
-sympy walks.
+sympy has no bounds of its own, and an expression of a few lines may multiply into millions of terms. While
+``counting`` lasts, every object that sympy makes is counted (all go through ``Basic.__new__``), and every
+visit of a node in the walks that it repeats (``VISITS``). sympy walks shared parts as often as they occur:
+``check_size`` bounds the size of expressions with shared parts written out.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from importlib import import_module
 from typing import Any, TypeVar
 
 import sympy
+from sympy.core import evalf
 from sympy.core.basic import Basic
+from sympy.core.traversal import preorder_traversal
+from sympy.printing.printer import Printer
 
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.limits import Work, way_out, whole
@@ -22,6 +26,17 @@ T = TypeVar("T")
 
 STEPS_AN_OBJECT, STEPS_AN_ARGUMENT = 40, 10
 """What sympy takes to make an expression and to sort an argument into it."""
+VISITS = (
+    (Basic, "free_symbols", 1),
+    (Basic, "compare", 2),
+    (Basic, "_xreplace", 1),
+    (preorder_traversal, "_preorder_traversal", 1),
+    (sympy.Expr, "_expand_hint", 2),
+    (Printer, "_print", 3),
+    (import_module("sympy.core.assumptions"), "_ask", 3),
+    (evalf, "evalf", 5),
+)
+"""Where sympy visits one node in the course of a walk, and the steps that this takes."""
 STEPS_A_LOOK = 20
 """What is done with an expression however small it is."""
 ADVICE = "'check' and 'solve' may work nevertheless, "
@@ -45,21 +60,40 @@ def counting(work: Work | None = None) -> Iterator[None]:
     ``TooLarge`` is raised where it is too much.
     """
     work = COUNTER.work = Work() if work is None else work
-    plain = Basic.__new__
+    plain = {(owner, name): vars(owner)[name] for owner, name, _ in VISITS}
+    new = Basic.__new__
 
     def counted(cls: type[Basic], *arguments: Any) -> Any:
         work.charge(STEPS_AN_OBJECT + STEPS_AN_ARGUMENT * len(arguments))
-        return plain(cls, *arguments)
+        return new(cls, *arguments)
 
     Basic.__new__ = staticmethod(counted)
+    for owner, name, steps in VISITS:
+        setattr(owner, name, counting_calls(plain[owner, name], steps, work))
     try:
         yield
     except TooLarge as error:
         raise TooLarge(error.message, ADVICE + error.hint) from error
     finally:
-        Basic.__new__ = staticmethod(plain)
+        Basic.__new__ = staticmethod(new)
+        for (owner, name), attribute in plain.items():
+            setattr(owner, name, attribute)
         COUNTER.work = None
         COUNTER.settled.clear()
+
+
+def counting_calls(attribute: Any, steps: int, work: Work) -> Any:
+    """A function, method or property that counts so many steps at each call."""
+    if isinstance(attribute, property):
+        return property(counting_calls(attribute.fget, steps, work))
+    if isinstance(attribute, staticmethod):
+        return staticmethod(counting_calls(attribute.__func__, steps, work))
+
+    def counted(*arguments: Any, **named: Any) -> Any:
+        work.charge(steps)
+        return attribute(*arguments, **named)
+
+    return counted
 
 
 def charge(steps: int) -> None:
