@@ -207,11 +207,9 @@ class StepSize:
     def root(self, f: Function, x: Real, m: Real) -> Real:
         """x^(1/m); roughly, where it is computed for many motions."""
         inverse = f.constant(1.0) / f.splat(m, self.lengths.motions)
-        return (
-            f.function("pow", x, inverse)
-            if self.lengths.motions == 1
-            else exp2_roughly(log2_roughly(x) * inverse)
-        )
+        if self.lengths.motions == 1:
+            return f.function("pow", x, inverse)
+        return f.select(x < ENDLESS, exp2_roughly(log2_roughly(x) * inverse), x)
 
 
 def chosen_step(

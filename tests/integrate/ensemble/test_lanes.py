@@ -197,6 +197,17 @@ def test_members_that_take_long_wait_for_nobody():
     assert np.all(error.max(axis=1) < 1e-13 + 1e-15 * 10 * frequency)
 
 
+def test_a_slow_motion_takes_few_steps():
+    """One radian in 1e18 s: higher coefficients of its series have underflowed, and none limits a step."""
+    starts = np.linspace(1, 2, 9)
+    states = np.zeros((9, 2 + len(prepared(STIFF).machine.program.integrals)))
+    states[:, 0] = starts
+    many = run(STIFF, np.full((9, 1), 1e-18), states, times_of(1e19))
+    assert max(many.steps) <= 30
+    expected = starts[:, None] * np.cos(10 * np.linspace(0, 1, 9))
+    np.testing.assert_allclose(many.samples[:, 0], expected, rtol=0, atol=1e-14)
+
+
 def test_the_pivot_is_each_lanes_own():
     a = np.array([0.0, 5.0, -3.0, 0.2, 1.0, 1e-9, 1e9, 0.0, 2.0, -1.0])
     states = np.tile([1.0, 0.0, 0.0, 0.0], (10, 1))
