@@ -19,6 +19,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "lagrange_cli"
+PATIENCE = 1200
+"""Seconds after which tests hang."""
 
 
 @dataclass(frozen=True)
@@ -42,9 +44,6 @@ FORMULATIONS = "tests/mechanics/test_formulations.py::"
 LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
 CACHE = "tests/native/compilation/test_cache.py"
-RANDOM = (
-    "tests/mechanics/test_random_systems.py::test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange",
-)
 
 MUTATIONS = {
     "a sign in Routh's reduction": Mutation(
@@ -112,15 +111,17 @@ MUTATIONS = {
     ),
     "the sign of dissipation": Mutation(
         "mechanics/energetics.py", "(graph.diff(model.dissipation, v), -1.0)",
-        "(graph.diff(model.dissipation, v), 1.0)", RANDOM,
+        "(graph.diff(model.dissipation, v), 1.0)",
+        ("tests/motions/test_backward.py::test_a_driven_damped_oscillator_before_its_start",),
     ),
     "the momentum of a potential with velocities": Mutation(
         "mechanics/energetics.py", "self._moving) - graph.diff(model.potential, v))",
-        "self._moving) + graph.diff(model.potential, v))", RANDOM,
+        "self._moving) + graph.diff(model.potential, v))",
+        (LEDGERS + "test_ledgers_close_for_every_system[charged_particle]",),
     ),
     "h of an embedding that moves": Mutation(
         "mechanics/energetics.py", "drift * drift, -0.5", "drift * drift, 0.5",
-        (LEDGERS + "test_h_of_the_rotating_rod_stays_although_its_energy_grows", *RANDOM),
+        (LEDGERS + "test_h_of_the_rotating_rod_stays_although_its_energy_grows",),
     ),
     "half of a rounding error": Mutation(
         "native/numbers/error_free.py", "kind.add(kind.sub(a, kind.sub(total, back)), kind.sub(b, back))",
@@ -144,31 +145,36 @@ def copy_of_the_package(folder: Path) -> None:
 
 
 def passes(folder: Path, tests: Sequence[str]) -> bool:
-    """Whether the tests pass on the copy; raises ``RuntimeError`` where they cannot be run."""
-    run = subprocess.run(
-        [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests],
-        cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)}, capture_output=True, text=True,
-    )  # fmt: skip
+    """Whether the tests pass on the copy, and end; raises ``RuntimeError`` where they cannot be run."""
+    try:
+        run = subprocess.run(
+            [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests],
+            cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)}, capture_output=True, text=True,
+            timeout=PATIENCE,
+        )  # fmt: skip
+    except subprocess.TimeoutExpired:
+        return False
     if run.returncode not in (0, 1):
         raise RuntimeError(run.stdout + run.stderr)
     return run.returncode == 0
 
 
 def main(names: Sequence[str]) -> int:
-    """Make each mistake and say whether it is found; 1 if one is not."""
+    """Make each mistake and say whether it is found; 1 if one is not, or if tests fail without it."""
     mutations = {name: MUTATIONS[name] for name in names or MUTATIONS}
     mutated = {name: each.applied() for name, each in mutations.items()}
     missed = 0
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copy_of_the_package(folder)
+        if not passes(
+            folder, list(dict.fromkeys(test for each in mutations.values() for test in each.tests))
+        ):
+            print("the tests fail without any mistake")
+            return 1
         for name, each in mutations.items():
             path = folder / "lagrange_cli" / each.file
             right = path.read_text(encoding="utf-8")
-            if not passes(folder, each.tests):
-                print(f"{name}: its tests fail without it", flush=True)
-                missed += 1
-                continue
             path.write_text(mutated[name], encoding="utf-8")
             caught = not passes(folder, each.tests)
             path.write_text(right, encoding="utf-8")
