@@ -23,10 +23,10 @@ class Ending(Enum):
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
 
-    @property
-    def way_out(self) -> str:
-        """What a user can do about it; empty if nothing is wrong."""
-        return WAYS_OUT.get(self, "")
+    def way_out(self, *, at_start: bool = False) -> str:
+        """What a user can do about it, also where it went wrong ``at_start``; empty if nothing is wrong."""
+        before = "start from another state" if at_start else "end the run before it with --stop"
+        return WAYS_OUT.get(self, "").format(before=before)
 
     @property
     def status(self) -> str:
@@ -37,9 +37,9 @@ class Ending(Enum):
 
 
 WAYS_OUT = {
-    Ending.SINGULAR_MASS_MATRIX: "end the run before it with --stop, or use other coordinates",
-    Ending.STEP_UNDERFLOW: "end the run before it with --stop, or smooth the singularity",
-    Ending.NOT_A_NUMBER: "end the run before it with --stop; look for an overflow, a division by zero, or a "
+    Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
+    Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
+    Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }

@@ -89,7 +89,7 @@ def integrate(
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,
-        message=sentence(end, prepared.recording.coordinates),
+        message=sentence(end, prepared.recording.coordinates, times.start),
         t=end.t,
         steps=end.steps,
         evaluations=end.evaluations,
@@ -120,8 +120,8 @@ def certified(end: End, certificate: Certificate) -> End:
     return replace(end, ending=ending, snapshot=None)
 
 
-def sentence(end: End, coordinates: tuple[str, ...]) -> str:
-    """How the motion ended, for the user, with time and state where it went wrong."""
+def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
+    """How the motion that began at ``start`` ended, for the user, with time and state where it went wrong."""
     if end.ending is Ending.COMPLETE:
         return f"{end.ending.value}, t = {end.t:.6g}"
     if end.ending in (Ending.INTERRUPTED, Ending.TARGET_MISSED):
@@ -133,4 +133,5 @@ def sentence(end: End, coordinates: tuple[str, ...]) -> str:
     ]
     listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
     detail = f" ({end.detail})" if end.detail else ""
-    return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}; {end.ending.way_out}"
+    way_out = end.ending.way_out(at_start=end.t == start)
+    return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}; {way_out}"

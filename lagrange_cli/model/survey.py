@@ -112,9 +112,7 @@ class Survey:
     def _note(self, place: Place, message: str, error: Contradiction) -> None:
         one, other = error.units
         strange = sorted(symbol for symbol in (one / other).symbols if not known(symbol))
-        hint = error.hint or (
-            f"'{strange[0]}' is no known unit: write it in terms of others" if strange else ""
-        )
+        hint = error.hint or (f"unknown unit '{strange[0]}': write it in terms of others" if strange else "")
         self.conflicts.append(Conflict(place, message, hint, factor=not meaning(one / other)[1]))
 
     # The sections

@@ -55,7 +55,7 @@ def read_draft(root: Node, problems: Problems) -> Draft:
     if not isinstance(root, nodes.Mapping):
         problems.add(
             root.place,
-            "a system file is a list of sections, 'key: value'",
+            "a system file is a mapping, with a 'key: value' for each section",
             known_hint(SECTIONS.keys, limit=8),
         )
         problems.stop_if_any()

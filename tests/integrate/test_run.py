@@ -156,3 +156,13 @@ def test_large_systems_grow_with_their_terms_not_their_squares():
     small, large = (program(springs(size)) for size in (10, 40))
     assert large.operations["jet"] <= 5 * small.operations["jet"]
     assert large.series.convolutions == 4.333333333333333 * small.series.convolutions
+
+
+def test_what_goes_wrong_at_the_start_is_not_to_be_avoided_by_an_earlier_end():
+    at_start = follow("pendulum", 1.0, sets={"l": 0.0}).outcome
+    assert at_start.t == 0.0 and at_start.ending is not Ending.COMPLETE
+    assert "--stop" not in at_start.message and "start from another state" in at_start.message
+    later = follow(
+        "coordinates: {x: {initial: 1, velocity: -1}}\nlagrangian: x_dot**2/2 + 1/x**2\n", 9.0
+    ).outcome
+    assert later.t > 0 and "end the run before it with --stop" in later.message

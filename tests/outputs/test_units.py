@@ -486,7 +486,7 @@ def test_a_unit_that_is_not_known_may_be_another_name():
     found = find_units(read_spec(one(k="{value: 1, unit: Foo/m^2}", more="time: s"), "a.yaml"))
     (conflict,) = found.conflicts
     assert conflict.message == f"the potential is in Foo, other energies in {ENERGY}"
-    assert conflict.hint == "'Foo' is no known unit: write it in terms of others"
+    assert conflict.hint == "unknown unit 'Foo': write it in terms of others"
 
 
 @settings(max_examples=60, deadline=None)

@@ -269,3 +269,8 @@ def test_every_key_has_a_meaning_and_no_word_stands_for_two(table):
     assert len({*also}) == len(also)
     assert not {*also} & {*table.by_word} and not {*table.later} & {*also, *table.by_word}
     assert all(table.meant(word)[0] == row.key for row in table.rows for word in row.also.split())
+
+
+def test_a_file_that_is_a_list_is_told_what_a_system_file_is():
+    with pytest.raises(SpecError, match="a system file is a mapping, with a 'key: value' for each section"):
+        read_spec("- a\n", "list.yaml")

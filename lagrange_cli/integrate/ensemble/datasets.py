@@ -169,7 +169,7 @@ class EnsembleDatasets:
         for member, ending, t, state in zip(index, batch.ending, batch.t, batch.state):
             if ending.status == "failed" and (self._failed is None or member < self._failed[0]):
                 end = End(ending, float(t), state, 0, 0)
-                self._failed = int(member), sentence(end, self._recording.coordinates)
+                self._failed = int(member), sentence(end, self._recording.coordinates, self._start)
 
     def _write(self, batch: Batch) -> None:
         """Make datasets of members that have ended, and emit them."""
