@@ -30,6 +30,7 @@ UNWINDING = {".pdata", ".xdata"}
 """Tables for exceptions, which LLVM's loader on Windows cannot place; the code has no exceptions."""
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     ("triple", "cpu"),
     [
