@@ -152,15 +152,16 @@ _UNITS = """
 """
 _UNIT = "(?:" + "|".join(sorted(_UNITS.split(), key=len, reverse=True)) + ")"
 _FACTOR = rf"{_UNIT}(?:(?:\^|\*\*)?\(?-?[0-9]+\)?|[⁻²³¹])*"
-_QUANTITY = re.compile(
+_QUANTITY = (
     r"\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*"
     rf"(?P<unit>{_FACTOR}(?:\s*(?:\*|/|·|\.|\s)\s*{_FACTOR})*)\s*"
 )
+"""Compiled for the first mistake."""
 
 
 def quantity(text: str) -> tuple[str, str] | None:
     """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
-    match = _QUANTITY.fullmatch(text)
+    match = re.fullmatch(_QUANTITY, text)
     return (match["number"], match["unit"]) if match else None
 
 

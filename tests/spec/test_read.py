@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from itertools import pairwise
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import Span, Vector, names
+from lagrange_cli.spec import nodes
 from lagrange_cli.spec.order import dependency_order
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import COORDINATE, PARAMETER, SECTIONS, SOLVE, TIME
@@ -274,3 +276,9 @@ def test_every_key_has_a_meaning_and_no_word_stands_for_two(table):
 def test_a_file_that_is_a_list_is_told_what_a_system_file_is():
     with pytest.raises(SpecError, match="a system file is a mapping, with a 'key: value' for each section"):
         read_spec("- a\n", "list.yaml")
+
+
+def test_characters_that_print_are_allowed_in_a_file() -> None:
+    """Only lines with others are searched for those that are not."""
+    printed = "".join(c for c in map(chr, range(0x110000)) if c.isprintable())
+    assert not re.search(nodes._NOT_YAML, printed)
