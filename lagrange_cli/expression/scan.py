@@ -58,16 +58,20 @@ def _pieces(text: str, start: int) -> Iterator[Token]:
     first = 0
     for i, character in enumerate(text):
         if not ("a" + character).isidentifier():
-            if i > first:
-                yield Token("name", text[first:i], Span(start + first, start + i))
+            yield from _piece(text[first:i], start + first)
             yield from _other(character, start + i)
             first = i + 1
-    if first < len(text):
-        rest = text[first:]
-        kind = (
-            "name" if rest.isidentifier() else "number" if rest.isdecimal() and rest.isascii() else "stranger"
-        )
-        yield Token(kind, rest, Span(start + first, start + len(text)))
+    yield from _piece(text[first:], start + first)
+
+
+def _piece(text: str, start: int) -> Iterator[Token]:
+    """A name, or a number as in ``x²3``, after what may stand within a name but not begin one."""
+    while text and not (text.isidentifier() or (text.isdecimal() and text.isascii())):
+        yield from _other(text[0], start)
+        text, start = text[1:], start + 1
+    if text:
+        kind = "name" if text.isidentifier() else "number"
+        yield Token(kind, text, Span(start, start + len(text)))
 
 
 def _other(character: str, start: int) -> Iterator[Token]:

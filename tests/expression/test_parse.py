@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.cursor import MAX_LENGTH, MAX_NESTING, MAX_OPERATORS
@@ -275,6 +275,9 @@ def test_the_bounds_themselves_are_accepted() -> None:
 
 
 @given(st.text(st.sampled_from("abxyt019.+-*/()[], '^=eθ²'\n\t_"), max_size=40) | st.text(max_size=20))
+@example("ำ")  # it may stand within a name, but not begin one
+@example("ำ²3ำx")
+@example("x²3²")
 @settings(max_examples=500, deadline=None)
 def test_any_text_is_a_tree_or_an_expression_error(text: str) -> None:
     try:
