@@ -40,7 +40,7 @@ ROOT = Path(__file__).resolve().parents[2]
 KEPT = ROOT / "tests" / "fuzzing" / "fuzz_corpus.tar.xz"
 """Inputs of earlier runs that reach different code: the initial corpus."""
 SEEDS = (ROOT / "systems", ROOT / "tests" / "fuzzing" / "corpus")
-PATIENCE, SECONDS = 4, 5
+PATIENCE, SECONDS = 4, 12
 """Seconds of processor time after which a command is interrupted, and within which it must end."""
 MEGABYTES = 1024
 LONGEST = 8000
@@ -160,12 +160,15 @@ def limited() -> Iterator[None]:
         handler(signal.SIGINT, frame)
 
     before = signal.signal(signal.SIGPROF, ring)
+    # what is started in the background has Ctrl-C ignored
+    interrupts = signal.signal(signal.SIGINT, signal.default_int_handler)
     signal.setitimer(signal.ITIMER_PROF, PATIENCE, SECONDS - PATIENCE)
     try:
         yield
     finally:
         signal.setitimer(signal.ITIMER_PROF, 0)
         signal.signal(signal.SIGPROF, before)
+        signal.signal(signal.SIGINT, interrupts)
 
 
 def mutate(data: bytes, source: random.Random) -> bytes:
