@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equations
 from lagrange_cli.symbolic.hamilton import Hamiltonian, hamilton_form
 from lagrange_cli.symbolic.order import Order

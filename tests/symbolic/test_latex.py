@@ -150,3 +150,18 @@ def test_numbers_that_are_not_real_are_refused(tmp_path):
         run = lagrange("equations", file, "--format", form, cwd=tmp_path)
         assert run.returncode == 3
         assert "negative number" in run.stderr
+
+
+def test_a_long_rate_of_change_in_a_list_has_lines_of_its_own():
+    equations = derived(
+        """
+        coordinates: [x, y]
+        masses: {a: 1}
+        embedding: {a: [x*cos(t), y]}
+        potential: 1/(1 + x**2*y**2)
+        dissipation: (x_dot**2 + y_dot**2)**1.5
+        """
+    )
+    text = as_latex(equations, "lagrange")
+    _, item = text.split("\\item\n", 1)
+    assert item.lstrip().startswith(r"\begin{align*}") and "constraint forces do work" in item
