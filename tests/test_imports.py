@@ -30,6 +30,7 @@ def modules_imported_by(arguments: list[str], cwd: Path) -> set[str]:
     return set(modules)
 
 
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize(
     ("arguments", "needed"),
     [

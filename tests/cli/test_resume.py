@@ -160,6 +160,7 @@ SWEEPS = {
 }  # fmt: skip
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("arguments", SWEEPS.values(), ids=SWEEPS)
 @pytest.mark.parametrize("patience", [2, 3])
 def test_an_interrupted_sweep_follows_only_the_members_that_are_missing(

@@ -6,7 +6,7 @@ import math
 
 import mpmath
 import pytest
-from hypothesis import assume, example, given, settings
+from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.build import build
@@ -16,6 +16,7 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError
+from tests.support.draws import examples
 from tests.support.expressions import known, texts
 
 NAMES = ("x", "y", "z")
@@ -56,7 +57,8 @@ def test_sums_that_differ_by_sign_or_powers_of_two_are_one_factor() -> None:
     assert node_of("(3*x - 3*y)**2", algebra) is not node_of("9*(x - y)**2", algebra)  # 3 may round
 
 
-@settings(max_examples=400, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(100)
 @given(texts(NAMES), SIGNED)
 @example("(x**2)**0.5", {"x": -1.5, "y": 1.0, "z": 1.0})
 @example("x*(x**2)**-0.5", {"x": -1.5, "y": 1.0, "z": 1.0})
@@ -76,7 +78,8 @@ def test_a_graph_has_the_value_of_its_expression(text: str, values: dict[str, fl
     assert close(node, value, values)
 
 
-@settings(max_examples=300, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(75)
 @given(texts(NAMES), POINTS)
 @example("x**y", {"x": 0.7, "y": 1.1, "z": 1.0})
 @example("atan2(x*y, x - 2)", {"x": 0.7, "y": 1.1, "z": 1.0})
@@ -99,7 +102,8 @@ def test_a_derivative_is_the_limit_of_differences(text: str, values: dict[str, f
     assert close(derivative, slope, values, 1e-10)
 
 
-@settings(max_examples=100, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(25)
 @given(texts(NAMES))
 def test_equal_expressions_are_one_node(text: str) -> None:
     algebra = GraphAlgebra()

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.integrate.compilation import Compilation
@@ -15,6 +15,7 @@ from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.mechanics.residual import Residual
+from tests.support.draws import examples
 from tests.support.motion import FULL, Motion, each_formulation, follow, residual_of, run, values_of
 
 OUTPUTS = frozenset(("q", "v", "p", "h", "ledger"))
@@ -73,9 +74,6 @@ def cyclic(draw: st.DrawFn) -> str:
     )
 
 
-SETTINGS = settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-
-
 def check_agreement(system: str, stop: float) -> None:
     forms = each_formulation(system)
     (reduced, one), *others = sorted(
@@ -99,13 +97,15 @@ def test_routh_s_motion_is_that_of_the_other_formulations(system: str) -> None:
     check_agreement(system, 3.0)
 
 
-@SETTINGS
+@pytest.mark.exhaustive
+@examples(5)
 @given(cyclic())
 def test_random_systems_move_as_without_the_reduction(system: str) -> None:
     check_agreement(system, 0.5)
 
 
-@SETTINGS
+@pytest.mark.exhaustive
+@examples(5)
 @given(cyclic(), st.floats(-1, 1), st.floats(-1, 1))
 def test_accelerations_and_jacobian_are_those_without_the_reduction(system: str, a: float, b: float) -> None:
     """At states where momenta are not what they were in the beginning."""

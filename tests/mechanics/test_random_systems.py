@@ -11,13 +11,14 @@ import mpmath
 import numpy as np
 import pytest
 import sympy
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
+from tests.support.draws import examples
 from tests.support.motion import Motion, each_formulation, follow, residual_of, spec_of, values_of
 
 ATOMS = [
@@ -121,10 +122,8 @@ def close(found: np.ndarray, known: list[mpmath.mpf], slack: float) -> bool:
     return bool(np.max(np.abs(found - np.array([float(x) for x in known]))) <= slack * scale)
 
 
-SETTINGS = settings(max_examples=8, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-
-
-@SETTINGS
+@pytest.mark.exhaustive
+@examples(4)
 @given(systems())
 def test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange(system: str) -> None:
     values = values_of(system)
@@ -146,7 +145,8 @@ def unaccounted(motion: Motion, names: tuple[str, ...]) -> float:
     return float(max(*ledgers, abs(motion["diagnostics/ledger/h"]).max() / h))
 
 
-@SETTINGS
+@pytest.mark.exhaustive
+@examples(4)
 @given(systems())
 def test_ledgers_of_random_systems_close(system: str) -> None:
     motion = follow(system, 0.5, 21, outputs=("q", "v", "p", "h", "ledger"))

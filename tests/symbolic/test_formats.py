@@ -21,6 +21,7 @@ def test_the_command_offers_the_forms_there_are():
     assert FORMS == report.FORMS
 
 
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize("name", NAMES)
 def test_data_is_read_back_by_sympy_and_by_the_file_grammar(name):
     equations = equations_of(name)

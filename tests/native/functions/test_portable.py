@@ -8,7 +8,7 @@ import llvmlite.binding as llvm
 import mpmath
 import numpy as np
 import pytest
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.exact import ExactGraphAlgebra, PortableGraphAlgebra
@@ -22,6 +22,7 @@ from lagrange_cli.native.functions.portable import portable
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, INTRINSICS
 from lagrange_cli.spec.read import read_spec
 from tests.support.calls import compiled, loaded, looped
+from tests.support.draws import examples
 
 MP = mpmath.mp.clone()
 MP.prec = 1300
@@ -55,26 +56,30 @@ ANGLES = st.floats(-1e300, 1e300) | st.floats(-30, 30) | st.integers(1, 10**25).
 @example(6381956970095103.0 * 2.0**797)  # the double that is nearest to a multiple of pi/2
 @example(sys.float_info.max)
 @example(2.0**20)
-@settings(max_examples=300, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(75)
 def test_angles(name: str, x: float) -> None:
     check(name, x)
 
 
 @pytest.mark.parametrize("name", ["asin", "acos"])
 @given(st.floats(-1, 1))
-@settings(max_examples=200, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(50)
 def test_inverse_functions(name: str, x: float) -> None:
     check(name, x)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))
-@settings(max_examples=200, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(50)
 def test_the_arc_tangent(x: float) -> None:
     check("atan", x)
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False), st.floats(allow_nan=False, allow_infinity=False))
-@settings(max_examples=400, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(100)
 def test_the_angle_of_a_point(y: float, x: float) -> None:
     if (x, y) != (0.0, 0.0) and abs(float(EXACT["atan2"](MP.mpf(y), MP.mpf(x)))) > sys.float_info.min:
         check("atan2", y + 0.0, x)
@@ -82,26 +87,30 @@ def test_the_angle_of_a_point(y: float, x: float) -> None:
 
 @pytest.mark.parametrize("name", ["exp", "sinh", "cosh", "tanh"])
 @given(st.floats(-709, 709) | st.floats(-1, 1))
-@settings(max_examples=300, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(75)
 def test_exponentials(name: str, x: float) -> None:
     check(name, x)
 
 
 @given(st.floats(0, exclude_min=True, allow_infinity=False))
-@settings(max_examples=200, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(50)
 def test_the_logarithm(x: float) -> None:
     check("log", x)
 
 
 @given(st.floats(0, exclude_min=True, allow_infinity=False), st.floats(-50, 50))
-@settings(max_examples=400, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(100)
 def test_powers(x: float, y: float) -> None:
     if abs(MP.log(EXACT["pow"](MP.mpf(x), MP.mpf(y)), 2)) < 1022:
         check("pow", x, y)
 
 
 @given(st.floats(-1e6, 0, exclude_max=True), st.integers(-40, 40))
-@settings(max_examples=200, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(50)
 def test_whole_powers_of_negative_numbers(x: float, n: int) -> None:
     if abs(n * math.log2(-x)) < 1022:
         check("pow", x, n)

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import math
 
-from hypothesis import assume, given, settings
+import pytest
+from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.syntax import ExpressionError
 from tests.expression.test_graph import conditioned, node_of
+from tests.support.draws import examples
 from tests.support.expressions import texts
 from tests.support.motion import follow, spec_of
 
@@ -26,7 +28,8 @@ def system_of(expressions: list[str]) -> str:
     )
 
 
-@settings(max_examples=40, deadline=None)
+@pytest.mark.exhaustive(keep=9)
+@examples(13)
 @given(
     st.lists(texts(NAMES), min_size=8, max_size=12), st.lists(st.floats(-1.5, 1.5), min_size=5, max_size=5)
 )
