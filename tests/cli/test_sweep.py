@@ -71,6 +71,7 @@ def test_a_grid_from_the_command_to_the_file(tmp_path):
         assert file.attrs["h_drift"] == file["diagnostics/drift/h"][()].max() < 1e-13
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("system", "name", "sets"),
     [

@@ -50,7 +50,7 @@ def test_what_grows(folder, seed):
     assert set(statuses) <= set(fuzz.DOCUMENTED)
 
 
-@pytest.mark.exhaustive(keep=4)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "path", sorted((fuzz.ROOT / "tests" / "fuzzing" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
 )

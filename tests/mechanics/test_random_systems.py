@@ -123,7 +123,7 @@ def close(found: np.ndarray, known: list[mpmath.mpf], slack: float) -> bool:
 
 
 @pytest.mark.exhaustive
-@examples(4)
+@examples(3)
 @given(systems())
 def test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange(system: str) -> None:
     values = values_of(system)
@@ -146,7 +146,7 @@ def unaccounted(motion: Motion, names: tuple[str, ...]) -> float:
 
 
 @pytest.mark.exhaustive
-@examples(4)
+@examples(3)
 @given(systems())
 def test_ledgers_of_random_systems_close(system: str) -> None:
     motion = follow(system, 0.5, 21, outputs=("q", "v", "p", "h", "ledger"))

@@ -120,7 +120,7 @@ def certified(
     return {path: np.concatenate([one[path] for one in chunks]) for path in chunks[0]}, outcome
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("method", ["taylor", "DOP853"])
 @pytest.mark.parametrize(
     ("system", "known", "stop"),

@@ -107,7 +107,7 @@ def times_of(stop, count=9, start=0.0):
     return Times(start, stop, count, (stop - start) / (count - 1))
 
 
-@pytest.mark.exhaustive(keep=7)
+@pytest.mark.exhaustive(keep=5)
 @pytest.mark.parametrize(
     ("name", "sense"), [*((name, 1) for name in NAMES), ("driven_damped_pendulum", -1), ("central_force", -1)]
 )

@@ -120,7 +120,7 @@ def test_every_shape_of_code_closes_the_ledgers(system, stages, few, monkeypatch
 ARRANGED = [("MIXED", 0), ("MIXED", 8), ("FEW", 0), ("FEW", 8), ("NEAR", 0)]
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "system", [ELLIPSOID, "spherical_pendulum", "rotating_hoop", "parabola_bead", "central_force_cartesian"]
 )
