@@ -42,6 +42,8 @@ KEPT = ROOT / "tests" / "fuzzing" / "fuzz_corpus.tar.xz"
 SEEDS = (ROOT / "systems", ROOT / "tests" / "fuzzing" / "corpus")
 PATIENCE, SECONDS = 4, 12
 """Seconds of processor time after which a command is interrupted, and within which it must end."""
+AGAIN = 0.01
+"""Seconds after which an interrupt is repeated that nothing would have come of."""
 MEGABYTES = 1024
 LONGEST = 8000
 ROUND = 1000
@@ -146,6 +148,13 @@ class Stream(io.TextIOWrapper):
         return self.buffer.getvalue().decode()  # type: ignore[attr-defined, no-any-return]
 
 
+def unheard(frame: FrameType | None) -> bool:
+    """Whether what is raised there is ignored: in a finalizer, or as hypothesis hears of garbage."""
+    while frame is not None and frame.f_code.co_name not in ("__del__", "gc_callback"):
+        frame = frame.f_back
+    return frame is not None
+
+
 @contextmanager
 def limited() -> Iterator[None]:
     """A context in which Ctrl-C is pressed after a while, and that ends with ``Hang`` soon after."""
@@ -153,6 +162,9 @@ def limited() -> Iterator[None]:
 
     def ring(number: int, frame: FrameType | None) -> None:
         nonlocal rings
+        if unheard(frame):
+            signal.setitimer(signal.ITIMER_PROF, AGAIN, SECONDS - PATIENCE)
+            return
         rings += 1
         handler = signal.getsignal(signal.SIGINT)
         if rings > 1 or not callable(handler):

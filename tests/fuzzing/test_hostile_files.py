@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import signal
 from contextlib import redirect_stderr, redirect_stdout
 from random import Random
 
@@ -81,6 +82,21 @@ def test_check_refuses_what_solve_refuses_in_the_same_words(folder, seed):
             status = main([*command, "--quiet", "input.yaml"])
         refused[command[0]] = (status == 3, said.getvalue() if status == 3 else "")
     assert refused["check"] == refused["solve"]
+
+
+def test_an_interrupt_of_which_nothing_would_come_is_repeated():
+    """What is raised in a callback of the garbage collector is ignored; hypothesis has one."""
+
+    def gc_callback() -> None:
+        signal.raise_signal(signal.SIGPROF)
+
+    reached = False
+    with pytest.raises(KeyboardInterrupt), fuzz.limited():
+        gc_callback()
+        reached = True
+        while True:
+            pass
+    assert reached
 
 
 MISTAKES = """\

@@ -15,7 +15,7 @@ import pytest
 from hypothesis import settings
 
 MARKER = "exhaustive"
-THOROUGH = 10
+THOROUGH = 5
 """So many times as many examples are tried under ``-m exhaustive``."""
 _thorough = False
 
