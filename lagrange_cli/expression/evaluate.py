@@ -56,6 +56,17 @@ def evaluate(
             size[node] = max(abs(value[node]), 1.0)
             if node.data == "exp":
                 size[node] = abs(value[node]) * max(size[a[0]], 1.0)
+        elif node.kind is Kind.SWITCH:
+            value[node] = switched(node.data, *(value[x] for x in a))
+            size[node] = switched(node.data, value[a[0]], size[a[1]], size[a[2]])
         else:
             raise ValueError("a time derivative has no value without a motion")
     return value, size
+
+
+def switched(at: int, u: float, above: float, below: float) -> float:
+    """A switch's value; what it does not choose may be anything."""
+    side = 1 if u > 0 else -1 if u < 0 else at
+    if u != u:
+        return math.nan
+    return above if side > 0 else below if side < 0 else (above + below) / 2

@@ -76,6 +76,9 @@ class Graph(NormalForms):
                     rest = self.product([(node, 1), (argument, -1), (rate, 1)])
                     terms.append((rest, self.number(exponent)))
             return self.sum(terms)
+        if node.kind is Kind.SWITCH:
+            u, above, below = node.arguments
+            return self.switch(u, inner(above), inner(below), node.data)
         return self.sum(
             [
                 (self.product([(partial, 1), (inner(argument), 1)]), 1.0)
@@ -85,8 +88,14 @@ class Graph(NormalForms):
         )
 
     def partials(self, node: Node) -> tuple[Node, ...]:
-        """Partial derivatives of a function or power node with respect to its arguments."""
+        """Partial derivatives of a function, power or switch with respect to its arguments.
+
+        That of a switch by what decides is 0: where it jumps, it has none.
+        """
         u = node.arguments[0]
+        if node.kind is Kind.SWITCH:
+            one, zero, at = self.one, self.zero, node.data
+            return (zero, self.switch(u, one, zero, at), self.switch(u, zero, one, at))
         if node.kind is Kind.POWER:
             exponent = node.arguments[1]
             return (exponent * self.power(u, exponent - 1.0), node * self.function("log", (u,)))

@@ -25,6 +25,7 @@ class Kind(Enum):
     PRODUCT = "product"  # data: exponents (int or float); value = prod argument_i ** exponent_i
     POWER = "power"  # arguments: base and an exponent that is no number
     FUNCTION = "function"  # data: the function's name
+    SWITCH = "switch"  # arguments: u, above, below; data: +1, -1 or 0, the side where u is 0 or their mean
     DDT = "ddt"  # the total time derivative of the argument along the motion
 
     __hash__ = object.__hash__  # that of the name takes a call for every look into the table
@@ -36,6 +37,7 @@ class Table(Protocol):
     nodes: list[Node]
     work: Work
     zero: Node
+    one: Node
 
     def lift(self, value: Node | float) -> Node: ...
     def sum(self, terms: Iterable[tuple[Node, float]]) -> Node: ...

@@ -2,7 +2,8 @@
 
 Constants are folded, like terms and like factors collected, 0 and 1 vanish, and cos^2 + sin^2 = 1 is applied
 wherever both squares stand in one sum with equal factors. Products of sums are kept as written (each costs
-one convolution in Taylor space).
+one convolution in Taylor space). What has a kink or a jump is a switch between two expressions: absolute
+values, and with them the roots of squares, too.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.node import Kind, Node, bits
 from lagrange_cli.expression.reals import real_function, real_power, tidy
+from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, root_of_square, signs
 
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
@@ -34,6 +36,7 @@ class NormalForms:
         self._table: dict[tuple[Any, ...], Node] = {}
         self._symbols: dict[str, int] = {}
         self._by_bit: list[Node] = []
+        self._signs: dict[Node, Sign] = {}
         self.zero = self.constant(0.0)
         self.one = self.constant(1.0)
 
@@ -177,13 +180,23 @@ class NormalForms:
                 if whole(exponent):
                     pending.extend((a, e * exponent) for a, e in zip(node.arguments, node.data))
                     continue
+                roots = self._even_roots(node, exponent)
+                if roots:
+                    pending.extend(roots)
+                    continue
             elif node.kind is Kind.SUM:
                 scale, rest = self.split_coefficient(node)
                 if rest is not node and (scale > 0.0 or whole(exponent)):
                     coefficient *= self.power_of(scale, exponent)
                     pending.append((rest, exponent))
                     continue
+                root = None if whole(exponent) else root_of_square(self, node)
+                if root is not None:
+                    pending.append((self.absolute(root), 2 * exponent))
+                    continue
             collected[node] = collected.get(node, 0) + exponent
+            if node.kind is Kind.SWITCH:
+                pending.extend(self._settle(collected, node))
         self.work.charge(count)
         if coefficient == 0.0:
             return self.zero
@@ -196,6 +209,107 @@ class NormalForms:
         else:
             node = self._make(Kind.PRODUCT, tuple(e for _, e in parts), tuple(a for a, _ in parts))
         return node if coefficient == 1.0 else self.sum([(node, coefficient)])
+
+    def _even_roots(self, node: Node, exponent: float) -> list[tuple[Node, int | float]]:
+        """A broken power of a product without its even powers, which are powers of absolute values; nothing
+        where it has none."""
+        parts = list(zip(node.arguments, node.data))
+        even = [(a, e) for a, e in parts if isinstance(e, int) and e % 2 == 0]
+        if not even:
+            return []
+        rest = self.product([(a, e) for a, e in parts if (a, e) not in even])
+        roots = [(self.absolute(a), self.tidy(e * exponent)) for a, e in even]
+        return roots if rest is self.one else [*roots, (rest, exponent)]
+
+    def _settle(self, collected: dict[Node, int | float], node: Node) -> list[tuple[Node, int | float]]:
+        """Take out of ``collected``, and return, what a power of a switch is without it: |u|**3 is u**2 |u|,
+        and |u| times the sign of u is u."""
+        u, exponent = node.arguments[0], collected[node]
+        if not (is_absolute(node) or is_sign(node)) or not whole(exponent):
+            return []
+        if is_absolute(node) and abs(exponent) >= 2:
+            odd = int(math.copysign(exponent % 2, exponent))
+            collected[node] = odd
+            return [(u, self.tidy(exponent - odd))]
+        partner = self.switch(u, self.one, self.constant(-1.0)) if is_absolute(node) else self.absolute(u)
+        if exponent >= 1 and collected.get(partner, 0) >= 1:
+            collected[node] -= 1
+            collected[partner] -= 1
+            return [(u, 1)]
+        return []
+
+    # ------------------------------------------------------------------ switches
+
+    def switch(self, u: Node | float, above: Node | float, below: Node | float, at: int = 0) -> Node:
+        """``above`` where u > 0, ``below`` where u < 0; where u is 0, that of the side ``at``, 0: their mean.
+
+        A number decides, and so does what is visibly of one sign. Positive factors of u are left out.
+        """
+        u, above, below = self.lift(u), self.lift(above), self.lift(below)
+        if above is below:
+            return above
+        u, turned = self._oriented(u)
+        if turned:
+            above, below, at = below, above, -at
+        if u.kind is Kind.NUMBER:
+            if u.data != u.data:
+                return self.constant(math.nan)
+            at = at if u.data == 0 else 1 if u.data > 0 else -1
+            return self.sum([(above, 0.5), (below, 0.5)]) if at == 0 else above if at > 0 else below
+        continuous = proportional(self.split_coefficient(above - below)[1], u)
+        at = 0 if continuous else at
+        known = signs(u, self._signs)
+        if known is Sign.POSITIVE or (known is Sign.NEVER_NEGATIVE and (continuous or at > 0)):
+            return above
+        above, below = self._within(u, above, 1, at), self._within(u, below, -1, at)
+        if above is below:
+            return above
+        (first, one), (second, other) = self.split_coefficient(above), self.split_coefficient(below)
+        scale = second if above.is_zero else first
+        alike = above.is_zero or below.is_zero or abs(first) == abs(second)
+        if alike and scale != 1 and math.isfinite(scale):
+            above, below = (first / scale) * one, (second / scale) * other
+            return scale * self._make(Kind.SWITCH, at, (u, above, below))
+        return self._make(Kind.SWITCH, at, (u, above, below))
+
+    def _within(self, u: Node, branch: Node, side: int, at: int) -> Node:
+        """A branch of a switch by u; a switch by the same u has but one side there."""
+        if branch.kind is not Kind.SWITCH or branch.arguments[0] is not u:
+            return branch
+        if at == -side or branch.data == side or proportional(branch.arguments[1] - branch.arguments[2], u):
+            return branch.arguments[1 if side > 0 else 2]
+        return branch
+
+    def _oriented(self, u: Node) -> tuple[Node, bool]:
+        """An expression of the same sign without positive factors; and whether it is of the opposite one."""
+        turned = False
+        while True:
+            before = u
+            scale, u = self.split_coefficient(u)
+            if u is self.one:
+                return self.constant(scale), turned
+            if u.kind is Kind.SUM and u.data[1][0] < 0:
+                scale, u = -scale, -u
+            turned ^= scale < 0
+            if u.kind is Kind.PRODUCT:
+                parts = [(a, 1 if whole(e) and e % 2 else e) for a, e in zip(u.arguments, u.data)]
+                parts = [(a, e) for a, e in parts if e > 0 or not whole(e)]
+                u = self.product([(a, e) for a, e in parts if signs(a, self._signs) is not Sign.POSITIVE])
+            if u is before:
+                return u, turned
+
+    def absolute(self, u: Node) -> Node:
+        """|u|, of a product those of its factors."""
+        if u.kind is Kind.NUMBER:
+            return self.constant(abs(u.data))
+        scale, rest = self.split_coefficient(u)
+        if rest.kind is Kind.PRODUCT:
+            parts = zip(rest.arguments, rest.data)
+            listed = [(self.absolute(a) if whole(e) else a, e) for a, e in parts]
+            return abs(scale) * self.product(listed)
+        if rest.kind is Kind.SUM and rest.data[1][0] < 0:
+            rest = -rest
+        return abs(scale) * self.switch(rest, rest, -rest)
 
     def power(self, base: Node, exponent: Node) -> Node:
         """``base ** exponent``; a numerical exponent makes a product, any other a power node."""

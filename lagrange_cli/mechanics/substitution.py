@@ -31,4 +31,7 @@ def rebuilt(graph: Graph, node: Node, arguments: list[Node]) -> Node:
         return graph.power(*arguments)
     if node.kind is Kind.FUNCTION:
         return graph.function(node.data, arguments)
+    if node.kind is Kind.SWITCH:
+        u, above, below = arguments
+        return graph.switch(u, above, below, node.data)
     return node

@@ -5,6 +5,7 @@ from __future__ import annotations
 from bisect import insort
 from collections.abc import Iterable, Sequence
 
+from lagrange_cli.errors import LagrangeError
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.records import dataclass, field
@@ -117,7 +118,24 @@ class _Builder:
             base, exponent = node.arguments
             if not exponent.symbols & self.variables:
                 return self.power(self.by_node[base], exponent)
+        if node.kind is Kind.SWITCH:
+            return self.switch(node)
         return self.compose(node)
+
+    def switch(self, node: Node) -> int:
+        """a where u > 0, -a elsewhere, as a u/sqrt(u**2)."""
+        u, above, below = node.arguments
+        if above is not -below:
+            raise LagrangeError("a condition that changes during the motion is not supported yet")
+        index = self.by_node[u]
+        square = self.multiply(index, index)
+        if above is u:
+            return self.power(square, self.graph.constant(0.5))
+        sign = self.multiply(index, self.power(square, self.graph.constant(-0.5)))
+        scale, moving = self.graph.split_parameters(above, self.variables)
+        if not moving.symbols & self.variables:
+            return self.linear(self.graph.zero, [(sign, scale)])
+        return self.linear(self.graph.zero, [(self.multiply(sign, self.moving(moving)), scale)])
 
     def moving(self, node: Node) -> int:
         """The series of a product without constant factors (or of any lowered node)."""

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.exact import ExactGraphAlgebra
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -172,6 +173,89 @@ def test_simplified_to_the_same_node(text: str, same: str) -> None:
 def test_not_simplified_where_it_would_be_wrong_or_dearer(text: str, other: str) -> None:
     algebra = GraphAlgebra()
     assert node_of(text, algebra) is not node_of(other, algebra)
+
+
+@pytest.mark.parametrize(
+    ("text", "absolute", "factor"),
+    [
+        ("sqrt(x**2)", "x", "1"),
+        ("sqrt(4*x**2)", "x", "2"),
+        ("(x**2)**1.5", "x", "x**2"),
+        ("sqrt(x**4)*sqrt(y**2)", "y", "x**2"),
+        ("sqrt(x**2*y)", "x", "sqrt(y)"),
+        ("sqrt(exp(z)*x**2)", "x", "exp(z)**0.5"),
+        ("sqrt((3 - x)**2)", "x - 3", "1"),
+        ("sqrt(x**2 - 10*x + 25)", "x - 5", "1"),
+        ("sqrt(2*x**2 + 2*y**2 - 4*x*y)", "x - y", "sqrt(2)"),
+        ("sqrt(0.01 - 0.2*x + x**2)", "x - 0.1", "1"),
+        ("sqrt(x**2 + y**2 + z**2 - 2*x*y + 2*x*z - 2*y*z)", "x - y + z", "1"),
+    ],
+)
+def test_roots_of_squares_are_absolute_values(text: str, absolute: str, factor: str) -> None:
+    for algebra in (GraphAlgebra(), ExactGraphAlgebra()):
+        found, expected = node_of(text, algebra), algebra.graph.absolute(node_of(absolute, algebra))
+        assert found is expected * node_of(factor, algebra)
+
+
+@pytest.mark.parametrize(
+    "text", ["sqrt(x**2 + y**2)", "sqrt(x**2 + x*y + y**2)", "sqrt(1 - x**2)", "sqrt(x**3)"]
+)
+def test_other_roots_stay(text: str) -> None:
+    assert not any(node.kind is Kind.SWITCH for node in reachable([node_of(text)]))
+
+
+def test_a_switch_has_one_form() -> None:
+    graph = Graph()
+    x, y = graph.symbol("x"), graph.symbol("y")
+    size, sign = graph.absolute(x), graph.switch(x, 1.0, -1.0)
+    assert graph.diff(size, x) is sign
+    assert graph.diff(sign, x).is_zero
+    assert size * size is x * x
+    assert size**3 is x * x * size
+    assert size * sign is x
+    assert graph.absolute(-2.0 * x) is 2.0 * size
+    assert graph.absolute(x * y**3) is size * graph.absolute(y) * y * y
+    assert graph.absolute(y - x) is graph.absolute(x - y)
+    assert graph.absolute(1.0 - 3.0 * x) is graph.absolute(3.0 * x - 1.0)
+    assert graph.switch(-x, y, x, 1) is graph.switch(x, x, y, -1)
+    assert graph.switch(x**3 * graph.function("exp", (y,)), 1.0, -1.0) is sign
+    assert graph.switch(x, y, y) is y
+    assert graph.switch(x, graph.switch(x, y, 2.0, 1), 3.0, -1) is graph.switch(x, y, 3.0, -1)
+    assert graph.absolute(x**2 + 1.0) is x**2 + 1.0
+    assert graph.switch(x**2, 1.0, 0.0, -1).kind is Kind.SWITCH  # 0 where x is
+    above, mean, below = (graph.switch(0.0, x, y, at) for at in (1, 0, -1))
+    assert (above, mean, below) == (x, 0.5 * x + 0.5 * y, y)
+    assert graph.switch(3.0, x, y) is x
+    assert graph.switch(-3.0, x, y) is y
+    assert math.isnan(graph.switch(math.nan, x, y).data)
+
+
+@examples(50)
+@given(texts(NAMES), texts(NAMES), texts(NAMES), st.sampled_from((-1, 0, 1)), SIGNED)
+def test_a_switch_has_the_value_of_its_branch(
+    u: str, a: str, b: str, at: int, values: dict[str, float]
+) -> None:
+    algebra = GraphAlgebra()
+    try:
+        given_nodes = [node_of(text, algebra) for text in (u, a, b)]
+    except ExpressionError:
+        assume(False)
+    found, size = evaluate(given_nodes, values)
+    decides, above, below = (found[node] for node in given_nodes)
+    assume(all(map(math.isfinite, (decides, above, below))))
+    assume(all(conditioned(node, values) for node in given_nodes))
+    node = algebra.graph.switch(*given_nodes, at=at)
+    value = evaluate([node], values)[0][node]
+    right = above if decides > 0 else below
+    assert abs(value - right) <= 1e-9 * max(1.0, size[given_nodes[1]], size[given_nodes[2]])
+
+
+def test_what_a_switch_does_not_choose_may_have_no_value() -> None:
+    algebra = GraphAlgebra()
+    node = algebra.graph.switch(*(node_of(text, algebra) for text in ("x", "sqrt(x)", "log(-x)")), at=1)
+    for x, value in ((4.0, 2.0), (-1.0, 0.0), (0.0, 0.0)):
+        assert evaluate([node], {"x": x})[0][node] == value
+    assert math.isnan(evaluate([node], {"x": math.nan})[0][node])
 
 
 def test_derivatives_skip_what_does_not_depend_on_the_symbol() -> None:

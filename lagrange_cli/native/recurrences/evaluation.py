@@ -106,4 +106,19 @@ def emit_node(kind: NumberKind[V], node: Node, inner: Callable[[Node], V | None]
     if node.kind in (Kind.POWER, Kind.FUNCTION):
         name = "pow" if node.kind is Kind.POWER else node.data
         return kind.function(name, *map(inner, arguments))
+    if node.kind is Kind.SWITCH:
+        return emit_switch(kind, node.data, *map(inner, arguments))
     raise ValueError(f"{node.kind} has no value at a single state")
+
+
+def emit_switch(kind: NumberKind[V], at: int, u: V | None, above: V | None, below: V | None) -> V | None:
+    """``above`` or ``below`` by the sign of ``u``; where it is 0, that of the side ``at``, 0: their mean.
+
+    What is not chosen may be no number; where ``u`` is none, neither is the value.
+    """
+    u = kind.normalized(u)
+    on = kind.mul(kind.number(0.5), kind.add(above, below)) if at == 0 else above if at > 0 else below
+    if u is None:
+        return on
+    otherwise = kind.select(kind.compare("olt", u, None), below, kind.add(on, u))
+    return kind.select(kind.compare("ogt", u, None), above, otherwise)
