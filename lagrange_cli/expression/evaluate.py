@@ -1,72 +1,122 @@
-"""Values of graph nodes in floating point, with the size of the terms that they are sums of."""
+"""Values of graph nodes, with the size of their rounding errors, over any kind of real numbers."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.reals import real_function, real_power
 
-SATURATING = frozenset({"exp", "tanh", "sinh", "cosh"})
-FARTHEST = 10.0
-"""Beyond this, sums with such functions hold less than their rounding: tanh is 1, exp(-x) is nothing beside
-1."""
+
+class Arithmetic(Protocol):
+    """What numbers are and how they are combined: nan or inf where there is no real value."""
+
+    rounding: Any
+    """The error of many operations in units of their results."""
+
+    def number(self, value: float) -> Any:
+        """A number of the graph as one of this kind."""
+
+    def power(self, base: Any, exponent: Any) -> Any:
+        """``base ** exponent``."""
+
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        """An elementary function."""
+
+    def weight(self, at: int, u: Any) -> Any:
+        """What a switch by ``u`` takes of its upper expression; the rest of 1 is of the lower one."""
+
+
+class Reals:
+    """Doubles."""
+
+    rounding = 1e-12
+    number = staticmethod(float)
+    power = staticmethod(real_power)
+    function = staticmethod(real_function)
+
+    @staticmethod
+    def weight(at: int, u: float) -> float:
+        if u != u:
+            return math.nan
+        return float(u > 0) if u != 0 else (1 + at) / 2
 
 
 def evaluate(
-    nodes: Sequence[Node],
-    values: Mapping[str, float],
-    power: Callable[[float, float], float] = real_power,
-    function: Callable[[str, Sequence[float]], float] = real_function,
-) -> tuple[dict[Node, float], dict[Node, float]]:
-    """Values of ``nodes`` and all below them, and for each the size of the terms it was summed from.
+    nodes: Sequence[Node], values: Mapping[str, Any], arithmetic: Arithmetic | None = None
+) -> tuple[dict[Node, Any], dict[Node, Any]]:
+    """Values of ``nodes`` and all below them, and for each the size of its rounding error.
 
-    The second number is what a value must be compared with before it is called zero: the value computed
-    with every subtraction turned into an addition (a running bound of the cancellation). Not a number are
-    values that say nothing about it, where one of ``SATURATING`` is too far from 0. ``power`` and
-    ``function`` are those of the numbers given.
+    The second number is that error in units of the last place, to first order (a running error bound; Higham,
+    Accuracy and Stability of Numerical Algorithms, 2nd ed., sec. 3.3): what a value must be compared with
+    before it is called zero. It is infinite where a function's argument has lost half its digits.
     """
-    value: dict[Node, float] = {}
-    size: dict[Node, float] = {}
+    of = arithmetic or Reals()
+    value: dict[Node, Any] = {}
+    size: dict[Node, Any] = {}
     for node in reachable(nodes):
         a = node.arguments
         if node.kind is Kind.NUMBER:
-            value[node], size[node] = node.data, abs(node.data)
+            value[node] = of.number(node.data)
+            size[node] = abs(value[node])
         elif node.kind is Kind.SYMBOL:
             value[node] = values[node.data]
             size[node] = abs(value[node])
         elif node.kind is Kind.SUM:
-            constant, coefficients = node.data
+            constant, coefficients = of.number(node.data[0]), [of.number(c) for c in node.data[1]]
             value[node] = constant + sum(c * value[x] for c, x in zip(coefficients, a))
             size[node] = abs(constant) + sum(abs(c) * size[x] for c, x in zip(coefficients, a))
         elif node.kind is Kind.PRODUCT:
-            result, bound = 1.0, 1.0
-            for x, e in zip(a, node.data):
-                factor = power(value[x], e)
-                result *= factor
-                bound *= power(size[x], e) if e > 0 else abs(factor)
-            value[node], size[node] = result, bound
+            value[node], size[node] = product([(value[x], size[x], e) for x, e in zip(a, node.data)], of)
         elif node.kind is Kind.POWER:
-            value[node] = power(value[a[0]], value[a[1]])
-            size[node] = abs(value[node])
+            base, exponent = a
+            value[node] = of.power(value[base], value[exponent])
+            grown = abs(value[exponent]) * size[base] / abs(value[base]) if value[base] != 0 else math.inf
+            size[node] = abs(value[node]) * (1 + grown + size[exponent])
         elif node.kind is Kind.FUNCTION:
-            far = node.data in SATURATING and abs(value[a[0]]) > FARTHEST
-            value[node] = math.nan if far else function(node.data, [value[x] for x in a])
-            size[node] = max(abs(value[node]), 1.0)
-            if node.data == "exp":
-                size[node] = abs(value[node]) * max(size[a[0]], 1.0)
+            value[node] = of.function(node.data, [value[x] for x in a])
+            lost = size[a[0]] > of.rounding**-0.5
+            size[node] = math.inf if lost else size_of(node.data, value[node], size[a[0]])
         elif node.kind is Kind.SWITCH:
-            value[node] = switched(node.data, *(value[x] for x in a))
-            size[node] = switched(node.data, value[a[0]], size[a[1]], size[a[2]])
+            u, above, below = a
+            weight = of.weight(node.data, value[u])
+            value[node] = weighted(weight, value[above], value[below])
+            sizes = [abs(part) * size[x] for part, x in ((weight, above), (1 - weight, below)) if part != 0]
+            size[node] = sum(sizes)
         else:
             raise ValueError("a time derivative has no value without a motion")
     return value, size
 
 
-def switched(at: int, u: float, above: float, below: float) -> float:
+def weighted(weight: Any, above: Any, below: Any) -> Any:
     """A switch's value; what it does not choose may be anything."""
-    side = 1 if u > 0 else -1 if u < 0 else at
-    if u != u:
-        return math.nan
-    return above if side > 0 else below if side < 0 else (above + below) / 2
+    return above if weight == 1 else below if weight == 0 else weight * above + (1 - weight) * below
+
+
+def product(factors: Sequence[tuple[Any, Any, float]], of: Arithmetic) -> tuple[Any, Any]:
+    """The product of (base, its size, exponent), and its size: the sum of the factors' relative ones."""
+    result: Any = 1
+    alone: Any = 1
+    grown: Any = 0
+    for base, size, exponent in factors:
+        factor = of.power(base, exponent if isinstance(exponent, int) else of.number(exponent))
+        result *= factor
+        if base != 0:
+            grown += abs(of.number(exponent)) * (size / abs(base))
+            alone *= abs(factor)
+        else:  # whatever is left of it is a rounding error
+            alone *= of.power(size, math.ceil(exponent)) if exponent > 0 else math.inf
+    return result, alone * max(grown, 1)
+
+
+def size_of(name: str, value: Any, size: Any) -> Any:
+    """The size of a function's value: the argument's times the slope, and its own."""
+    if name in ("exp", "sinh", "cosh"):
+        return (abs(value) + (name != "exp")) * max(size, 1)
+    if name in ("sin", "cos", "tanh"):
+        return max(abs(value), size)
+    if name == "tan":
+        return (1 + value * value) * max(size, 1)
+    return max(abs(value), 1)

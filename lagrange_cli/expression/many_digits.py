@@ -1,46 +1,89 @@
-"""Arithmetic of a thousand digits, for what doubles cannot tell from nothing."""
+"""Arithmetic of hundreds of digits, for what doubles cannot tell from nothing."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from fractions import Fraction
+from functools import lru_cache
+from typing import Any
 
 import mpmath
 
-from lagrange_cli.expression.evaluate import evaluate
-from lagrange_cli.expression.node import Node
+LOST = 20
+"""Digits that rounding errors may take."""
+WRITTEN = 12
+"""Significant digits of a number that somebody wrote down."""
+LARGEST_DENOMINATOR = 10_000
+ULPS = 4
+"""Errors of the last place that constants collect where they are combined."""
 
-DIGITS = 1000
+
+class ManyDigits:
+    """Real arithmetic with so many digits; a number is what it was rounded from (see ``as_written``)."""
+
+    def __init__(self, digits: int) -> None:
+        self.context = mpmath.mp.clone()
+        self.context.dps = digits
+        self.rounding = self.context.mpf(10) ** (LOST - digits)
+        self.common = self.context.prec // 2
+        """The bits that equal values have in common."""
+
+    def number(self, value: Any) -> Any:
+        """The number that ``value`` stands for."""
+        if isinstance(value, self.context.mpf):
+            return value
+        if not math.isfinite(value):
+            return self.context.mpf(value)
+        if value < 0:
+            return -self.number(-value)
+        fraction, square, turns = as_written(value)
+        found = self.context.mpf(fraction.numerator) / fraction.denominator
+        return (self.context.sqrt(found) if square else found) * self.context.pi**turns
+
+    def power(self, base: Any, exponent: int) -> Any:
+        """``base ** exponent``, infinite for a division by 0."""
+        if base == 0 and exponent < 0:
+            return self.context.inf
+        return self.context.power(base, exponent)
+
+    def function(self, name: str, arguments: Sequence[Any]) -> Any:
+        """An elementary function."""
+        if not abs(arguments[0]) < 1 / self.rounding:
+            return self.context.nan
+        return getattr(self.context, name)(*arguments)
+
+    def finite(self, value: Any) -> bool:
+        return bool(self.context.isfinite(value))
+
+    def rounded(self, value: Any) -> Any:
+        """What all values have in common that differ by rounding errors at most."""
+        with self.context.workprec(self.common):
+            return self.context.mpf(value)._mpf_
 
 
-def vanish(nodes: Sequence[Node], values: Mapping[str, float]) -> dict[Node, bool | None]:
-    """Whether each expression is nothing beside the terms that it is the sum of; None: it has no value there.
+@lru_cache(maxsize=4096)
+def as_written(value: float | Fraction) -> tuple[Fraction, bool, int]:
+    """(x, root, n) for the number x*pi^n, or sqrt(x)*pi^n, that a double (not negative) was rounded from.
 
-    Only identities of its terms make it so, or a scale of 1e-500.
+    That is a short decimal, a simple fraction or one of these times pi or a root; where none is near enough,
+    the double itself. Coefficients of which 0.1 + 0.2 - 0.3 is one then vanish where they should.
     """
-    with mpmath.workdps(DIGITS):
-        exact = {name: mpmath.mpf(x) for name, x in values.items()}
-        value, size = evaluate(nodes, exact, power, function)
-        least = mpmath.mpf(10) ** (-DIGITS // 2)
-        return {
-            node: bool(abs(value[node]) <= least * size[node]) if mpmath.isfinite(value[node]) else None
-            for node in nodes
-        }
+    number = float(value)
+    near = ULPS * math.ulp(number)
+    for turns in (0, 1, 2, -1):
+        part = number / math.pi**turns
+        found = simple(part, near * part / number if number else 0.0)
+        if found is not None:
+            return found, False, turns
+    square = simple(number * number, 2 * number * near)
+    return (Fraction(value), False, 0) if square is None else (square, True, 0)
 
 
-def power(base: mpmath.mpf, exponent: mpmath.mpf) -> mpmath.mpf:
-    """``base ** exponent`` in real arithmetic."""
-    try:
-        return real(mpmath.power(base, exponent))
-    except ZeroDivisionError:
-        return mpmath.inf
-
-
-def function(name: str, arguments: Sequence[mpmath.mpf]) -> mpmath.mpf:
-    """An elementary function in real arithmetic."""
-    return real(getattr(mpmath, name)(*arguments))
-
-
-def real(number: mpmath.mpf | mpmath.mpc) -> mpmath.mpf:
-    """The number, or nan if it is complex."""
-    return number if isinstance(number, mpmath.mpf) else math.nan
+def simple(number: float, near: float) -> Fraction | None:
+    """A short decimal or a simple fraction that is so near to a number."""
+    exact = Fraction(number)
+    for found in (Fraction(f"{number:.{WRITTEN}g}"), exact.limit_denominator(LARGEST_DENOMINATOR)):
+        if abs(found - exact) <= near:
+            return found
+    return None

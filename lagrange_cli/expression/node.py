@@ -35,6 +35,7 @@ class Table(Protocol):
     """What a node asks of the graph that made it."""
 
     nodes: list[Node]
+    vanishing: dict[Node, bool]
     work: Work
     zero: Node
     one: Node

@@ -8,8 +8,6 @@ from collections.abc import Sequence
 
 def tidy(exponent: float) -> int | float:
     """A whole exponent as an int, any other as a float."""
-    if type(exponent) is int:
-        return exponent
     return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else float(exponent)
 
 

@@ -19,7 +19,8 @@ from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.normal_forms import MAX_NODES
-from lagrange_cli.mechanics.conservation import Conserved, conservation, is_zero
+from lagrange_cli.expression.zero import independent, is_zero
+from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
@@ -202,7 +203,6 @@ def symmetric(matrix: Sequence[Sequence[Node]]) -> bool:
 
 def scleronomic(model: Model[Node]) -> bool:
     """Whether the embedding (or the given L) is free of explicit time."""
-    graph = graph_of(model)
     given = [model.lagrangian] if model.lagrangian is not None else []
     positions = [x for particle in model.particles for x in particle.position]
-    return all(is_zero(drift) for drift in {graph.diff(node, model.time) for node in (*given, *positions)})
+    return independent(graph_of(model), [*given, *positions], model.time)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.conservation import is_zero
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 

@@ -13,9 +13,7 @@ from lagrange_cli.errors import NotReal, Problem, SingularCoordinate, SpecError,
 from lagrange_cli.run.settings import check_defaults
 
 if TYPE_CHECKING:
-    from lagrange_cli.expression.node import Node
     from lagrange_cli.mechanics.residual import Residual
-    from lagrange_cli.model.model import Model
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import Spec
 
@@ -51,17 +49,10 @@ def read_run(
     return spec, found
 
 
-def derive_system(
-    spec: Spec,
-    *,
-    exact: bool = False,
-    portable: bool = False,
-    foresee: Callable[[Model[Node]], object] | None = None,
-) -> Residual:
+def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:
     """The equations of motion over the expression graph.
 
     If ``exact``, no number in them is rounded; if ``portable``, all are rounded alike on every machine.
-    ``foresee`` may refuse a model before its equations are derived.
 
     Raises ``SpecError`` if there are none, as where the kinetic energy does not depend on a velocity.
     """
@@ -81,10 +72,7 @@ def derive_system(
     with located(spec):
         count = len(spec.coordinates)
         algebra.graph.work.charge(count**2, f"a mass matrix of {count} coordinates")
-        model = build_model(spec, algebra)
-        if foresee is not None:
-            foresee(model)
-        return derive(model)
+        return derive(build_model(spec, algebra))
 
 
 @contextmanager

@@ -14,6 +14,8 @@ from lagrange_cli.symbolic.order import Order
 Energies = tuple[sympy.Expr | None, sympy.Expr | None, sympy.Expr, sympy.Expr]
 """T, U (None each where L is given), L, h."""
 
+SINGLE_VALUED = (sympy.sin, sympy.cos, sympy.tan, sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
+
 
 def balance(
     model: Model[sympy.Expr],
@@ -26,8 +28,11 @@ def balance(
     momenta, slopes, forces = rows
     conserved: list[Conserved] = []
     changing: list[Changing] = []
-    for name, momentum, slope, force in zip(model.coordinates, momenta, slopes, forces, strict=True):
-        if slope != 0:
+    lagrangian = energies[2]
+    for name, q, momentum, slope, force in zip(
+        model.coordinates, model.q, momenta, slopes, forces, strict=True
+    ):
+        if slope != 0 or branches_on(lagrangian, q, order):
             continue
         if force == 0:
             because = f"`{name}` is cyclic: `L` does not contain it, and no generalized force acts on it"
@@ -53,6 +58,8 @@ def balance_energy(
     slip = tidy(-lagrangian.diff(model.time), order)
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
     identity = describe_energy(model, energies, order)
+    if slip == 0 and branches_on(lagrangian, model.time, order):
+        return
     if slip == 0 and power == 0:
         because = "`L` does not contain `t` explicitly"
         if any(force != 0 for force in forces):
@@ -95,6 +102,17 @@ def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) 
     if depends_on(potential, model.v):
         return "; `h` is not `T + U`, as `U` contains velocities"
     return "; `h` is not `T + U`, as the embedding contains `t`"
+
+
+def branches_on(expression: sympy.Expr, symbol: sympy.Expr, order: Order) -> bool:
+    """Whether ``symbol`` may decide which branch of a function counts: no derivative tells of a jump."""
+    arguments = [
+        inner
+        for node in expression.atoms(sympy.Pow, sympy.Function)
+        for inner in (node.args if node.is_Function else node.args[:1])
+        if not (isinstance(node, SINGLE_VALUED) or (node.is_Pow and node.exp.is_Integer))
+    ]
+    return any(symbol in inner.free_symbols and tidy(inner.diff(symbol), order) != 0 for inner in arguments)
 
 
 def depends_on(expression: sympy.Expr, symbols: Sequence[sympy.Expr]) -> bool:

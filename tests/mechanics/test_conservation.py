@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.mechanics.conservation import is_zero
+from lagrange_cli.expression.zero import is_zero
 from tests.support.motion import residual_of
 
 FORCED = """
@@ -69,3 +69,50 @@ def test_identities_are_seen_at_any_scale(mass):
         potential: -{mass!r}/sqrt(p.x**2 + p.y**2)
         """)
     assert {each.quantity for each in residual.conserved} >= {"p_phi", "h"}
+
+
+KINK = "(({0} - 5 + {1})/2)"
+ROOTS = ["sqrt(({0} - 5)**2)", "(({0} - 5)**4)**0.25", "sqrt(({0} - 5)**2 + 1e-20)"]
+
+
+@pytest.mark.parametrize("root", ROOTS)
+@pytest.mark.parametrize(
+    "force",
+    ["potential: {x}**2", "dissipation: {x}*x_dot**2", "generalized_forces: {{x: -{x}}}", "potential: z*{t}"],
+)
+def test_a_force_beyond_a_kink_is_a_force(force, root):
+    """Nothing tells of it at x and t below 5."""
+    law = force.format(**{name: KINK.format(name, root.format(name)) for name in ("x", "t")})
+    residual = residual_of(f"""
+        coordinates: {{x: {{initial: 0.3, velocity: 2}}, z: {{initial: 1}}}}
+        masses: {{ball: 1}}
+        embedding: {{ball: [x, z]}}
+        {law}
+        """)
+    conserved = {each.quantity for each in residual.conserved}
+    if "z*" in law:
+        assert conserved == {"p_x"}
+    else:
+        assert "p_z" in conserved and "p_x" not in conserved
+        assert ("h" in conserved) == law.startswith("potential")
+
+
+@pytest.mark.parametrize("jump", ["sqrt(({0} - 5)**2)/({0} - 5)", "atan(1/{0}) + atan({0})"])
+def test_what_jumps_depends_on_its_argument_although_its_derivative_vanishes(jump):
+    lagrangian = "lagrangian: x_dot**2/2 + z_dot**2/2 - ({})"
+    coordinates = "coordinates: {x: {initial: 1}, z: {initial: 1}}\n"
+    of_x = residual_of(coordinates + lagrangian.format(jump.format("x")))
+    assert of_x.cyclic == ("z",)
+    of_t = residual_of(coordinates + lagrangian.format(jump.format("t")))
+    assert "h" not in {each.quantity for each in of_t.conserved}
+    assert not of_t.scleronomic
+
+
+def test_a_root_of_what_does_not_depend_on_a_coordinate_does_not_either():
+    residual = residual_of("""
+        coordinates: {r: {initial: 1}, phi: {initial: 0, velocity: 1}, psi: {initial: 1}}
+        masses: {p: 1}
+        embedding: {p: [r*cos(phi + psi), r*sin(phi)*cos(psi) + r*cos(phi)*sin(psi), psi]}
+        potential: atan2(norm(p), psi) + log(p.x**2 + p.y**2)
+        """)
+    assert {each.quantity for each in residual.conserved} == {"p_phi", "h"}

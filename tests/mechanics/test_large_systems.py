@@ -11,7 +11,7 @@ from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node, bits
-from lagrange_cli.mechanics.conservation import zeros
+from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.residual import Residual, connected
 from lagrange_cli.mechanics.variables import variables

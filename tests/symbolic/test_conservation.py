@@ -109,3 +109,12 @@ def test_a_moving_frame_in_which_the_energy_is_kept_all_the_same():
         """
     )
     assert {each.quantity for each in equations.conserved} == {"p_x", "h", "T + U"}
+
+
+@pytest.mark.parametrize("jump", ["sqrt(({0} - 5)**2)/({0} - 5)", "atan(1/{0}) + atan({0})"])
+def test_what_jumps_depends_on_its_argument_although_its_derivative_vanishes(jump):
+    system = (
+        "coordinates: {{x: {{initial: 1}}, z: {{initial: 1}}}}\nlagrangian: x_dot**2/2 + z_dot**2/2 - ({})"
+    )
+    assert {e.quantity for e in derived(system.format(jump.format("x"))).conserved} == {"p_z", "h"}
+    assert {e.quantity for e in derived(system.format(jump.format("t"))).conserved} == {"p_x", "p_z"}
