@@ -65,6 +65,10 @@ class Survey:
         self.balance = self.energy if len(self.conflicts) == before else BROKEN
         self.observables: dict[str, Quantity] = {}
         self._values("observable '{}'", spec.observables, self.observables)
+        for name, expression in spec.solve.times.items():
+            found = named(self.scalar(expression, f"{name} of solve"))
+            message = f"the {name} of solve is in {{}}, and t is in {{}}"
+            self.agree(self.time, found, expression.place, message)
 
     @property
     def velocities(self) -> dict[str, Quantity]:

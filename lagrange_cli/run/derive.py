@@ -36,6 +36,7 @@ def read_run(
         SpecError: all problems of the file, of its ``solve`` section, and those that ``numbers`` adds.
         UsageError: the file is right, and what is asked of it is not.
     """
+    from lagrange_cli.spec.defaults import with_times
     from lagrange_cli.spec.read import examine
 
     spec, problems = examine(content, filename, sizes)
@@ -45,6 +46,9 @@ def read_run(
     except UsageError:
         problems.stop_if_any()
         raise
+    if spec.solve.times:
+        spec = with_times(spec, getattr(found, "times", {}), problems)
+        check_defaults(spec, problems)
     problems.stop_if_any()
     return spec, found
 

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import finite, origin, series_of
 
@@ -56,10 +57,41 @@ def make_ensemble(spec: Spec, members: Members, request: Request) -> Ensemble:
     from lagrange_cli.spec.spec import grouped
 
     values = resolve_ensemble(spec, request.overrides, members.columns)
+    if values.times:
+        spec = with_common_times(spec, values, request)
     settings = request.settings(spec, values.common)
     coordinates = [coordinate.name for coordinate in spec.coordinates]
     families = grouped(coordinates, spec.families.get("coordinates", {}))
     return Ensemble(spec, members, values, settings, request.options.outputs is not None, families)
+
+
+def with_common_times(spec: Spec, values: EnsembleValues, request: Request) -> Spec:
+    """The system with the times of ``solve`` that depend on parameters, which all members must share.
+
+    Raises:
+        UsageError: members differ in a time that the request does not replace.
+        SpecError: the times make no sense.
+    """
+    from lagrange_cli.run.settings import check_defaults
+    from lagrange_cli.spec.defaults import with_times
+    from lagrange_cli.spec.problems import Problems
+    from lagrange_cli.spec.source import Source
+
+    common = {name: time for name, time in values.times.items() if isinstance(time, float)}
+    replaced = {*request.times}
+    if "step" in replaced or request.options.samples is not None or request.options.outputs is None:
+        replaced.add("step")
+    for name in values.times:
+        if name not in common and name not in replaced:
+            raise UsageError(
+                f"'{name}: {spec.solve.times[name].text}' in solve differs between the members of the sweep: "
+                f"all members have the same times; add --{name} with a number"
+            )
+    problems = Problems(Source(spec.filename, spec.text))
+    spec = with_times(spec, common, problems)
+    check_defaults(spec, problems)
+    problems.stop_if_any()
+    return spec
 
 
 def series(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> tuple[Series, ...]:

@@ -135,7 +135,7 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
     for name in given.outputs or ():
         check(f"outputs {name}", partial(resolve_outputs, (name,), has_particles=has_particles))
     times = [given.places[key] for key in ("start", "stop", "samples", "step") if key in given.places]
-    if given.stop is not None and not any(map(problems.at, times)):
+    if given.stop is not None and not given.pending and not any(map(problems.at, times)):
         stop, sampling = given.stop, "samples" if given.step is None else "step"
         check(sampling, lambda: sample_times(given.start or 0.0, stop, given.samples, given.step))
     elif given.samples is not None:

@@ -47,7 +47,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         lagrangian=checker.expressions("lagrangian").get("lagrangian"),
         forces={key: given for key, given in forces.items() if given},
         observables=checker.expressions("observables"),
-        solve=solve_defaults(draft, problems),
+        solve=solve_defaults(draft, checker.names, problems),
         sizes=sizes,
         families=draft.families,
         time_unit=time_unit(draft, problems),

@@ -2,42 +2,83 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
+from lagrange_cli.expression.numbers import evaluate
+from lagrange_cli.expression.syntax import ExpressionError, names
+from lagrange_cli.expression.vocabulary import CONSTANTS
+from lagrange_cli.records import replace
 from lagrange_cli.spec.draft import Draft
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE, Place
-from lagrange_cli.spec.spec import SolveDefaults
+from lagrange_cli.spec.spec import Expression, SolveDefaults, Spec
+
+TIMES = ("start", "stop", "step")
+"""What may be an expression in parameters."""
 
 
-def solve_defaults(draft: Draft, problems: Problems) -> SolveDefaults:
+def solve_defaults(draft: Draft, names: Names, problems: Problems) -> SolveDefaults:
     """The section as it is, if its numbers make sense together."""
     given = {key: value for key, value in draft.solve.items() if value is not None and value != ""}
     given.pop("unit", None)  # of t: see ``time_unit``
-    solve = SolveDefaults(**given, places=draft.solve_places)
+    times = {key: given.pop(key) for key in TIMES if key in given}
+    given |= numbers_of(times, names, problems)
+    times = {key: time for key, time in times.items() if key not in given and problems.trusts(time.tree)}
+    whole = draft.places.get("solve", WHOLE_FILE)  # for a key that is misspelt, which has been noted
+    places = dict.fromkeys(draft.solve, whole) | dict(draft.solve_places)
+    solve = SolveDefaults(**given, places=places, times=times)
+    judge(solve, problems)
+    return solve
+
+
+def judge(solve: SolveDefaults, problems: Problems) -> None:
+    """Note what is wrong with the numbers, as far as they are known; what has been noted is not repeated."""
+    places = solve.places
     start = 0.0 if solve.start is None else solve.start
-    if solve.stop is not None and solve.stop == start:
-        problems.add(
-            place_of("stop", draft),
-            f"the motion stops where it starts, at t = {start:g}",
-            "give another time",
-        )
+    if solve.stop == start and "start" not in solve.pending:
+        message = f"the motion stops where it starts, at t = {start:g}"
+        problems.add_once(places["stop"], message, "give another time")
     backward = solve.stop is not None and solve.stop < start
     for key in ("step", "tolerance"):
         value = getattr(solve, key)
-        if value is not None and value <= 0 and not (value < 0 and key == "step" and backward):
-            problems.add(
-                place_of(key, draft), f"{key} must be greater than 0, not {value:g}", f"write {key}: 0.01"
+        backward_step = key == "step" and value is not None and value < 0 and (backward or solve.pending)
+        if value is not None and value <= 0 and not backward_step:
+            problems.add_once(
+                places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: 0.01"
             )
     if solve.samples is not None and solve.samples < 2:
-        problems.add(
-            place_of("samples", draft),
+        problems.add_once(
+            places["samples"],
             f"samples must be at least 2, not {solve.samples}",
             "both ends of the motion count",
         )
     if solve.samples is not None and solve.step is not None:
-        problems.add(
-            place_of("step", draft), "'samples' and 'step' cannot both be given", "leave one of them out"
+        problems.add_once(
+            places["step"], "'samples' and 'step' cannot both be given", "leave one of them out"
         )
-    return solve
+
+
+def numbers_of(times: Mapping[str, Expression], known: Names, problems: Problems) -> dict[str, float]:
+    """The values of those that depend on no parameter; what is wrong with any of them is noted."""
+    found = {}
+    for key, time in times.items():
+        where = f"{key} of solve"
+        check_scalar(known, time, "solve", where)
+        if problems.trusts(time.tree) and all(one.identifier in CONSTANTS for one in names(time.tree)):
+            try:
+                found[key] = evaluate(time.tree)
+            except ExpressionError as error:
+                problems.add_expression(time, error, where)
+    return found
+
+
+def with_times(spec: Spec, times: Mapping[str, float], problems: Problems) -> Spec:
+    """The system with the values of the times that depend on parameters; what is wrong with them is noted."""
+    solve = replace(spec.solve, **times)
+    judge(solve, problems)
+    return replace(spec, solve=solve)
 
 
 def place_of(key: str, draft: Draft) -> Place:

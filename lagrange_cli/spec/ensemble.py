@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.columns import Column, ColumnAlgebra
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.evaluation import evaluate_run
 from lagrange_cli.spec.values import Values, resolve_values
 
@@ -26,12 +26,16 @@ Number: TypeAlias = "float | Array"
 
 @dataclass(frozen=True)
 class EnsembleValues:
-    """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates."""
+    """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
+
+    ``times`` are those of ``solve`` that depend on parameters.
+    """
 
     members: int
     parameters: Mapping[str, Number]
     q: tuple[Number, ...]
     v: tuple[Number, ...]
+    times: Mapping[str, Number] = field(default_factory=dict)
 
     @property
     def differing(self) -> dict[str, Array]:
@@ -57,7 +61,7 @@ def resolve_ensemble(
     algebra = ColumnAlgebra(members)
     given = {name: algebra.column(values) for name, values in columns.items()}
     with np.errstate(all="ignore"):  # what is no number is found at the end
-        parameters, q, v = evaluate_run(spec, overrides, algebra, given)
+        parameters, q, v, times = evaluate_run(spec, overrides, algebra, given)
     if algebra.failed.any():
         refuse(spec, overrides, columns, algebra)
     return EnsembleValues(
@@ -65,6 +69,7 @@ def resolve_ensemble(
         {name: plain(value) for name, value in parameters.items()},
         tuple(map(plain, q)),
         tuple(map(plain, v)),
+        {name: plain(value) for name, value in times.items()},
     )
 
 

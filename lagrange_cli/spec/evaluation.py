@@ -27,9 +27,9 @@ def evaluate_run(
     algebra: NumberAlgebra,
     given: Mapping[str, Any],
     problems: Problems | None = None,
-) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...]]:
-    """Parameters, q and v over any algebra of numbers; ``given`` are values in place of the file's, by the
-    names that the spec has for them.
+) -> tuple[dict[str, Any], tuple[Any, ...], tuple[Any, ...], dict[str, Any]]:
+    """Parameters, q, v and times of ``solve`` over any algebra of numbers; ``given`` are values in place of
+    the file's, by the names that the spec has for them.
 
     Raises:
         UsageError, SpecError: as ``resolve_values``.
@@ -50,7 +50,7 @@ def evaluate_run(
             )
     if problems is None:
         evaluation.problems.stop_if_any()
-    return evaluation.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v)
+    return evaluation.values, tuple(x or 0.0 for x in q), tuple(x or 0.0 for x in v), evaluation.times
 
 
 def constants_of(
@@ -65,6 +65,7 @@ def constants_of(
     evaluation.parameters()
     evaluation.constants()
     evaluation.masses()
+    evaluation.settle_times()
     return evaluation
 
 
@@ -96,6 +97,7 @@ class Evaluation:
         """Parameters that have no value yet."""
         self.names = {*self.unknown, *spec.definitions}
         self.values: dict[str, Any] = {}
+        self.times: dict[str, Any] = {}
         self.definitions: dict[str, Value] = {}
         self.builder = Builder(self._scope, algebra, spec.sizes)
 
@@ -143,8 +145,9 @@ class Evaluation:
         self.values = {name: self.values[name] for name in given if name in self.values}
 
     def constants(self) -> None:
-        """Evaluate those definitions that masses and initial values use: they are made of parameters only."""
-        users = [*self.spec.masses.values()]
+        """Evaluate those definitions that masses, initial values and times use: they are made of parameters
+        only."""
+        users = [*self.spec.masses.values(), *self.spec.solve.times.values()]
         users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
         needed = set().union(*({id(user.tree): _bases(user.tree) for user in users}).values())
         pending = [*needed]
@@ -171,6 +174,13 @@ class Evaluation:
                     span, f"the value {value:g} is not positive", "masses are greater than 0"
                 )
                 self._blame(mass, error, f"mass of '{particle}'")
+
+    def settle_times(self) -> None:
+        """Evaluate the times of ``solve`` that depend on parameters."""
+        for name, expression in self.spec.solve.times.items():
+            value = self._value(expression, f"{name} of solve")
+            if value is not None:
+                self.times[name] = value
 
     def initial(self, name: str, expression: Expression | None, default: float | None) -> Any:
         """The initial value of the coordinate or velocity ``name``, or ``default`` where none is given."""

@@ -134,9 +134,6 @@ def _quantity_hint(number: str, unit: str, where: str) -> str:
     return f"{hint}, or {number}*{unit} for a product" if unit.isidentifier() and len(unit) < 3 else hint
 
 
-_TIMES = ("start", "stop", "step")
-
-
 def read_number(node: Node, where: str, problems: Problems) -> float | None:
     """A number, or an expression of numbers."""
     expression = read_scalar(node, where, problems)
@@ -151,9 +148,7 @@ def read_number(node: Node, where: str, problems: Problems) -> float | None:
                 if special
                 else f"expected a number, found {shown_name}"
             )
-            option = where.removesuffix(" of solve")
-            way = f"; --{option} takes an expression in parameters" if option in _TIMES else ""
-            error = ExpressionError(name.span, message, f"write a number{way}")
+            error = ExpressionError(name.span, message, "write a number")
             problems.add_expression(expression, error, where)
     if not problems.trusts(expression.tree):
         return None

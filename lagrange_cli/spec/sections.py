@@ -86,13 +86,13 @@ SOLVE = Table(
     (
         Row(
             "start",
-            read_number,
+            read_scalar,
             "the time at which the motion begins [0]",
             also="t0 begin t_start tstart start_time from",
         ),
         Row(
             "stop",
-            read_number,
+            read_scalar,
             "the time at which it ends; if that is before `start`, the motion is integrated "
             "[backward](output-file.md#datasets)",
             also="end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t",
@@ -105,7 +105,7 @@ SOLVE = Table(
         ),
         Row(
             "step",
-            read_number,
+            read_scalar,
             "the time between samples, in place of `samples`",
             also="dt h timestep time_step step_size stepsize interval",
         ),
@@ -253,6 +253,7 @@ SECTIONS = Table(
             "solve",
             partial(read_solve, SOLVE),
             "defaults of the command line, see below",
+            rule=Rule(CONSTANT, "times may use numbers and parameters"),
             also="integration integrator solver simulation run integrate settings",
         ),
     ),

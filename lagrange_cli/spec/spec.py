@@ -85,7 +85,11 @@ class Coordinate:
 
 @dataclass(frozen=True)
 class SolveDefaults:
-    """The ``solve`` section: defaults of the command line; ``None`` where the file is silent."""
+    """The ``solve`` section: defaults of the command line; ``None`` where the file is silent.
+
+    ``times`` are those of ``start``, ``stop`` and ``step`` that depend on parameters; they are ``None`` until
+    these have values.
+    """
 
     start: float | None = None
     stop: float | None = None
@@ -96,6 +100,12 @@ class SolveDefaults:
     outputs: tuple[str, ...] | None = None
     places: Mapping[str, Place] = field(default_factory=dict)
     """Where the file gives each of them."""
+    times: Mapping[str, Expression] = field(default_factory=dict)
+
+    @property
+    def pending(self) -> frozenset[str]:
+        """Those of ``times`` that have no value yet."""
+        return frozenset(name for name in self.times if getattr(self, name) is None)
 
 
 @dataclass(frozen=True)

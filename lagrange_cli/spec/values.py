@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from lagrange_cli.expression.numbers import NumberAlgebra
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.evaluation import constants_of, evaluate_run
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Spec
@@ -15,13 +15,15 @@ from lagrange_cli.spec.spec import Spec
 class Values:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
-    ``remainder`` is the rest of numbers that are known to more digits than a double has, and None otherwise.
+    ``times`` are those of ``solve`` that depend on parameters. ``remainder`` is the rest of numbers that are
+    known to more digits than a double has, and None otherwise.
     """
 
     parameters: Mapping[str, float]
     q: tuple[float, ...]
     v: tuple[float, ...]
     remainder: Values | None = None
+    times: Mapping[str, float] = field(default_factory=dict)
 
 
 def resolve_values(
@@ -36,7 +38,8 @@ def resolve_values(
         SpecError: everything in the file that has no finite value, a mass that is not positive, or an
             initial value that is missing; not with ``problems``.
     """
-    return Values(*evaluate_run(spec, overrides or {}, NumberAlgebra(), {}, problems))
+    parameters, q, v, times = evaluate_run(spec, overrides or {}, NumberAlgebra(), {}, problems)
+    return Values(parameters, q, v, times=times)
 
 
 def resolve_long_values(
@@ -45,12 +48,12 @@ def resolve_long_values(
     """The same in double-double: decimals as they are written, functions and pi to as many digits."""
     from lagrange_cli.expression.exact import LongNumberAlgebra, in_two_parts
 
-    parameters, q, v = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {}, problems)
+    parameters, q, v, times = evaluate_run(spec, overrides or {}, LongNumberAlgebra(), {}, problems)
 
     def part(i: int, remainder: Values | None = None) -> Values:
         named = {name: in_two_parts(value)[i] for name, value in parameters.items()}
         start, speed = (tuple(in_two_parts(x)[i] for x in row) for row in (q, v))
-        return Values(named, start, speed, remainder)
+        return Values(named, start, speed, remainder, {name: float(time) for name, time in times.items()})
 
     return part(0, part(1))
 

@@ -42,7 +42,7 @@ def test_the_page_of_the_output_file_names_every_output():
 
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
-    example, chain, pieces, attraction, units = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    example, chain, pieces, attraction, units, times = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     spec = read_spec(chain, "chain.yaml", {"N": "3"})
     assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]
@@ -50,6 +50,8 @@ def test_the_examples_of_the_system_file_are_system_files():
     units += "masses: {planet: m}\nembedding: {planet: [x]}\npotential: -m*mu/x\n"
     found = find_units(read_spec(units, "units.yaml"))
     assert found.texts["v/x"] == "AU/d" and not found.conflicts
+    timed = "parameters: {l: 1.0, g: 9.81}\ncoordinates: [x]\nlagrangian: x_dot**2/2\n" + times
+    assert {*read_spec(timed, "times.yaml").solve.times} == {"stop", "step"}
     body = attraction.removeprefix("potential: ").strip()
     assert body in (ROOT / "systems" / "figure_eight.yaml").read_text(encoding="utf-8")
 

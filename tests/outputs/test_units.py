@@ -45,6 +45,14 @@ def conflicts(text: str) -> list[str]:
     return [one.message for one in find_units(read_spec(text, "a.yaml")).conflicts]
 
 
+def test_times_of_solve_agree_with_t():
+    text = "parameters: {k: {value: 1, unit: 1/s}, l: {value: 2, unit: m}}\ncoordinates: {x: {initial: 0}}\n"
+    text += "lagrangian: x_dot**2/2 - k**2*x**2/2\nsolve: {start: 1, stop: %s, step: 0.1/k}\n"
+    assert conflicts(text % "10*pi/k") == []
+    assert conflicts(text % "l/2") == ["the stop of solve is in m, and t is in s"]
+    assert conflicts(text % "1/k + l") == ["s and m are added in stop of solve"]
+
+
 # Shipped systems
 
 

@@ -4,17 +4,23 @@ import math
 import re
 from dataclasses import dataclass
 
+import numpy as np
 import pytest
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS, PARTICLE_OUTPUTS
+from lagrange_cli.run.derive import read_run
+from lagrange_cli.run.ensemble import make_ensemble
+from lagrange_cli.run.members import Members
+from lagrange_cli.run.request import Request
 from lagrange_cli.run.settings import DEFAULT_SAMPLES, check_defaults, resolve_settings, sample_times
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.read import examine, read_spec
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import SolveDefaults
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
 
 
 @dataclass
@@ -204,3 +210,86 @@ def test_a_time_that_has_no_value_is_a_usage_error(text, message):
 def test_members_of_a_sweep_have_the_same_times():
     with pytest.raises(UsageError, match="'omega' differs between the members of the sweep"):
         times_of("stop=pi/omega", parameters={"k[0]": 1.0, "k[1]": 3.0})
+
+
+OSCILLATOR = """\
+parameters: {k: 4.0, m: 1.0}
+coordinates: {x: {initial: 1}}
+definitions: {period: 2*pi*sqrt(m/k)}
+lagrangian: m*x_dot**2/2 - k*x**2/2
+solve: {%s}
+"""
+
+
+def read_file(solve, overrides=None, resolve=resolve_values):
+    content = (OSCILLATOR % solve).encode()
+    return read_run(content, "file.yaml", None, lambda spec, found: resolve(spec, overrides or {}, found))
+
+
+def of_file(solve, options=SolveDefaults(), **overrides):  # noqa: B008 - frozen
+    spec, _ = read_file(solve, overrides)
+    return resolve_settings(spec, options)
+
+
+@pytest.mark.parametrize("resolve", [resolve_values, resolve_long_values])
+def test_times_in_the_file_are_expressions_in_parameters_and_definitions(resolve):
+    solve = "start: -period, stop: 10*period, step: sqrt(m)/k/10"
+    spec, values = read_file(solve, resolve=resolve)
+    settings = resolve_settings(spec, SolveDefaults())
+    assert (settings.start, settings.stop, settings.step) == (-math.pi, 10 * math.pi, 0.025)
+    assert of_file(solve, m="4").stop == 20 * math.pi
+    assert of_file(solve, SolveDefaults(stop=3.0, samples=5)).stop == 3.0
+    assert values.times == {"start": -math.pi, "stop": 10 * math.pi, "step": 0.025}
+
+
+def test_times_that_are_not_known_yet_are_not_judged():
+    assert of_file("start: -period, stop: 0").start == -math.pi
+    assert of_file("stop: -k, step: -1/k").step == -0.25
+
+
+@pytest.mark.parametrize(
+    ("solve", "mistakes"),
+    [
+        ("stop: m - 1", [("m - 1", "stops where it starts, at t = 0")]),
+        ("stop: 1, start: m", [("1", "stops where it starts, at t = 1")]),
+        ("stop: m, step: -1/k", [("-1/k", "step must be greater than 0, not -0.25")]),
+        ("stop: 1/(m - 1), step: sqrt(-k)", [("1/(m - 1)", "by zero"), ("sqrt(-k)", "not a real number")]),
+        ("stop: m, step: k", [("k}", "is longer than the motion")]),
+        ("stop: 1e300*k, step: m/k", [("m/k", "more than the")]),
+        ("stop: m, step: 0.1/k, samples: 3", [("0.1/k", "cannot both be given")]),
+        ("stop: exp(1000*k)", [("exp", "number")]),
+        ("stop: m - 1, method: rk4", [("m - 1", "stops where it starts"), ("rk4", "unknown method")]),
+    ],
+)
+def test_times_that_make_no_sense_are_mistakes_of_the_file_at_their_place(solve, mistakes):
+    with pytest.raises(SpecError) as caught:
+        read_file(solve)
+    line = (OSCILLATOR % solve).splitlines()[-1]
+    found = [(one.line, one.column, one.message) for one in caught.value.problems]
+    assert [(row, column) for row, column, _ in found] == [(5, line.index(at) + 1) for at, _ in mistakes]
+    assert all(message in one[2] for one, (_, message) in zip(found, mistakes, strict=True))
+
+
+def test_an_option_that_leaves_a_time_without_a_value_is_what_is_blamed():
+    with pytest.raises(UsageError, match=r"--set m=0\*k: division by zero in stop of solve"):
+        read_file("stop: 1/m", {"m": "0*k"})
+
+
+def ensemble(solve, swept, **request):
+    spec, _ = read_run((OSCILLATOR % solve).encode(), "file.yaml", None, lambda spec, problems: None)
+    values = np.array([1.0, 2.0, 3.0])
+    members = Members({swept: values}, {swept: 3})
+    return make_ensemble(spec, members, Request(**request)).settings
+
+
+def test_members_of_a_sweep_share_the_times_of_the_file():
+    assert ensemble("stop: period", "x").stop == math.pi
+    for request in ({}, {"options": SolveDefaults(outputs=("q",))}):
+        with pytest.raises(UsageError, match=r"'stop: period' in solve differs .* add --stop with a number"):
+            ensemble("stop: period", "m", **request)
+    assert ensemble("stop: period, step: period/10", "m", times={"stop": "3"}).stop == 3.0
+    sampled = SolveDefaults(outputs=("q",))
+    with pytest.raises(UsageError, match="'step: period/10' in solve differs"):
+        ensemble("stop: period, step: period/10", "m", times={"stop": "3"}, options=sampled)
+    with pytest.raises(SpecError, match="stops where it starts"):
+        ensemble("stop: k - 4", "m")
