@@ -7,11 +7,15 @@ Their elements combine with Python's own ``+ - * / **``; all else is asked of th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, Protocol, TypeVar
 
 E = TypeVar("E")
 """An element of an algebra: a graph node, a sympy expression or a float."""
+
+
+Value = Any
+"""A built value: an element ``E`` (scalar) or a tuple of elements (vector)."""
 
 
 class Algebra(Protocol[E]):
@@ -27,7 +31,16 @@ class Algebra(Protocol[E]):
         """The symbol of that name; the same name gives the same symbol."""
 
     def function(self, name: str, arguments: Sequence[E]) -> E:
-        """One of the elementary functions of ``expression.vocabulary`` applied to elements."""
+        """A function of scalars of ``expression.vocabulary``, but for ``where``, applied to elements."""
+
+    def side(self, u: E, at: int) -> int | None:
+        """The sign of ``u``, or ``at`` where it is 0; None where that is not known."""
+
+    def switch(self, u: E, above: E, below: E, at: int) -> E:
+        """``above`` where u > 0, ``below`` where u < 0; where u is 0, that of the side ``at``."""
+
+    def both(self, chosen: E, above: Callable[[], Value], below: Callable[[], Value]) -> tuple[Value, Value]:
+        """Both branches; ``chosen`` is 1 where the first one counts, 0 where the second one does."""
 
     def total(self, terms: Sequence[E]) -> E:
         """The sum of one or more elements, in one go."""
@@ -39,5 +52,31 @@ class Algebra(Protocol[E]):
         """The partial derivative of ``expression`` with respect to ``symbol``."""
 
 
-Value = Any
-"""A built value: an element ``E`` (scalar) or a tuple of elements (vector)."""
+class Undecided:
+    """An algebra whose elements do not tell which branch of a switch counts."""
+
+    def side(self, u: Any, at: int) -> int | None:
+        return None
+
+    def both(
+        self, chosen: Any, above: Callable[[], Value], below: Callable[[], Value]
+    ) -> tuple[Value, Value]:
+        return above(), below()
+
+
+class Decided:
+    """An algebra of numbers: of two branches, only the one that counts is computed."""
+
+    def side(self, u: Any, at: int) -> int | None:
+        """Raises ArithmeticError where there is nothing to compare."""
+        if u != u:
+            raise ArithmeticError("what is compared is not a number")
+        return 1 if u > 0 else -1 if u < 0 else at
+
+    def switch(self, u: Any, above: Any, below: Any, at: int) -> Any:
+        raise NotImplementedError("the side is known")
+
+    def both(
+        self, chosen: Any, above: Callable[[], Value], below: Callable[[], Value]
+    ) -> tuple[Value, Value]:
+        raise NotImplementedError("the side is known")

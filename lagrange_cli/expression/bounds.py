@@ -11,6 +11,7 @@ from collections.abc import Callable, Sequence
 from functools import reduce
 from operator import add
 
+from lagrange_cli.expression.algebra import Undecided
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
@@ -72,7 +73,7 @@ class Bounds:
         return replace(self, value=None if self.value is None else -self.value)
 
 
-class BoundsAlgebra:
+class BoundsAlgebra(Undecided):
     """``Algebra[Bounds]``; every symbol is an unknown of size 1."""
 
     def number(self, text: str) -> Bounds:
@@ -86,6 +87,11 @@ class BoundsAlgebra:
 
     def function(self, name: str, arguments: Sequence[Bounds]) -> Bounds:
         return _combined("function", lambda *values: _NUMBERS.function(name, values), *arguments)
+
+    def switch(self, u: Bounds, above: Bounds, below: Bounds, at: int) -> Bounds:
+        if u.value is None:
+            return replace(_combined("function", lambda *_: 0.0, u, above, below), value=None)
+        return above if _NUMBERS.side(u.value, at) == 1 else below
 
     def total(self, terms: Sequence[Bounds]) -> Bounds:
         return reduce(add, terms)

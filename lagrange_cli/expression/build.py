@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
+from lagrange_cli.expression import conditions
 from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, counted, holds, integer, known_indices
-from lagrange_cli.expression.operations import OPERATIONS, arithmetic, call, component
+from lagrange_cli.expression.operations import OPERATIONS, arithmetic, call, component, joined
 from lagrange_cli.expression.syntax import (
     WHOLE,
     Binary,
+    Call,
     Comparison,
     ExpressionError,
     Logic,
@@ -95,11 +98,31 @@ class Builder:
             return tuple(component(item, self._value(item, indices)) for item in tree.items)
         if isinstance(tree, Sum):
             return self._sum(tree, indices)
-        if isinstance(tree, Binary | Comparison | Logic):  # // and %
+        if isinstance(tree, Comparison | Logic):
+            raise ExpressionError(
+                tree.span, "expected a number, found a condition", "write where(CONDITION, 1, 0)"
+            )
+        if isinstance(tree, Binary):  # // and %
             return self._whole(tree, indices)
+        if tree.function == "where":
+            return self._where(tree, indices)
         arguments = [self._value(argument, indices) for argument in tree.arguments]
         try:
             return call(tree, arguments, self.algebra)
+        except ArithmeticError as error:
+            raise arithmetic(tree, error, indices) from error
+
+    def _where(self, tree: Call, indices: Indices) -> Value:
+        """One branch or the other; what is known not to count is not computed."""
+        condition, *branches = tree.arguments
+        algebra = self.algebra
+        try:
+            met = conditions.met(condition, indices, partial(self._value, indices=indices), algebra)
+            if isinstance(met, bool):
+                return self._value(branches[0 if met else 1], indices)
+            chosen = met.select(algebra, algebra.number("1"), algebra.number("0"))
+            above, below = algebra.both(chosen, *(partial(self._value, one, indices) for one in branches))
+            return joined(tree, above, below, partial(met.select, algebra))
         except ArithmeticError as error:
             raise arithmetic(tree, error, indices) from error
 

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import Tree
 
@@ -108,6 +109,27 @@ class ColumnAlgebra(NumberAlgebra):
         if column is None:
             return super().function(name, arguments)
         return column.each(self.FUNCTIONS[name], arguments)
+
+    def side(self, u: Any, at: int) -> int | None:
+        return None if isinstance(u, Column) else super().side(u, at)
+
+    def switch(self, u: Column, above: Any, below: Any, at: int) -> Column:
+        self.failed |= np.isnan(u.values)
+        first = u.values > 0 if at < 0 else u.values >= 0
+        return Column(np.where(first, numbers(above), numbers(below)), self.failed)
+
+    def both(
+        self, chosen: Column, above: Callable[[], Value], below: Callable[[], Value]
+    ) -> tuple[Value, Value]:
+        """Both branches; a member has failed where the one that counts has."""
+        before, failed = self.failed.copy(), []
+        values = []
+        for branch in (above, below):
+            self.failed[:] = before
+            values.append(branch())
+            failed.append(self.failed.copy())
+        self.failed[:] = np.where(chosen.values > 0, *failed)
+        return values[0], values[1]
 
     def finite(self, tree: Tree, value: Any) -> Any:
         if not isinstance(value, Column):

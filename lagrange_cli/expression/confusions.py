@@ -21,6 +21,9 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
     "√": ("sqrt", "unknown function '√'", "write sqrt(...)"),
     "{": ("(", "'{' instead of '('", "write ("),
     "}": (")", "'}' instead of ')'", "write )"),
+    "≤": ("<=", "unknown operator '≤'", "write <="),
+    "≥": (">=", "unknown operator '≥'", "write >="),
+    "≠": ("!=", "unknown operator '≠'", "write !="),
     ";": (",", "';' instead of ','", "write a comma"),
 }
 """Characters that have one meaning only: they are reported, and read as what is meant."""
@@ -33,9 +36,12 @@ STRANGERS: dict[str, tuple[str, str]] = {
     '"': ("quotation marks are not allowed", "leave them out"),
     "′": ("misplaced prime", "write NAME_dot for a velocity"),
     ":": ("':' is not allowed", "write only the expression itself"),
-    "!": ("unknown operator '!'", "the operators are + - * / **"),
-    "|": ("'|' is not allowed", "the length of a vector a is norm(a)"),
-    "&": ("unknown operator '&'", "the operators are + - * / **"),
+    "!": ("unknown operator '!'", "the operators are + - * / **; in conditions, write not"),
+    "|": (
+        "'|' is not allowed",
+        "write abs(x), or norm(a) for the length of a vector; in conditions, write or",
+    ),
+    "&": ("unknown operator '&'", "the operators are + - * / **; in conditions, write and"),
     "@": ("unknown operator '@'", "write dot(a, b) for a scalar product"),
     "°": ("misplaced '°'", "angles are in radians: write *pi/180"),
     "∂": ("derivatives are not allowed", "velocities are written as x_dot"),
@@ -73,17 +79,27 @@ FUNCTIONS: dict[str, str] = {
     "vector": "(x, y, z)", "inner": "dot(a, b)", "scalar": "dot(a, b)", "dist": "norm(a - b)",
     "distance": "norm(a - b)", "mod": "x % n, which is for whole numbers",
     "fmod": "x % n, which is for whole numbers",
+    "sgn": "sign(x)", "signum": "sign(x)", "fabs": "abs(x)", "absolute": "abs(x)",
+    "maximum": "max(x, y)", "minimum": "min(x, y)", "fmax": "max(x, y)", "fmin": "min(x, y)",
+    "heaviside": "where(x > 0, 1, 0)", "step": "where(x > 0, 1, 0)", "unitstep": "where(x > 0, 1, 0)",
+    "piecewise": "where(x > 0, a, b)", "cases": "where(x > 0, a, b)", "select": "where(x > 0, a, b)",
+    "if": "where(x > 0, a, b)", "ifelse": "where(x > 0, a, b)", "ite": "where(x > 0, a, b)",
+    "iif": "where(x > 0, a, b)", "cond": "where(x > 0, a, b)", "relu": "max(x, 0)", "ramp": "max(x, 0)",
+    "clip": "min(max(x, a), b)", "clamp": "min(max(x, a), b)",
+    "rect": "where(-1/2 < x < 1/2, 1, 0)", "box": "where(-1/2 < x < 1/2, 1, 0)",
     "diff": "x_dot for the velocity of x; expressions have no other derivatives",
     "ddt": "x_dot for the velocity of x; expressions have no other derivatives",
     "derivative": "x_dot for the velocity of x; expressions have no other derivatives",
 }  # fmt: skip
 """Functions that have another name here, or that can be written with others: what stands after 'write'."""
 
-NOT_SMOOTH = frozenset({
-    "sgn", "signum", "fabs", "absolute", "maximum", "minimum", "heaviside", "step", "piecewise", "floor",
-    "ceil", "round", "dirac", "diracdelta",
-})  # fmt: skip
-"""Functions with a kink or a jump, in small letters."""
+_STEPS = "write where() with a condition for each step"
+NOT_SUPPORTED: dict[str, str] = {
+    "floor": _STEPS, "ceil": _STEPS, "ceiling": _STEPS, "round": _STEPS, "trunc": _STEPS,
+    "dirac": "write a short pulse, as in exp(-(t/eps)**2)",
+    "diracdelta": "write a short pulse, as in exp(-(t/eps)**2)",
+}  # fmt: skip
+"""Functions that have no counterpart here, in small letters, and what to do without them."""
 
 NAMES: dict[str, str] = {
     "π": "pi", "Pi": "pi", "PI": "pi", "time": "t", "Time": "t", "τ": "2*pi, or add it to the parameters",

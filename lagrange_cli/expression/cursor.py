@@ -18,6 +18,8 @@ MAX_LOOPS = 8
 """Loops of sums inside one another."""
 
 PARTS_HINT = "name parts of it under 'definitions'"
+WHERE_EXAMPLE = "where(x > 0, x**2, 0)"
+CONDITION_HINT = f"as in {WHERE_EXAMPLE}"
 SUM_EXAMPLE = "sum(m[j]*x[j] for j in range(N) if j != i)"
 
 
@@ -37,7 +39,7 @@ class Cursor:
         self.lost = False
         """Whether the structure is lost: more errors in it would follow from the first."""
         self.condition = False
-        """Whether this is within the condition of a sum."""
+        """Whether this is within the condition of a sum or of ``where``."""
         self.depth = self.operators = self.loops = 0
 
     @property

@@ -19,6 +19,7 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.syntax import Tree
+from lagrange_cli.expression.vocabulary import NON_SMOOTH
 
 DIGITS = 70
 _CONTEXT = mpmath.mp.clone()
@@ -155,6 +156,8 @@ class LongNumberAlgebra(NumberAlgebra):
         """Raises ArithmeticError outside the function's domain, OverflowError beyond the largest double."""
         if name == "log" and arguments[0] == 0:
             raise ArithmeticError("log(0) is not a real number")
+        if name in NON_SMOOTH:
+            return super().function(name, arguments)
         if any(abs(argument) > LARGEST for argument in arguments):  # more digits than anyone can wait for
             raise OverflowError
         value = getattr(_CONTEXT, name)(*map(_CONTEXT.mpf, arguments))

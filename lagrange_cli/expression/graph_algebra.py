@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import reduce
 
+from lagrange_cli.expression.algebra import Undecided
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 
 
-class GraphAlgebra:
+class GraphAlgebra(Undecided):
     """``Algebra[Node]`` over one graph; see ``expression.algebra``."""
 
     def __init__(self) -> None:
@@ -25,7 +27,19 @@ class GraphAlgebra:
         return self.graph.symbol(name)
 
     def function(self, name: str, arguments: Sequence[Node]) -> Node:
-        return self.graph.function(name, arguments)
+        graph = self.graph
+        if name == "abs":
+            return graph.absolute(arguments[0])
+        if name == "sign":
+            return graph.switch(arguments[0], 1.0, -1.0)
+        if name == "max":
+            return reduce(lambda a, b: graph.switch(a - b, a, b), arguments)
+        if name == "min":
+            return reduce(lambda a, b: graph.switch(a - b, b, a), arguments)
+        return graph.function(name, arguments)
+
+    def switch(self, u: Node, above: Node, below: Node, at: int) -> Node:
+        return self.graph.switch(u, above, below, at)
 
     def total(self, terms: Sequence[Node]) -> Node:
         return self.graph.sum([(term, 1.0) for term in terms])

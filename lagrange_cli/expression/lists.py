@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 
-from lagrange_cli.expression.cursor import SUM_EXAMPLE, Cursor
+from lagrange_cli.expression.cursor import CONDITION_HINT, SUM_EXAMPLE, WHERE_EXAMPLE, Cursor
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.syntax import Number, Span, Tree, Vector
 from lagrange_cli.expression.vocabulary import OR, SUM
@@ -23,8 +23,11 @@ class Lists(Cursor, ABC):
     def operand(self) -> Tree:
         """A number, a name, a call, a group, or one of these with a sign before it."""
 
-    def items(self, closing: str) -> tuple[list[Tree], bool]:
-        """Expressions with commas between them up to ``closing`` or the end, and whether there is a comma."""
+    def items(self, closing: str, first: bool = False) -> tuple[list[Tree], bool]:
+        """Expressions with commas between them up to ``closing`` or the end, and whether there is a comma.
+
+        With ``first``, only the first one may be a condition.
+        """
         found: list[Tree] = []
         comma = False
         while self.next.kind != "end" and not (closing and self.sees(")", "]")):
@@ -36,6 +39,7 @@ class Lists(Cursor, ABC):
             if self.sees(","):
                 comma = True
                 self.advance()
+                self.condition = self.condition and not first
                 if self.sees(","):
                     self.missing()
                     self.advance()
@@ -57,11 +61,11 @@ class Lists(Cursor, ABC):
                 self.structural(token.span, "'=' is not allowed", hint)
             del found[-1:]  # the left-hand side says what is meant, not what it is
         elif token.text == "else":
-            self.refuse(token.span, "'else' is not allowed", "write two sums, each with its own condition")
+            self.refuse(token.span, "'else' is not allowed", f"write {WHERE_EXAMPLE}")
         elif token.kind == "word" and token.text in ("for", "in"):
             self.refuse(token.span, f"'{token.text}' outside a sum", f"as in {SUM_EXAMPLE}")
         elif token.kind == "word":
-            self.refuse(token.span, "condition outside a sum", f"as in {SUM_EXAMPLE}")
+            self.refuse(token.span, "condition outside 'where' and a sum", CONDITION_HINT)
         elif self.sees("["):
             after_index = self.last is not None and self.last.text == "]"
             hint = "an index follows the name of a family, as in theta[i]"
@@ -100,11 +104,14 @@ class Lists(Cursor, ABC):
             self.unopened(self.next)
         self.advance()
 
-    def enclosed(self, opening: Token, *, condition: bool = False) -> tuple[list[Tree], bool]:
-        """The expressions in the parentheses or brackets that ``opening`` begins."""
+    def enclosed(
+        self, opening: Token, *, condition: bool = False, first: bool = False
+    ) -> tuple[list[Tree], bool]:
+        """The expressions in the parentheses or brackets that ``opening`` begins; all of them, or only the
+        ``first`` one, may be a ``condition``."""
         self.deeper(opening)
-        around, self.condition = self.condition, condition
-        found = self.items(_CLOSES[opening.text])
+        around, self.condition = self.condition, condition or first
+        found = self.items(_CLOSES[opening.text], first)
         self.close(opening)
         self.condition = around
         self.depth -= 1

@@ -172,7 +172,7 @@ class NormalForms:
         collected: dict[Node, int | float] = {}
         pending = list(factors)
         count = 0
-        while pending:
+        while pending or self._settle(collected, pending):
             count += 1
             node, exponent = pending.pop()
             if node.kind is Kind.NUMBER:
@@ -197,8 +197,6 @@ class NormalForms:
                     pending.append((self.absolute(root), 2 * exponent))
                     continue
             collected[node] = collected.get(node, 0) + exponent
-            if node.kind is Kind.SWITCH:
-                pending.extend(self._settle(collected, node))
         self.work.charge(count)
         if coefficient == 0.0:
             return self.zero
@@ -223,22 +221,30 @@ class NormalForms:
         roots = [(self.absolute(a), self.tidy(e * exponent)) for a, e in even]
         return roots if rest is self.one else [*roots, (rest, exponent)]
 
-    def _settle(self, collected: dict[Node, int | float], node: Node) -> list[tuple[Node, int | float]]:
-        """Take out of ``collected``, and return, what a power of a switch is without it: |u|**3 is u**2 |u|,
-        and |u| times the sign of u is u."""
-        u, exponent = node.arguments[0], collected[node]
-        if not (is_absolute(node) or is_sign(node)) or not whole(exponent):
-            return []
-        if is_absolute(node) and abs(exponent) >= 2:
-            odd = int(math.copysign(exponent % 2, exponent))
-            collected[node] = odd
-            return [(u, self.tidy(exponent - odd))]
-        partner = self.switch(u, self.one, self.constant(-1.0)) if is_absolute(node) else self.absolute(u)
-        if exponent >= 1 and collected.get(partner, 0) >= 1:
-            collected[node] -= 1
-            collected[partner] -= 1
-            return [(u, 1)]
-        return []
+    def _settle(self, collected: dict[Node, int | float], pending: list[tuple[Node, int | float]]) -> bool:
+        """Put what a power of an absolute value or a sign is without it from ``collected`` to ``pending``.
+
+        |u|**3 is u**2 |u|; |u| times the sign of u is u; |u|/u is the sign of u, divided by nothing.
+        """
+        for node, exponent in collected.items():
+            if node.kind is not Kind.SWITCH or not exponent or not whole(exponent):
+                continue
+            u, size = node.arguments[0], is_absolute(node)
+            if size and abs(exponent) >= 2:
+                odd = int(math.copysign(exponent % 2, exponent))
+                pending.append((u, self.tidy(exponent - odd)))
+                collected[node] = odd
+                return True
+            if size and exponent == 1 and collected.get(u, 0) < 0:
+                pending += [(u, 1), (self.switch(u, self.one, self.constant(-1.0)), 1)]
+                del collected[node]
+                return True
+            if is_sign(node) and exponent >= 1 and collected.get(partner := self.absolute(u), 0) >= 1:
+                collected[node] -= 1
+                collected[partner] -= 1
+                pending.append((u, 1))
+                return True
+        return False
 
     # ------------------------------------------------------------------ switches
 

@@ -8,16 +8,26 @@ from functools import reduce
 from operator import add
 from typing import Any, ClassVar
 
+from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.expression.build import Scope, build
 from lagrange_cli.expression.syntax import ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import FUNCTIONS
 
 
-class NumberAlgebra:
+def sign(x: Any) -> float:
+    """-1, 0 or 1."""
+    return float((x > 0) - (x < 0))
+
+
+class NumberAlgebra(Decided):
     """``Algebra[float]``; a symbol is the number that ``values`` has for it."""
 
     FUNCTIONS: ClassVar[Mapping[str, Callable[..., float]]] = {
-        name: getattr(math, name) for name in FUNCTIONS
+        **{name: getattr(math, name) for name in FUNCTIONS},
+        "abs": abs,
+        "sign": sign,
+        "min": min,
+        "max": max,
     }
 
     def __init__(self, values: Mapping[str, float] | None = None) -> None:

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 
-from lagrange_cli.expression.confusions import FUNCTIONS, NOT_SMOOTH, PRIMES, decimal_comma
-from lagrange_cli.expression.cursor import SUM_EXAMPLE
+from lagrange_cli.expression.confusions import FUNCTIONS, NOT_SUPPORTED, PRIMES, decimal_comma
+from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
 from lagrange_cli.expression.near import near_hint, shown
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.sums import Sums
-from lagrange_cli.expression.syntax import Call, Name, Number, Span, Tree, Vector
-from lagrange_cli.expression.vocabulary import CALLABLE, NON_SMOOTH, POWER, SIGN, TIME
+from lagrange_cli.expression.syntax import Call, Comparison, Logic, Name, Number, Span, Tree, Vector
+from lagrange_cli.expression.vocabulary import ANY_NUMBER, CALLABLE, POWER, SIGN, TIME
 
 
 class Operands(Sums):
@@ -106,14 +106,11 @@ class Operands(Sums):
 
     def call(self, token: Token, name: str) -> Tree:
         was_lost = self.lost
-        arguments, _ = self.enclosed(self.advance())
+        meant = FUNCTIONS.get(name.lower(), name.lower()).partition("(")[0]  # piecewise(x > 0, 1, 2), too
+        arguments, _ = self.enclosed(self.advance(), first=meant == "where")
         span = Span(token.span.start, self.stop)
-        if name in NON_SMOOTH or name.lower() in NOT_SMOOTH or name.lower() in NON_SMOOTH:
-            self.error(
-                token.span,
-                f"'{name}' is not supported yet: it is not smooth",
-                "use a smooth function, such as tanh(x/eps) or sqrt(x**2 + eps**2)",
-            )
+        if name.lower() in NOT_SUPPORTED:
+            self.error(token.span, f"'{name}' is not supported", NOT_SUPPORTED[name.lower()])
         elif name == "range":
             self.error(token.span, "'range' outside a loop", f"as in {SUM_EXAMPLE}")
         elif name not in CALLABLE and len(arguments) == 1 and isinstance(arguments[0], Name):
@@ -126,15 +123,22 @@ class Operands(Sums):
             self.error(token.span, f"unknown function {shown(name)}", _function_hint(name, argument))
         elif name not in CALLABLE:
             self.error(token.span, f"unknown function {shown(name)}", _function_hint(name))
-        elif len(arguments) != CALLABLE[name] and self.lost == was_lost:
-            self.error(span, *_wrong_count(name, arguments, self.text, self.offset))
+        elif self.lost == was_lost:
+            due = CALLABLE[name]
+            if not (len(arguments) == due or (len(arguments) > due and name in ANY_NUMBER)):
+                self.error(span, *_wrong_count(name, arguments, self.text, self.offset))
+            elif name == "where" and not isinstance(arguments[0], Comparison | Logic):
+                self.error(arguments[0].span, "'where' needs a condition first", f"as in {WHERE_EXAMPLE}")
         return Call(name, tuple(arguments), span)
 
 
 def _wrong_count(name: str, arguments: list[Tree], text: str, offset: int) -> tuple[str, str]:
     """What is said of a function with too many or too few arguments."""
     due = CALLABLE[name]
-    message = f"wrong number of arguments for '{name}': {len(arguments)} instead of {due}"
+    needed = f"{due} or more" if name in ANY_NUMBER else str(due)
+    message = f"wrong number of arguments for '{name}': {len(arguments)} instead of {needed}"
+    if name == "where":
+        return message, f"write a condition and two values, as in {WHERE_EXAMPLE}"
     if due == 1 and len(arguments) == 2 and all(isinstance(one, Number) for one in arguments):
         written = text[arguments[0].span.start - offset : arguments[1].span.stop - offset]
         if decimal_comma(written):

@@ -10,7 +10,7 @@ from typing import Any
 from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, known_indices
 from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
-from lagrange_cli.expression.vocabulary import FUNCTIONS
+from lagrange_cli.expression.vocabulary import VECTOR_FUNCTIONS
 
 
 def norm(vector: tuple[Any, ...], algebra: Algebra[Any]) -> Any:
@@ -42,19 +42,19 @@ def component(tree: Tree, value: Value) -> Any:
 def call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
     """The value of a function of the language."""
     for argument, value in zip(tree.arguments, arguments, strict=True):
-        if tree.function in FUNCTIONS and isinstance(value, tuple):
+        if tree.function not in VECTOR_FUNCTIONS and isinstance(value, tuple):
             raise ExpressionError(
                 argument.span,
                 f"'{tree.function}' needs a scalar, not a vector",
                 "take a component or norm()",
             )
-        if tree.function not in FUNCTIONS and not isinstance(value, tuple):
+        if tree.function in VECTOR_FUNCTIONS and not isinstance(value, tuple):
             raise ExpressionError(
                 argument.span,
                 f"'{tree.function}' needs a vector, not a scalar",
                 "write a vector as (x, y, z)",
             )
-    if tree.function in FUNCTIONS:
+    if tree.function not in VECTOR_FUNCTIONS:
         return algebra.function(tree.function, arguments)
     if tree.function == "norm":
         return norm(arguments[0], algebra)
@@ -123,6 +123,17 @@ def _power(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")
     return power
+
+
+def joined(tree: Call, one: Value, other: Value, function: Callable[[Any, Any], Any]) -> Value:
+    """What ``function`` makes of two branches of ``tree``; of vectors, of their components."""
+    if isinstance(one, tuple) and isinstance(other, tuple):
+        _same_length(tree, one, other)
+        return tuple(map(function, one, other))
+    if isinstance(one, tuple) or isinstance(other, tuple):
+        message = f"'{tree.function}' cannot choose between a vector and a scalar"
+        raise ExpressionError(tree.span, message, "give both the same number of components")
+    return function(one, other)
 
 
 OPERATIONS: dict[str, Callable[[Value, Value, Binary], Value]] = {

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from lagrange_cli.expression.bounds import check_exponent
 from lagrange_cli.expression.confusions import DEGREES, RADIANS
-from lagrange_cli.expression.cursor import MAX_OPERATORS, PARTS_HINT, SUM_EXAMPLE
+from lagrange_cli.expression.cursor import CONDITION_HINT, MAX_OPERATORS, PARTS_HINT
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.operands import Operands
 from lagrange_cli.expression.scan import Token
@@ -92,7 +92,7 @@ class Parser(Operands):
             self.refuse(token.span, f"expression with more than {MAX_OPERATORS} operators", PARTS_HINT)
         if not self.condition and LEVELS[token.text] <= COMPARISON:
             what = "condition" if token.kind == "word" else "comparison"
-            self.structural(token.span, f"{what} outside the 'if' of a sum", f"as in {SUM_EXAMPLE}")
+            self.structural(token.span, f"{what} outside 'where' and the 'if' of a sum", CONDITION_HINT)
 
     def check_exponent(self, exponent: Tree) -> None:
         if any(name.identifier not in CONSTANTS for name in names(exponent)):
@@ -134,7 +134,7 @@ class Parser(Operands):
     def negation(self) -> Tree:
         token = self.advance()
         if not self.condition:
-            self.structural(token.span, "condition outside the 'if' of a sum", f"as in {SUM_EXAMPLE}")
+            self.structural(token.span, "condition outside 'where' and the 'if' of a sum", CONDITION_HINT)
         self.deeper(token)
         operand = self.expression(NOT)
         self.depth -= 1

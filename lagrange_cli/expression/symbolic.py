@@ -7,15 +7,19 @@ from math import isinf
 
 import sympy
 
+from lagrange_cli.expression import symbolic_switches as switches
+from lagrange_cli.expression.algebra import Undecided
+
 FUNCTIONS: dict[str, Callable[..., sympy.Expr]] = {
     "sin": sympy.sin, "cos": sympy.cos, "tan": sympy.tan,
     "asin": sympy.asin, "acos": sympy.acos, "atan": sympy.atan, "atan2": sympy.atan2,
     "sinh": sympy.sinh, "cosh": sympy.cosh, "tanh": sympy.tanh,
     "exp": sympy.exp, "log": sympy.log, "sqrt": sympy.sqrt,
+    "abs": switches.Absolute, "sign": switches.Sign, "min": switches.Least, "max": switches.Largest,
 }  # fmt: skip
 
 
-class SympyAlgebra:
+class SympyAlgebra(Undecided):
     """``Algebra[sympy.Expr]``.
 
     Numbers are exact rationals, so that nothing is lost and like terms cancel. Symbols carry no
@@ -42,6 +46,10 @@ class SympyAlgebra:
     def function(self, name: str, arguments: Sequence[sympy.Expr]) -> sympy.Expr:
         """One of the functions of ``expression.vocabulary``."""
         return FUNCTIONS[name](*arguments)
+
+    def switch(self, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: int) -> sympy.Expr:
+        """A ``switches.Switch``."""
+        return switches.Switch(u, above, below, sympy.Integer(at))
 
     def total(self, terms: Sequence[sympy.Expr]) -> sympy.Expr:
         """The sum of the terms."""

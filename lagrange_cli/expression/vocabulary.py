@@ -21,18 +21,21 @@ FUNCTIONS: dict[str, int] = {
 VECTOR_FUNCTIONS: dict[str, int] = {"dot": 2, "cross": 2, "norm": 1}
 """Functions of vectors; ``dot`` and ``norm`` give scalars, ``cross`` a vector."""
 
-CALLABLE: dict[str, int] = FUNCTIONS | VECTOR_FUNCTIONS
-"""Everything that may stand before a parenthesis."""
+NON_SMOOTH: dict[str, int] = {"abs": 1, "sign": 1, "min": 2, "max": 2, "where": 3}
+"""Functions with kinks and jumps; the first argument of ``where`` is a condition."""
 
-NON_SMOOTH = frozenset({"abs", "sign", "min", "max", "where"})
-"""Functions of the language that are not supported yet: their kinks must be located first."""
+CALLABLE: dict[str, int] = FUNCTIONS | NON_SMOOTH | VECTOR_FUNCTIONS
+"""Everything that may stand before a parenthesis, and how many arguments it takes."""
+
+ANY_NUMBER = frozenset({"min", "max"})
+"""What takes so many arguments or more."""
 
 FAMILY_WORDS = frozenset({"sum", "range"})
 """Words of indexed families."""
 
 CONSTANTS = frozenset({"pi"})
 TIME = "t"
-RESERVED = frozenset(CALLABLE) | NON_SMOOTH | FAMILY_WORDS | CONSTANTS | {TIME}
+RESERVED = frozenset(CALLABLE) | FAMILY_WORDS | CONSTANTS | {TIME}
 """Names a system file cannot give to anything of its own."""
 
 COMPONENTS = ("x", "y", "z")

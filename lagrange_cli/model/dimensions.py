@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from lagrange_cli.expression.algebra import Value
@@ -130,7 +131,22 @@ def product(
     return Quantity(None if first is None or second is None else combine(first, second), number)
 
 
-def total(terms: Sequence[Quantity]) -> Quantity:
+def compared(*terms: Quantity) -> Quantity:
+    """What quantities that are compared have in common; a number in it varies."""
+    return varying(total(terms, "compared"))
+
+
+def alternative(*terms: Quantity) -> Quantity:
+    """What the branches of ``where`` have in common."""
+    return varying(total(terms, "branches of one 'where'"))
+
+
+def varying(quantity: Quantity) -> Quantity:
+    """A quantity whose number is not always the same."""
+    return quantity if quantity.number is None else replace(quantity, number=math.nan)
+
+
+def total(terms: Sequence[Quantity], what: str = "added") -> Quantity:
     """The sum of quantities: known units must agree, and what is not known has the same."""
     terms = [term for term in terms if term.number != 0] or terms
     if any(term.broken for term in terms):
@@ -144,7 +160,7 @@ def total(terms: Sequence[Quantity]) -> Quantity:
         return Quantity(ONE if pure else None, computed(lambda *x: math.fsum(x), *numbers))
     for unit in known:
         if not same(unit, known[0]):
-            raise Contradiction(f"{shown(known[0])} and {shown(unit)} are added", known[0], unit)
+            raise Contradiction(f"{shown(known[0])} and {shown(unit)} are {what}", known[0], unit)
     unit = next((unit for unit in known if "rad" in unit.symbols), known[0])
     loose = any(term.loose for term in terms) or (bool(numbers) and not is_pure(unit))
     return Quantity(unit, None, loose)
@@ -157,6 +173,12 @@ class QuantityAlgebra:
         """Raises ``Contradiction`` where an argument that must be a number has a unit."""
         if any(argument.broken for argument in arguments):
             return BROKEN
+        if name == "abs":
+            return arguments[0] if arguments[0].number is None else varying(arguments[0])
+        if name in ("min", "max"):
+            return compared(*arguments)
+        if name == "sign":
+            return PURE
         if name == "sqrt":
             return arguments[0] ** Quantity(ONE, 0.5)
         if all(argument.number is not None for argument in arguments):
@@ -223,10 +245,30 @@ class Walk:
             return tuple(map(self.value, tree.items))
         if isinstance(tree, Sum):
             return self._sum(tree)
+        if isinstance(tree, Call) and tree.function == "where":
+            return self._where(tree)
         if isinstance(tree, Call):
             return self._call(tree, [self.value(argument) for argument in tree.arguments])
         assert isinstance(tree, Binary | Comparison | Logic)
         return COUNT  # // and %
+
+    def _where(self, tree: Call) -> Value:
+        """What both branches have in common."""
+        condition, *branches = tree.arguments
+        self._compared(condition)
+        one, other = map(self.value, branches)
+        made = tuple(self._done(alternative, tree, *pair) for pair in zip(vector(one), vector(other)))
+        return made if isinstance(one, tuple) else made[0]
+
+    def _compared(self, condition: Tree) -> None:
+        """Look for what cannot be compared."""
+        if isinstance(condition, Logic):
+            for operand in condition.operands:
+                self._compared(operand)
+        elif isinstance(condition, Comparison):
+            values = [self.value(operand) for operand in condition.operands]
+            for one, other in pairwise(values):
+                self._done(compared, condition, one, other)
 
     def _call(self, tree: Call, arguments: list[Value]) -> Value:
         def called(*_: Value) -> Value:
@@ -239,8 +281,7 @@ class Walk:
         counts, self.counts = self.counts, self.counts | {tree.index}
         value = self.value(tree.body)
         self.counts = counts
-        varying = (item if item.number is None else replace(item, number=math.nan) for item in vector(value))
-        return tuple(varying) if isinstance(value, tuple) else next(varying)
+        return tuple(map(varying, value)) if isinstance(value, tuple) else varying(value)
 
     def _name(self, tree: Name) -> Value:
         if tree.identifier in self.counts and not tree.indices:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import insort
 from collections.abc import Iterable, Sequence
+from typing import cast
 
 from lagrange_cli.errors import LagrangeError
 from lagrange_cli.expression.graph import Graph
@@ -54,6 +55,7 @@ class _Builder:
     derivatives: dict[int, int] = field(default_factory=dict)
     products: dict[tuple[int, int], int] = field(default_factory=dict)
     powers: dict[tuple[int, Node], int] = field(default_factory=dict)
+    selected: dict[tuple[Node, int, int, int], int] = field(default_factory=dict)
     pairs: dict[Node, tuple[Node, Node]] = field(default_factory=dict)
     """Which two parts a product is multiplied from."""
     inverted: set[Node] = field(default_factory=set)
@@ -123,8 +125,13 @@ class _Builder:
         return self.compose(node)
 
     def switch(self, node: Node) -> int:
-        """a where u > 0, -a elsewhere, as a u/sqrt(u**2)."""
+        """One branch or the other; a sign(u) of what moves as a u/sqrt(u**2)."""
         u, above, below = node.arguments
+        if not u.symbols & self.variables:
+            branches = (
+                self.by_node[a] if a.symbols & self.variables else self.linear(a, []) for a in (above, below)
+            )
+            return self.select((u, node.data), *branches)
         if above is not -below:
             raise LagrangeError("a condition that changes during the motion is not supported yet")
         index = self.by_node[u]
@@ -136,6 +143,15 @@ class _Builder:
         if not moving.symbols & self.variables:
             return self.linear(self.graph.zero, [(sign, scale)])
         return self.linear(self.graph.zero, [(self.multiply(sign, self.moving(moving)), scale)])
+
+    def select(self, decides: tuple[Node, int], above: int, below: int) -> int:
+        key = (*decides, above, below)
+        if key not in self.selected:
+            branches = (above, below)
+            degree = max(self.series[i].degree for i in branches)
+            made = Series(Op.SELECT, branches, decides, order=self.highest(branches), degree=degree)
+            self.selected[key] = self.add(made)
+        return self.selected[key]
 
     def moving(self, node: Node) -> int:
         """The series of a product without constant factors (or of any lowered node)."""
@@ -236,6 +252,9 @@ class _Builder:
                 assert isinstance(one.data, tuple)
                 terms = [(self.derivative(i), scale) for i, scale in zip(one.arguments, one.data[1])]
                 made = self.linear(self.graph.zero, terms)
+            elif one.op is Op.SELECT and one.degree == UNBOUNDED:
+                above, below = map(self.derivative, one.arguments)
+                made = self.select(cast("tuple[Node, int]", one.data), above, below)
             else:
                 order = one.order + 1 if one.order >= 0 else FREE
                 degree = max(one.degree - 1, 0) if one.degree != UNBOUNDED else UNBOUNDED

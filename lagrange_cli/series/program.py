@@ -1,6 +1,6 @@
 """What an equation becomes in Taylor space: a list of operations on power series.
 
-Every node of the graph becomes one of seven operations on Taylor coefficients x[k] (Jorba and Zou,
+Every node of the graph becomes one of eight operations on Taylor coefficients x[k] (Jorba and Zou,
 Experimental Mathematics 14, 2005, sec. 2). ``lowering`` makes the list, ``offsets`` says at which index
 each is evaluated.
 """
@@ -29,6 +29,7 @@ class Op(Enum):
     MULTIPLY = auto()
     POWER = auto()  # data: exponent node, a constant of the motion
     DERIVATIVE = auto()
+    SELECT = auto()  # data: (node whose sign decides, constant during a step; the side where it is 0)
     PRIMITIVE = auto()  # argument: its rate; a function of ``sources``, or a quadrature from 0
 
 

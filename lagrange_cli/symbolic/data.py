@@ -9,7 +9,7 @@ import sympy
 
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form
-from lagrange_cli.symbolic.notations import Identifiers, identifiers
+from lagrange_cli.symbolic.notations import Sympy, identifiers
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.report import plain
 
@@ -24,7 +24,7 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
     ``theta[0]``, have other names in the expressions, such as ``theta_0``: ``symbols`` maps them.
     """
     order = equations.order
-    notation = Identifiers(identifiers(map(str, order.ranks)))
+    notation = Sympy(identifiers(map(str, order.ranks)))
 
     def text(expression: sympy.Expr | None) -> str | None:
         return None if expression is None else render(expression, notation, order)
@@ -60,7 +60,7 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
     if form == "hamilton":
         canonical = hamilton_form(equations)
         order = canonical.order
-        notation = Identifiers(identifiers(map(str, order.ranks)))
+        notation = Sympy(identifiers(map(str, order.ranks)))
         data["hamiltonian"] = text(canonical.H)
         data["canonical_equations"] = {
             "velocities": by_coordinate(canonical.velocities),

@@ -14,7 +14,7 @@ from lagrange_cli.symbolic.report import Section, Statement, sections
 
 FUNCTIONS = {
     "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
-    "atan2": r"\operatorname{atan2}",
+    "atan2": r"\operatorname{atan2}", "sign": r"\operatorname{sgn}",
 }  # fmt: skip
 LETTERS = {letter: rf"\{name}" for name, letter in GREEK.items()}
 
@@ -66,6 +66,9 @@ class Latex(Notation):
         return rf"\sqrt{{{text}}}"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        if function == "abs":
+            bars = rf"\left|{arguments[0]}\right|"
+            return self.power(bars, exponent) if exponent else bars
         if function == "exp" and not exponent:
             return rf"e^{{{arguments[0]}}}"
         name = FUNCTIONS.get(function, f"\\{function}")
@@ -74,8 +77,18 @@ class Latex(Notation):
             return f"{raised} {arguments[0]}"
         return raised + self.parentheses(", ".join(arguments))
 
+    def relation(self, left: str, sign: str, right: str) -> str:
+        return super().relation(left, {">=": r"\ge", "<=": r"\le"}.get(sign, sign), right)
+
+    def joined(self, conditions: Sequence[str], word: str) -> str:
+        return super().joined(conditions, rf"\text{{{word}}}")
+
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        rows = [rf"{value} & \text{{if }} {condition} \\ " for value, condition in pieces]
+        return rf"{{\begin{{cases}} {''.join(rows)}{otherwise} & \text{{otherwise}} \end{{cases}}}}"
+
     def parentheses(self, text: str) -> str:
-        tall = r"\frac" in text or r"\left(" in text
+        tall = r"\frac" in text or r"\begin{cases}" in text or r"\left(" in text
         return rf"\left({text}\right)" if tall else f"({text})"
 
     def rate(self, text: str) -> str:

@@ -88,6 +88,11 @@ class Text(Notation):
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
         return f"{function}({', '.join(arguments)})"
 
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        for value, condition in reversed(pieces):
+            otherwise = f"where({condition}, {value}, {otherwise})"
+        return otherwise
+
     def parentheses(self, text: str) -> str:
         return f"({text})"
 
@@ -108,6 +113,30 @@ class Identifiers(Text):
 
     def symbol(self, name: str) -> str:
         return self.names[name]
+
+
+class Sympy(Identifiers):
+    """What sympy reads back."""
+
+    def joined(self, conditions: Sequence[str], word: str) -> str:
+        return f"{word.capitalize()}({', '.join(conditions)})" if word else conditions[0]
+
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        listed = "".join(f"({value}, {condition}), " for value, condition in pieces)
+        return f"Piecewise({listed}({otherwise}, True))"
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        return super().call(SYMPY.get(function, function), arguments)
+
+
+SYMPY = {"abs": "Abs", "min": "Min", "max": "Max"}
+
+
+class Python(Identifiers):
+    """An expression of Python."""
+
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        return f"({''.join(f'{value} if {condition} else ' for value, condition in pieces)}{otherwise})"
 
 
 class Unicode(Text):
@@ -139,8 +168,13 @@ class Unicode(Text):
             return base + exponent.translate(SUPERSCRIPTS)
         return f"{base}^{self.enclosed(exponent)}"
 
+    def relation(self, left: str, sign: str, right: str) -> str:
+        return super().relation(left, {">=": "≥", "<=": "≤"}.get(sign, sign), right)
+
     def root(self, text: str) -> str:
         return f"√{text}" if len(text) == 1 else f"√({text})"
 
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        if function == "abs":
+            return self.power(f"|{arguments[0]}|", exponent) if exponent else f"|{arguments[0]}|"
         return f"{self.power(function, exponent) if exponent else function}({', '.join(arguments)})"

@@ -10,6 +10,7 @@ from fractions import Fraction
 import sympy
 
 from lagrange_cli.errors import NotReal
+from lagrange_cli.expression.symbolic_switches import Switch
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 from lagrange_cli.symbolic.work import charge
 
@@ -59,6 +60,18 @@ class Notation(ABC):
     @abstractmethod
     def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
         """A function's value, raised to ``exponent`` if there is one."""
+
+    def relation(self, left: str, sign: str, right: str) -> str:
+        """A comparison, by one of < <= > >=."""
+        return f"{left} {sign} {right}"
+
+    def joined(self, conditions: Sequence[str], word: str) -> str:
+        """Conditions with ``and`` or ``or`` between them."""
+        return f" {word} ".join(conditions)
+
+    @abstractmethod
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        """Values with their conditions, the first one that holds, and a value where none holds."""
 
     @abstractmethod
     def parentheses(self, text: str) -> str:
@@ -125,6 +138,8 @@ class Renderer:
             return self.quotient(expression) if expression.exp.is_negative else self.power(expression)
         if expression.is_Pow:
             return self.raised(expression.base, self.at(expression.exp, Level.SUM))
+        if isinstance(expression, Switch):
+            return self.cases(expression), Level.ATOM
         if expression.is_Function:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:
@@ -203,9 +218,44 @@ class Renderer:
         return self.raised(base, self.at(exponent, Level.SUM))
 
     def raised(self, base: sympy.Expr, exponent: str) -> tuple[str, Level]:
-        if self.notation.powers_of_functions and base.is_Function:
+        if self.notation.powers_of_functions and base.is_Function and not isinstance(base, Switch):
             return self.call(base, exponent), Level.POWER
         return self.notation.power(self.at(base, Level.ATOM), exponent), Level.POWER
+
+    def cases(self, expression: Switch) -> str:
+        """Switches in one another's second branches are cases, one by one."""
+        pieces = []
+        while isinstance(expression, Switch):
+            condition, above, expression = self.condition(expression)
+            pieces.append((self.at(above, Level.SUM), condition))
+        return self.notation.cases(pieces, self.at(expression, Level.SUM))
+
+    def condition(self, switch: Switch) -> tuple[str, sympy.Expr, sympy.Expr]:
+        """A condition, the value where it holds, and that where it does not: switches that share a branch
+        have one."""
+        conditions, word = [self.relation(switch)], ""
+        _, above, below, _ = switch.args
+        while word != "or" and isinstance(above, Switch) and above.args[2] == below:
+            conditions.append(self.relation(above))
+            word, above = "and", above.args[1]
+        while word != "and" and isinstance(below, Switch) and below.args[1] == above:
+            conditions.append(self.relation(below))
+            word, below = "or", below.args[2]
+        return self.notation.joined(conditions, word), above, below
+
+    def relation(self, switch: Switch) -> str:
+        """The condition of one switch, without minus signs where terms can be on the other side."""
+        u, _, _, at = switch.args
+        terms = sympy.Add.make_args(u)
+        right = [negated(term) for term in terms if is_negative(term)]
+        left = [term for term in terms if not is_negative(term)]
+        sides = [
+            sympy.Add(*side, evaluate=False) if len(side) > 1 else sympy.Add(*side) for side in (left, right)
+        ]
+        sign = ">=" if at == 1 else ">"
+        if sides[0].is_number and not sides[1].is_number:
+            sides, sign = sides[::-1], sign.replace(">", "<")
+        return self.notation.relation(self.at(sides[0], Level.SUM), sign, self.at(sides[1], Level.SUM))
 
     def call(self, expression: sympy.Expr, exponent: str = "") -> str:
         arguments = [self.at(argument, Level.SUM) for argument in expression.args]

@@ -10,12 +10,18 @@ import sympy
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form
-from lagrange_cli.symbolic.notations import Identifiers, identifiers
+from lagrange_cli.symbolic.notations import Python, identifiers
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import render
 
 ARGUMENTS = frozenset({"q", "v", "p", "parameters"})
 """Names of the functions' arguments: symbols with these names are renamed."""
+
+SIGN = '''
+def sign(x):
+    """-1, 0 or 1."""
+    return (x > 0) - (x < 0)
+'''.strip()
 
 ELIMINATION = '''
 def accelerations(t, q, v, parameters=PARAMETERS):
@@ -67,6 +73,8 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
         ]
     body = "\n\n\n".join(functions)
     used = sorted(name for name in {*FUNCTIONS, *CONSTANTS} if re.search(rf"\b{name}\b", body))
+    if re.search(r"\bsign\(", body):
+        body = f"{SIGN}\n\n\n{body}"
     head = [
         f'"""{plain(equations.name)}: equations of motion.',
         "",
@@ -100,7 +108,7 @@ class ModuleWriter:
         self.order = order or equations.order
         self.fast = "v" if p is None else "p"
         self.fast_symbols = equations.v if p is None else tuple(p)
-        self.notation = Identifiers(identifiers(map(str, self.order.ranks), ARGUMENTS))
+        self.notation = Python(identifiers(map(str, self.order.ranks), ARGUMENTS))
 
     def scalar(self, name: str, purpose: str, expression: sympy.Expr) -> str:
         """A function that returns one number."""

@@ -20,6 +20,7 @@ from typing import Any
 import mpmath
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Tree
@@ -109,7 +110,7 @@ SLOPES: dict[str, Callable[[Any], Any]] = {
 """The derivatives, up to sign."""
 
 
-class MeasuredAlgebra:
+class MeasuredAlgebra(Decided):
     """``Algebra[Measured]`` over mpmath's numbers."""
 
     def number(self, text: str) -> Measured:
@@ -128,9 +129,18 @@ class MeasuredAlgebra:
             value = mpmath.atan2(y.value, x.value)
             turn = (abs(x.value) * y.scale + abs(y.value) * x.scale) / (x.value**2 + y.value**2)
             return Measured(value, abs(value) + turn)
+        if name in ("min", "max"):
+            return (min if name == "min" else max)(arguments, key=lambda one: one.value)
         (x,) = arguments
+        if name == "abs":
+            return Measured(abs(x.value), x.scale)
+        if name == "sign":
+            return Measured(mpmath.sign(x.value), mpmath.mpf(1))
         value = getattr(mpmath, name)(x.value)
         return Measured(value, abs(value) + abs(SLOPES[name](x.value)) * x.scale)
+
+    def side(self, u: Measured, at: int) -> int | None:
+        return super().side(u.value, at)
 
     def total(self, terms: Sequence[Measured]) -> Measured:
         return reduce(add, terms)

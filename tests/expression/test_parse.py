@@ -86,7 +86,7 @@ REFUSED = [
     ("sin x", 0, 5, "missing parentheses after 'sin'", "write sin(x)"),
     ("θ'", 0, 2, "prime", "θ_dot"),
     ("a = b", 2, 3, "'='", "leave out"),
-    ("a == b", 2, 4, "comparison outside the 'if' of a sum", "if j != i"),
+    ("a == b", 2, 4, "comparison outside 'where' and the 'if' of a sum", "where(x > 0"),
     ("a < b", 2, 3, "comparison", ""),
     ("a if b else c", 2, 4, "condition outside", ""),
     ("not a", 0, 3, "condition", ""),
@@ -106,7 +106,7 @@ REFUSED = [
     ("sum(x for i in range(3), 2)", 23, 24, "unexpected ','", ""),
     ("sum(x for i in range(3) if i = 2)", 29, 30, "'=' does not compare", "=="),
     ("sum(x for i in range(3) if)", 26, 27, "missing value after 'if'", ""),
-    ("sum(x for i in range(3) if i else 2)", 29, 33, "'else' is not allowed", "two sums"),
+    ("sum(x for i in range(3) if i else 2)", 29, 33, "'else' is not allowed", "where("),
     ("sum(x if i else 2 for i in range(3))", 6, 8, "condition outside", ""),
     ("sum(x for i in range(3) if i in range(2))", 29, 31, "'in'", ""),
     ("sin(x for i in range(3))", 6, 9, "'for' outside a sum", ""),
@@ -120,9 +120,14 @@ REFUSED = [
     ("x[1:2]", 3, 4, "':'", ""),
     ("x[i in range(3)]", 4, 6, "'in' outside a sum", ""),
     ("x[1", 1, 2, "unclosed '['", "]"),
-    ("abs(x)", 0, 3, "not smooth", ""),
-    ("where(x, 1, 2)", 0, 5, "not smooth", ""),
-    ("min(x, y)", 0, 3, "not smooth", ""),
+    ("abs(x, y)", 0, 9, "wrong number of arguments for 'abs': 2 instead of 1", "abs(x)"),
+    ("min(x)", 0, 6, "wrong number of arguments for 'min': 1 instead of 2 or more", "min(x, y)"),
+    ("where(x, 1, 2)", 6, 7, "'where' needs a condition first", "where(x > 0"),
+    ("where(x > 0, 1)", 0, 15, "2 instead of 3", "a condition and two values"),
+    ("where(x > 0, y > 0, 2)", 15, 16, "comparison outside", "where("),
+    ("where(x = 0, 1, 2)", 8, 9, "'=' does not compare", "write =="),
+    ("1 if x > 0 else 2", 2, 4, "condition outside", "where("),
+    ("floor(x)", 0, 5, "'floor' is not supported", "where()"),
     ("'a'", 0, 1, "quotation marks", ""),
     ("sin(x).y", 6, 7, "misplaced '.'", ""),
     ("a.b.c", 0, 5, "has no components", ""),
@@ -206,7 +211,11 @@ HABITS = [
     ("x''", "x", ["the equations of motion determine them"]),
     ("sin(30 deg)", "sin(30)", ["angles are in radians: write 30*pi/180"]),
     ("cos(0.5rad)", "cos(0.5)", ["write 0.5; angles are in radians"]),
-    ("k*|x| + y", "k*x + y", ["the length of a vector a is norm(a)"]),
+    (
+        "k*|x| + y",
+        "k*x + y",
+        ["write abs(x), or norm(a) for the length of a vector; in conditions, write or"],
+    ),
     ("sin²(x) + y", "[x] + y", ["write sin(x)**2"]),
     ("cos(30°)", "cos(30)", ["angles are in radians: write 30*pi/180"]),
 ]
@@ -222,7 +231,9 @@ def test_habits_are_read_as_what_they_mean(text: str, meant: str, hints: list[st
 MEANT = {
     "ln": "log(x)", "log10": "log(x)/log(10)", "arctan": "atan(x)", "arcsin": "asin(x)", "arccos": "acos(x)",
     "Sin": "sin", "SQRT": "sqrt", "sec": "1/cos(x)", "hypot": "sqrt(x**2 + y**2)", "mag": "norm(a)",
-    "mod": "x % n", "Abs": "smooth", "sgn": "smooth", "Heaviside": "smooth", "floor": "smooth",
+    "mod": "x % n", "Abs": "abs", "sgn": "sign(x)", "Heaviside": "where(x > 0, 1, 0)",
+    "step": "where(x > 0, 1, 0)",
+    "Piecewise": "where(x > 0, a, b)", "Max": "max", "fabs": "abs(x)", "floor": "where()",
 }  # fmt: skip
 
 
@@ -382,7 +393,7 @@ def sums_of(body: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
 
 
 def larger(inner: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
-    calls = st.sampled_from(sorted(CALLABLE.items())).flatmap(
+    calls = st.sampled_from(sorted(CALLABLE.items() - {("where", 3)})).flatmap(
         lambda one: st.builds(Call, st.just(one[0]), st.tuples(*[inner] * one[1]), st.just(NOWHERE))
     )
     return st.one_of(
@@ -392,6 +403,7 @@ def larger(inner: st.SearchStrategy[Tree]) -> st.SearchStrategy[Tree]:
             Binary, st.just("**"), inner, st.builds(Name, st.just("n"), st.just(NOWHERE)), st.just(NOWHERE)
         ),
         calls,
+        st.builds(Call, st.just("where"), st.tuples(CONDITIONS, inner, inner), st.just(NOWHERE)),
         st.builds(Binary, st.sampled_from(["//", "%"]), WHOLE, WHOLE, st.just(NOWHERE)),
         st.builds(
             Name, st.sampled_from(["u", "bob.x"]), st.just(NOWHERE), st.lists(WHOLE, min_size=1).map(tuple)

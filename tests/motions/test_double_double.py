@@ -61,6 +61,22 @@ def test_kepler(tmp_path, system):
     assert largest(found["diagnostics/h"], [MP.mpf(-1) / 2] * len(x)) < 1e-29
 
 
+CHOSEN = """
+parameters: {a: -3, k: "where(a > 0, sqrt(a), abs(a)/3)"}
+coordinates: {x: {initial: 1}, y: {initial: 1}}
+lagrangian: (x_dot**2 + y_dot**2)/2 - where(a < 0, k*(x**2 + y**2)/2, x**4*y)
+observables: {f: "max(x, y, 0)", g: "where(x > 0 and y > 2, log(x), min(abs(x), 3))"}
+"""
+
+
+def test_branches(tmp_path):
+    _, found = solved(tmp_path, CHOSEN, *LONG, "--stop", "2", "--step", "1", "--outputs", "q,observables")
+    known = [MP.cos(t) for t in found["t"]]
+    assert largest(found["q/x"], known) < 1e-29
+    assert largest(found["observables/f"], [max(x, MP.mpf(0)) for x in known]) < 1e-29
+    assert largest(found["observables/g"], map(abs, known)) < 1e-29
+
+
 def test_pendulum(tmp_path):
     """From rest at 170 degrees: theta = 2 arcsin(k cd(omega t, k)) (Lawden, Elliptic Functions, sec. 5.1)."""
     _, found = solved(

@@ -97,7 +97,7 @@ BAD = [
     (POTENTIAL, "m*theta'", [(12, "theta'", "a prime", "theta_dot")]),
     (POTENTIAL, "sin(theta, 1)", [(12, "sin(theta, 1)", "wrong number of arguments for 'sin'", "sin(x)")]),
     (POTENTIAL, "sine(theta)", [(12, "sine", "unknown function 'sine'", "'sin'")]),
-    (POTENTIAL, "abs(theta)", [(12, "abs", "'abs' is not supported yet", "smooth")]),
+    (POTENTIAL, "floor(theta)", [(12, "floor", "'floor' is not supported", "where()")]),
     (POTENTIAL, "theta[1]", [(12, "theta[1]", "'theta' is not a family", "write theta")]),
     (POTENTIAL, "m // 2", [(12, "m", "'m' is neither an index nor a size", "whole numbers")]),
     (POTENTIAL, "1/0", [(12, "1/0", "division by zero", "")]),

@@ -33,9 +33,23 @@ def texts(names: Sequence[str]) -> st.SearchStrategy[str]:
             pairs.map(lambda t: f"({t[0]})**({t[1]})"),
             inner.map(lambda u: f"(sin({u})**2 + cos({u})**2)"),
             inner.map(lambda u: f"-({u})"),
+            st.tuples(st.sampled_from(["abs", "sign"]), inner).map(lambda t: f"{t[0]}({t[1]})"),
+            st.tuples(st.sampled_from(["min", "max"]), inner, inner).map(lambda t: f"{t[0]}({t[1]}, {t[2]})"),
+            st.tuples(conditions(inner), inner, inner).map(lambda t: f"where({t[0]}, {t[1]}, {t[2]})"),
         )
 
     return st.recursive(leaves, grow, max_leaves=8)
+
+
+def conditions(inner: st.SearchStrategy[str]) -> st.SearchStrategy[str]:
+    """Conditions between such expressions."""
+    compared = st.tuples(inner, st.sampled_from(["<", "<=", ">", ">="]), inner).map(" ".join)
+    return st.one_of(
+        compared,
+        st.tuples(compared, st.sampled_from(["and", "or"]), compared).map(" ".join),
+        compared.map(lambda one: f"not {one}"),
+        st.tuples(inner, inner, inner).map(lambda t: f"{t[0]} < {t[1]} <= {t[2]}"),
+    )
 
 
 PRECISIONS = range(43, 54, 2)

@@ -198,10 +198,17 @@ class ManyDigits:
     def function(self, name: str, arguments: Sequence[mpmath.mpf]) -> mpmath.mpf:
         if self.real and any(isinstance(argument, mpmath.mpc) for argument in arguments):
             raise ValueError(f"{name} of a complex number")
+        if name in ("abs", "min", "max"):
+            return {"abs": abs, "min": min, "max": max}[name](*arguments)
         if name == "atan2" and not self.real:
             y, x = arguments
             return -1j * mpmath.log((x + 1j * y) / mpmath.sqrt(x * x + y * y))
         return getattr(mpmath, name)(*arguments)
+
+    def side(self, u: mpmath.mpf, at: int) -> int:
+        if isinstance(u, mpmath.mpc):
+            raise ValueError("complex numbers are compared")
+        return 1 if u > 0 else -1 if u < 0 else at
 
     def diff(self, expression: mpmath.mpf, symbol: mpmath.mpf) -> mpmath.mpf:
         raise NotImplementedError

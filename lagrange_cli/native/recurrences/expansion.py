@@ -9,7 +9,13 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factored, Factorization
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
-from lagrange_cli.native.recurrences.evaluation import Constants, add_scaled, emit_power, emit_values
+from lagrange_cli.native.recurrences.evaluation import (
+    Constants,
+    add_scaled,
+    emit_power,
+    emit_switch,
+    emit_values,
+)
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.program import Op, Series, SeriesProgram
 
@@ -49,6 +55,19 @@ class Expansion(Generic[V]):
         """What does not change during a step: an expression in parameters and in cyclic momenta."""
         return self.cyclic[node] if node in self.cyclic else self.constants.value(self.kind, node)
 
+    def select(self, one: Series, above: V | None, below: V | None) -> V | None:
+        """What a SELECT series has of its branches."""
+        if above is None and below is None:
+            return None
+        assert isinstance(one.data, tuple)
+        (node, at), kind = one.data, self.kind
+        decides = self.constant(node)
+        if at == 0:
+            return emit_switch(kind, at, decides, above, below)
+        if at > 0:
+            return kind.select(kind.compare("olt", decides, None), below, above)
+        return kind.select(kind.compare("ogt", decides, None), above, below)
+
     def coordinate(self, i: int) -> V:
         """q_i where the step begins."""
         return self.kind.load("%state", i, self.width)
@@ -81,6 +100,10 @@ class Expansion(Generic[V]):
             a, b = one.arguments
             rest = kind.fma(first[0], low.get(b), kind.mul(first[1], low.get(a)))
             return kind.fma(first[0], first[1], rest)
+        if one.op is Op.SELECT:
+            if any(i in low for i in one.arguments):
+                low[index] = self.select(one, *(low.get(i) for i in one.arguments))
+            return self.select(one, *first)
         if one.op is Op.POWER:
             return self._start_power(index, one)
         assert one.op is Op.PRIMITIVE
@@ -91,7 +114,7 @@ class Expansion(Generic[V]):
         kind = self.kind
         moving = [a for a in node.arguments if a.symbols & self.residual.variables]
         values = {a: self.table[i][0] for a, i in zip(moving, one.sources)}
-        if not all(i in self.remainders for i in one.sources):
+        if not all(i in self.remainders and self.program.series[i].op is not Op.SELECT for i in one.sources):
             name = "pow" if node.kind is Kind.POWER else str(node.data)
             return kind.function(
                 name, *(values[a] if a in values else self.constant(a) for a in node.arguments)

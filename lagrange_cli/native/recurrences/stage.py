@@ -148,6 +148,9 @@ class Stage(Generic[V]):
             return expansion.linear(one, [self.at(argument, ahead) for argument in one.arguments])
         if one.op is Op.MULTIPLY:
             return self.product(index, one)
+        if one.op is Op.SELECT:
+            above, below = (self.at(argument, ahead) for argument in one.arguments)
+            return expansion.select(one, above, below)
         if one.op is Op.DERIVATIVE:
             return self.derived(self.at(one.arguments[0], ahead + 1), ahead + 1)
         if one.op is Op.PRIMITIVE:
@@ -172,6 +175,9 @@ class Stage(Generic[V]):
             return kind.total(
                 [(expansion.table[other][0], value) for other, value in pairs if value is not None], start
             )
+        if one.op is Op.SELECT:
+            above, below = (changed(argument, one.level) for argument in one.arguments)
+            return kind.add(start, expansion.select(one, above, below))
         if one.op is Op.DERIVATIVE:
             return self.derived(changed(one.arguments[0], one.level + 1), one.level + 1, start)
         if one.op is Op.PRIMITIVE:

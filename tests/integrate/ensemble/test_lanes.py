@@ -38,6 +38,14 @@ coordinates: {x: {initial: 1.0, velocity: 1.0}, y: {initial: 0.0}}
 lagrangian: m*x_dot**2/2 + x**2*y_dot**2/2
 """
 """The mass matrix is singular where x is 0; and there is none where m is."""
+CHOSEN = """
+parameters: {a: 1.0}
+coordinates: {x: {initial: 1.0}, y: {initial: 0.5}}
+potential: where(a > 0, x**2*y + sqrt(a), sqrt(1 - a) + x*y) + abs(a)*y**2
+masses: {p: 1}
+embedding: {p: [x, y*where(a > 0, 1, 2)]}
+"""
+"""Which potential a member has depends on the sign of its own parameter."""
 STIFF = """
 parameters: {w: 1.0}
 coordinates: {x: {initial: 1.0}}
@@ -122,6 +130,15 @@ def test_members_move_as_they_do_alone(name, sense):
     scale = np.abs(alone.samples).max(axis=(0, 2), keepdims=True) + 1e-300
     assert np.max(np.abs(many.samples - alone.samples) / scale) < 1e-12
     assert np.max(np.abs(many.state - many.samples[:, :, -1]) / scale[:, :, 0]) < 1e-13
+
+
+def test_members_choose_their_own_branches():
+    parameters, states = members_of(CHOSEN, 19)
+    parameters[:, 0] = np.random.default_rng(1).uniform(-1, 1, 19)
+    times = times_of(1.0)
+    many, alone = (run(CHOSEN, parameters, states, times, single=single) for single in (False, True))
+    assert many.ending == alone.ending == [Ending.COMPLETE] * 19
+    assert np.max(np.abs(many.samples - alone.samples)) < 1e-13
 
 
 def test_integrals_are_carried_along():

@@ -53,6 +53,32 @@ generalized_forces: {{x: "{force}"}}
 """
 
 
+BRANCHES = (
+    ("sin(x*y)*y_dot - x", "x_dot**2"),
+    ("x", "-x**3"),
+    ("t*x", "7"),
+    ("where(a < 0, x*y, y)", "where(a < 2, cos(x), exp(y))"),
+    ("sqrt(-5 + a)", "y_dot"),
+)
+CHOICE = """
+parameters: {{a: 1.3}}
+coordinates: {{x: {{initial: 0.7, velocity: 0.2}}, y: {{initial: 0.1, velocity: 0.5}}}}
+lagrangian: (x_dot**2 + y_dot**2 + x_dot*y_dot/2)/2
+generalized_forces: {{x: "{x}", y: "{y}"}}
+"""
+
+
+@pytest.mark.parametrize(("one", "other"), BRANCHES)
+def test_a_constant_chooses_each_coefficient(one, other):
+    """What is not chosen may have no value."""
+    chosen = CHOICE.format(
+        x=f"sin(where(a < 1, {one}, {other}))", y=f"where(a > 1, {other}, {one})*x**2 + 2*x"
+    )
+    plain = CHOICE.format(x=f"sin({other})", y=f"({other})*x**2 + 2*x")
+    found, known = (follow(system, 0.5, 3)["q/x"] for system in (chosen, plain))
+    assert np.max(np.abs(found - known)) < 1e-15
+
+
 @pytest.mark.exhaustive(keep=16)
 @pytest.mark.parametrize("u", ["0.1 + 0.5*t", "y", "y_dot*t + 0.1", "asin(sin(0.1 + 0.5*t))"])
 @pytest.mark.parametrize("force", FUNCTIONS)

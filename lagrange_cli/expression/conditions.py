@@ -1,0 +1,123 @@
+"""Conditions of ``where``: comparisons of numbers, joined by ``and``, ``or``, ``not``.
+
+A comparison is the sign of a difference, and what is joined is one choice inside another. Where all that is
+compared are whole numbers, indices and sizes, conditions are those of sums.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+from lagrange_cli.expression.algebra import Algebra, Value
+from lagrange_cli.expression.indices import Indices, holds
+from lagrange_cli.expression.syntax import (
+    Binary,
+    Comparison,
+    ExpressionError,
+    Logic,
+    Name,
+    Negative,
+    Number,
+    Tree,
+)
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Positive:
+    """Whether u > 0 (``at`` is -1) or u >= 0 (1)."""
+
+    u: Any
+    at: int
+
+    def select(self, algebra: Algebra[Any], yes: Any, no: Any) -> Any:
+        """``yes`` where it holds, ``no`` elsewhere."""
+        return algebra.switch(self.u, yes, no, self.at)
+
+
+@dataclass(frozen=True)
+class Joined:
+    """What holds where all of its ``parts`` do, or any of them; or, ``turned``, where that is not so."""
+
+    parts: tuple[Condition, ...]
+    every: bool
+    turned: bool = False
+
+    def select(self, algebra: Algebra[Any], yes: Any, no: Any) -> Any:
+        """``yes`` where it holds, ``no`` elsewhere."""
+        if self.turned:
+            yes, no = no, yes
+        made = yes if self.every else no
+        for part in reversed(self.parts):
+            made = part.select(algebra, made, no) if self.every else part.select(algebra, yes, made)
+        return made
+
+
+Condition = Positive | Joined
+
+
+def met(
+    condition: Tree, indices: Indices, value: Callable[[Tree], Value], algebra: Algebra[Any]
+) -> bool | Condition:
+    """Whether a condition holds, where that is known; ``value`` gives those of what is compared."""
+    if isinstance(condition, Logic):
+        if condition.operator == "not":
+            inner = met(condition.operands[0], indices, value, algebra)
+            return not inner if isinstance(inner, bool) else Joined((inner,), True, True)
+        every, open_ones = condition.operator == "and", []
+        for operand in condition.operands:
+            inner = met(operand, indices, value, algebra)
+            if isinstance(inner, bool):
+                if inner is not every:
+                    return inner
+            else:
+                open_ones.append(inner)
+        return Joined(tuple(open_ones), every) if open_ones else every
+    if not isinstance(condition, Comparison):
+        raise ExpressionError(
+            condition.span, "expected a condition, found a value", "compare it with another, as in x > 0"
+        )
+    if all(whole(operand, indices) for operand in condition.operands):
+        return holds(condition, indices)
+    values = [scalar(operand, value(operand)) for operand in condition.operands]
+    found: list[Condition] = []
+    for operator, left, right in zip(condition.operators, values, values[1:]):
+        if operator in ("==", "!="):
+            raise ExpressionError(
+                condition.span,
+                f"'{operator}' compares numbers that vary: they are equal at single moments only",
+                "write < <= > or >=, as in abs(x - a) < 1e-6",
+            )
+        at = 1 if operator in ("<=", ">=") else -1
+        u = left - right if operator in (">", ">=") else right - left
+        side = algebra.side(u, at)
+        if side == -1:
+            return False
+        if side is None:
+            found.append(Positive(u, at))
+    if not found:
+        return True
+    return found[0] if len(found) == 1 else Joined(tuple(found), True)
+
+
+def whole(tree: Tree, indices: Indices) -> bool:
+    """Whether it is made of whole numbers, indices and sizes."""
+    if isinstance(tree, Name):
+        return not tree.indices and tree.identifier in indices
+    if isinstance(tree, Number):
+        return tree.text.isdecimal()
+    if isinstance(tree, Negative):
+        return whole(tree.operand, indices)
+    if isinstance(tree, Binary):
+        return tree.operator in ("+", "-", "*", "//", "%") and all(
+            whole(one, indices) for one in (tree.left, tree.right)
+        )
+    return False
+
+
+def scalar(tree: Tree, value: Value) -> Any:
+    """What is compared, if it is no vector."""
+    if isinstance(value, tuple):
+        raise ExpressionError(tree.span, "vectors cannot be compared", "take components, or their norm()")
+    return value

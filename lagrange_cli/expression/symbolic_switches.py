@@ -1,0 +1,105 @@
+"""Functions with kinks and jumps in sympy: of real arguments, and as they are written in system files.
+
+sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols are real, which is not said of
+them. Derivatives are those on both sides of a jump, as in the expression graph.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import sympy
+
+
+def decided(u: sympy.Expr) -> bool:
+    """Whether it is a real number."""
+    return bool(u.is_number and u.is_extended_real)
+
+
+class Absolute(sympy.Function):  # type: ignore[misc]
+    """abs(u)."""
+
+    @classmethod
+    def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
+        """Numbers come out of it, and so does a sign."""
+        number, rest = u.as_coeff_Mul()
+        if rest is sympy.S.One:
+            return abs(number)
+        if number != 1:
+            return abs(number) * cls(rest)
+        if isinstance(u, Absolute):
+            return u
+        return cls(-u) if u.could_extract_minus_sign() else None
+
+    def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
+        return Sign(self.args[0]) * self.args[0].diff(symbol)
+
+
+class Sign(sympy.Function):  # type: ignore[misc]
+    """sign(u), 0 at 0."""
+
+    @classmethod
+    def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
+        """That of a number, and of a factor, comes out of it."""
+        number, rest = u.as_coeff_Mul()
+        if rest is sympy.S.One and decided(number):
+            return sympy.sign(number)
+        if number != 1 and decided(number):
+            return sympy.sign(number) * cls(rest)
+        return -cls(-u) if u.could_extract_minus_sign() else None
+
+    def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
+        return sympy.S.Zero
+
+
+class Extremum(sympy.Function):  # type: ignore[misc]
+    """What ``max`` and ``min`` have in common."""
+
+    SIGN = 1
+
+    @classmethod
+    def eval(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
+        """Numbers are compared; what is equal is one."""
+        if all(decided(argument) for argument in arguments):
+            return max(arguments) if cls.SIGN > 0 else min(arguments)
+        distinct = tuple(dict.fromkeys(arguments))
+        if len(distinct) == 1:
+            return distinct[0]
+        return cls(*distinct) if len(distinct) < len(arguments) else None
+
+    def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
+        first, *others = self.args
+        rest = self.func(*others)
+        difference = sympy.Integer(self.SIGN) * (first - rest)
+        return Switch(difference, first.diff(symbol), rest.diff(symbol), sympy.S.Zero)
+
+
+class Largest(Extremum):
+    """max(a, b, ...)."""
+
+
+class Least(Extremum):
+    """min(a, b, ...)."""
+
+    SIGN = -1
+
+
+class Switch(sympy.Function):  # type: ignore[misc]
+    """where(u > 0, above, below), or with u >= 0 if ``at`` is 1; 0 if both sides meet."""
+
+    @classmethod
+    def eval(cls, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: sympy.Integer) -> Any:
+        """A number decides."""
+        if above == below:
+            return above
+        if decided(u):
+            return above if u > 0 or (u.is_zero and at >= 0) else below
+        return None
+
+    def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
+        u, above, below, at = self.args
+        return self.func(u, above.diff(symbol), below.diff(symbol), at)
+
+
+for _kind, _name in ((Absolute, "abs"), (Sign, "sign"), (Largest, "max"), (Least, "min"), (Switch, "where")):
+    _kind.__name__ = _name
