@@ -9,8 +9,8 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
 from lagrange_cli.limits import way_out, whole
+from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
-from lagrange_cli.mechanics.hidden_forces import hidden_forces
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program, suits_lanes, with_lanes, write_program
@@ -43,7 +43,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    undetected = precision not in method.detects and bool(hidden_forces(residual))
+    undetected = precision not in method.detects and may_hide(residual)
     program = program_of(residual, plan, compilation)
     if compilation.portable:
         from lagrange_cli.native.functions.portable import portable

@@ -24,8 +24,8 @@ class Linearization:
     by_v: tuple[tuple[Node, ...], ...]
 
 
-def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
-    """(symbols of the accelerations, R_k in q, q_dot, q_ddot, t without ``ddt`` nodes)."""
+def expanded(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """(symbols of the accelerations, R_k in q, q_dot, q_ddot, t and cyclic momenta without ``ddt`` nodes)."""
     graph, model = residual.graph, residual.model
     accelerations = tuple(graph.symbol(acceleration_name(name)) for name in model.coordinates)
     rates = list(zip(model.q, model.v)) + list(zip(model.v, accelerations)) + [(model.time, graph.one)]
@@ -37,8 +37,14 @@ def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
             plain[node] = graph.sum(terms)
         else:
             plain[node] = rebuilt(graph, node, arguments)
+    return accelerations, tuple(plain[node] for node in residual.residual)
+
+
+def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """(symbols of the accelerations, R_k in q, q_dot, q_ddot, t without ``ddt`` nodes)."""
+    accelerations, rows = expanded(residual)
     momenta = {one.symbol: one.momentum for one in residual.cyclic_momenta}
-    return accelerations, substituted(graph, [plain[node] for node in residual.residual], momenta)
+    return accelerations, substituted(residual.graph, rows, momenta)
 
 
 def linearize(residual: Residual) -> Linearization:

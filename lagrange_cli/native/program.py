@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.hidden_forces import hidden_forces
+from lagrange_cli.mechanics.defect import defect, may_hide
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
@@ -43,15 +43,15 @@ class Program(Interface):
 
 @dataclass(frozen=True)
 class Equations:
-    """What a motion follows: series, their order, powers of what hides forces, and the tolerance of steps."""
+    """What a motion follows: series, their order, the tolerance of steps, and whether these are proven."""
 
     residual: Residual
     series: SeriesProgram
     state: StateLayout
     constants: Constants
     order: int
-    hidden: Sequence[float]
     tolerance: float
+    proven: bool
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,8 @@ def double(equations: Equations) -> Motion:
     parts += expansion.factorization.functions
     degrees = equations.state.degrees
     if order >= STEPPING:
-        parts.append(stepper(layout, degrees, work, equations.tolerance, equations.hidden))
+        proving = (residual, defect(residual), equations.constants) if equations.proven else None
+        parts.append(stepper(layout, degrees, work, equations.tolerance, proving))
     parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
     return Motion(parts, work, emitter.operations)
 
@@ -119,16 +120,15 @@ def write_program(
     """
     model, constants = residual.model, Constants()
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
-    hidden = hidden_forces(residual) if order >= STEPPING and kind is Emitter else {}
-    named = {f"hidden {i}": node for i, node in enumerate(hidden)}
-    integrands = {**named, **integrands, **dict.fromkeys(stored, residual.graph.zero)}
+    proven = order >= STEPPING and kind is Emitter and may_hide(residual)
+    integrands = {**integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
         residual.graph, residual.variables, model.q, model.v, model.time,
         residual.residual, list(integrands.values()),
     )  # fmt: skip
     series = replace(series, stored=len(stored))
     state = StateLayout(len(model.q), len(integrands) - len(stored), len(stored))
-    equations = Equations(residual, series, state, constants, order, [*hidden.values()], tolerance)
+    equations = Equations(residual, series, state, constants, order, tolerance, proven)
     made = (double if kind is Emitter else double_double)(equations)
     symbols = [*model.q, *model.v]
 
@@ -140,8 +140,9 @@ def write_program(
     if linearized:
         parts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
     prepare, size = write_prepare(kind(), constants, model.parameters)
+    text = "\n".join([DECLARATIONS, GLOBALS, *parts, prepare, ATTRIBUTES])
     return Program(
-        text="\n".join([DECLARATIONS, GLOBALS, *parts, prepare, ATTRIBUTES]),
+        text=with_lane_functions(text) if proven else text,
         order=order,
         degrees=len(model.q),
         parameters=tuple(model.parameters),
@@ -159,7 +160,7 @@ def write_program(
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
     """Whether its motions are followed eight at once: not where a force may hide."""
-    if hidden_forces(residual):
+    if may_hide(residual):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]
@@ -169,7 +170,7 @@ def suits_lanes(program: Program, residual: Residual) -> bool:
 def with_lanes(program: Program, residual: Residual, tolerance: float) -> Program:
     """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``)."""
     from lagrange_cli.native.functions import elementary
-    from lagrange_cli.native.numbers.lanes import DECLARATIONS, LaneEmitter
+    from lagrange_cli.native.numbers.lanes import LaneEmitter
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
     from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
     from lagrange_cli.native.recurrences.paired import Memory, write_paired_jet
@@ -184,11 +185,19 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     pack = Pack(program.degrees, program.rows, width, layout.span, size, layout.vectors)
     stepping = follow(pack, order, tolerance, len(program.parameters))
     text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, stepping])
+    text = with_lane_functions(text) + ATTRIBUTES.replace("#0", "#1") + "\n"
+    return replace(program, text=text, lanes=LANES * pack.places["size"])
+
+
+def with_lane_functions(text: str) -> str:
+    """A program's text with the functions of vectors that it calls."""
+    from lagrange_cli.native.functions import elementary
+    from lagrange_cli.native.numbers.lanes import DECLARATIONS
+
     text += elementary.definitions(text)
     present = set(re.findall(r"^ *declare .*@([\w.]+)\(", text, re.MULTILINE))
     missing = (line for name, line in DECLARATIONS.items() if name not in present)
-    text = "\n".join([text, *missing, ATTRIBUTES.replace("#0", "#1") + "\n"])
-    return replace(program, text=text, lanes=LANES * pack.places["size"])
+    return "\n".join([text, *missing, ""])
 
 
 def tables(prefix: str, size: int) -> list[str]:

@@ -88,12 +88,12 @@ class Expansion(Generic[V]):
         if one.op is Op.LINEAR:
             assert isinstance(one.data, tuple)
             constant, scales = one.data
+            lows = [(scale, low.get(index)) for index, scale in zip(one.arguments, scales)]
+            values = list(zip(scales, first))
             total: V | None = None
-            for index, scale in zip(one.arguments, scales):
-                total = self.add_scaled(scale, low.get(index), total)
-            if not constant.is_zero:
-                total = kind.add(total, self.constant(constant))
-            for value, scale in zip(first, scales):
+            if not constant.is_zero:  # which a coordinate may all but cancel; low parts would be lost in it
+                total, lows, values = self.constant(constant), values, lows
+            for scale, value in (*lows, *values):
                 total = self.add_scaled(scale, value, total)
             return total
         if one.op is Op.MULTIPLY:

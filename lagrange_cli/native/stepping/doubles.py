@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -11,48 +11,50 @@ from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
-from lagrange_cli.native.stepping.detection import Detection
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
+from lagrange_cli.native.stepping.proof import Proof, Proving
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
 
 AT_REST = 2.0**-900
-"""Where forces may hide, velocities below this do not limit the step."""
+"""Where steps are proven, velocities below this do not limit them."""
 CHAINS, RATE_CHAINS = 4, 2
 """Partial sums of a polynomial that are added in parallel."""
 
 
-def stepper(layout: Layout, degrees: int, work: int, tolerance: float, hidden: Sequence[float] = ()) -> str:
-    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``.
+SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
+"""A step that is not proven is tried again so many times as long, or as the step before; down to this part of
+what the series suggests, below which there is none."""
 
-    ``hidden`` are the powers of what hides forces, whose quadratures are the first (see ``detection``).
-    """
-    return advance(DoubleSteps(layout, degrees, work, tolerance, tuple(hidden)))
+
+def stepper(layout: Layout, degrees: int, work: int, tolerance: float, proving: Proving | None = None) -> str:
+    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``."""
+    return advance(DoubleSteps(layout, degrees, work, tolerance, proving))
 
 
 class DoubleSteps(Steps):
     """What steps in doubles are made of."""
 
     def __init__(
-        self, layout: Layout, degrees: int, work: int, tolerance: float, hidden: tuple[float, ...]
+        self, layout: Layout, degrees: int, work: int, tolerance: float, proving: Proving | None
     ) -> None:
         self.state = StateLayout(degrees, len(layout.state) - 2 * degrees)
         self.bounds = DOUBLE.coarser(tolerance)
         width, lanes = layout.width, min(layout.width, LANES)
         self.lengths = Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
-        self.sizes = StepSize(self.lengths, tolerance, AT_REST if hidden else 0.0)
-        self._work, self._hidden = work, hidden
-        self._series = self.state.memory + width + LANES
+        self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving else 0.0)
+        self._work, self._proof = work, None
+        if proving:
+            loose = max(1.0, tolerance / self.bounds.precision)
+            nothing = self.bounds.nothing_much
+            self._proof = Proof(*proving, self.lengths, self.state.width, loose, nothing)
 
     def functions(self) -> list[str]:
         """See ``Steps``."""
         lengths = self.lengths
-        detection = Detection(
-            lengths.order, lengths.width, lengths.rows, lengths.degrees, self._hidden, self._series,
-            self._work, self.bounds.nothing_much,
-        )  # fmt: skip
         made = [*self.sizes.functions(), self.sizes.shortened_step(), accepted(lengths)]
-        return [clear_function(), detection.text(), *(f.text() for f in made)]
+        made += [self._proof.function()] if self._proof else []
+        return [clear_function(), *(f.text() for f in made)]
 
     def places(self, f: Function) -> tuple[Pointer, Pointer]:
         """The state, and the series."""
@@ -78,12 +80,20 @@ class DoubleSteps(Steps):
         return now, h.get(), sound
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
-        if not self._hidden:
+        if self._proof is None:
             return h
-        ahead, (state, work) = f.smaller(h, left), self.places(f)
-        given = f.pointer("%constants"), now.t + now.low, state, work, f.pointer("%trial"), ahead
-        found = f.call(Real, "detected", *given)
-        return f.select(found < ahead, found, h)
+        length, places = f.variable(h), self.places(f)
+        before = f.select(now.previous > 0.0, now.previous * REGAINED, h)
+        with f.when(free), f.section() as sound, f.forever():
+            needed = f.smaller(length.get(), left)
+            given = f.pointer("%constants"), now.t + now.low, *places, needed
+            with f.when(f.call(Bit, "proven", *given)):
+                sound.leave()
+            length.set(f.smaller(needed * SHORTER, before))
+            with f.when(~(length.get() > f.smaller(h, left) * LEAST)):
+                length.set(f.constant(0.0))
+                sound.leave()
+        return length.get()
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
         at, lengths = f.variable(index), self.lengths
@@ -108,7 +118,7 @@ class DoubleSteps(Steps):
         f.store(t, "%state", self.state.at(Clock.TIME))
         f.store(low, "%state", self.state.at(Clock.TIME_LOW))
         nothing = None
-        if self._hidden:
+        if self._proof:
             nothing = f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
         return moved(f, self.lengths, h, allowed, self.expected(f), self.state.width, nothing)
 

@@ -1,0 +1,110 @@
+"""What is left of the equations of motion when series are put into them: the defect, term by term.
+
+And whether it has to be bounded, since something may hide between the places that a step's series shows."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.explicit import expanded
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.records import dataclass
+
+SINGULAR = frozenset({"exp", "tanh", "sinh", "cosh", "tan", "atan", "asin", "acos", "log", "atan2"})
+"""Functions that change by orders of magnitude where their argument does, or that have singularities, which
+may be off the real line and as near to it as they like. (Sine and cosine show everywhere what they are.)"""
+STEEP, HIGH = 4, 8
+"""Powers of large coordinates: from the first one on, what falls so fast, and from the second one on, what
+grows so fast, may be nothing to the last bit where a step begins. Gravity and rotation are below."""
+
+
+@dataclass(frozen=True)
+class Defect:
+    """The equations as sums of ``terms``, a row for each coordinate, in q, q_dot, t and ``accelerations``.
+
+    Terms that are linear in accelerations alone are left out: of a polynomial nothing is left.
+    """
+
+    accelerations: tuple[Node, ...]
+    terms: tuple[tuple[Node, ...], ...]
+
+
+def defect(residual: Residual) -> Defect:
+    """The terms of the equations."""
+    accelerations, rows = expanded(residual)
+    moving, exact = residual.variables, residual.model.time.symbols
+    for one in accelerations:
+        moving |= one.symbols
+        exact |= one.symbols
+
+    def terms(node: Node, factor: Node) -> list[Node]:
+        if not node.symbols & moving or (node.kind is Kind.SYMBOL and node.symbols & exact):
+            return []
+        if node.kind is Kind.SUM:
+            listed = zip(node.arguments, node.data[1])
+            return [one for argument, scale in listed for one in terms(argument, factor * scale)]
+        if node.kind is Kind.PRODUCT:
+            changing = [(a, e) for a, e in zip(node.arguments, node.data) if a.symbols & moving]
+            if len(changing) == 1 and changing[0][1] == 1:
+                fixed = [(a, e) for a, e in zip(node.arguments, node.data) if a is not changing[0][0]]
+                return terms(changing[0][0], factor * node.graph.product(fixed))
+        return [factor * node]
+
+    one = residual.graph.one
+    return Defect(accelerations, tuple(tuple(terms(row, one)) for row in rows))
+
+
+def may_hide(residual: Residual) -> bool:
+    """Whether something in the equations may hide from the series of a step."""
+    nodes, variables = reachable(residual.residual), residual.variables
+    degrees = growth(nodes)
+    for node in nodes:
+        if not node.symbols & variables:
+            continue
+        if node.kind is Kind.POWER or (node.kind is Kind.FUNCTION and node.data in SINGULAR):
+            return True
+        if node.kind is Kind.PRODUCT:
+            for base, exponent in zip(node.arguments, node.data):
+                if not base.symbols & variables:
+                    continue
+                steepness = abs(exponent) * degrees[base]
+                if steepness >= (HIGH if exponent > 0 else STEEP):
+                    return True
+                if (exponent < 0 or exponent != int(exponent)) and not is_distance(base, variables):
+                    return True
+    return False
+
+
+def is_distance(base: Node, variables: int) -> bool:
+    """Whether it is a coordinate, or a sum of squares, without a constant that could soften it: it shows its
+    singularity to a motion that comes near."""
+    if base.kind is Kind.SUM:
+        constant, coefficients = base.data
+        return constant == 0 and all(
+            scale > 0 and is_square(one, variables) for one, scale in zip(base.arguments, coefficients)
+        )
+    return base.kind is Kind.SYMBOL or is_square(base, variables)
+
+
+def is_square(node: Node, variables: int) -> bool:
+    """Whether it is one of something that is linear in what moves."""
+    if node.kind is not Kind.PRODUCT:
+        return False
+    return all(
+        exponent == 2 and base.kind in (Kind.SUM, Kind.SYMBOL)
+        for base, exponent in zip(node.arguments, node.data)
+        if base.symbols & variables
+    ) and bool(node.symbols & variables)
+
+
+def growth(nodes: list[Node]) -> dict[Node, float]:
+    """Of each node the power of large coordinates that it grows with, at most; arguments come first."""
+    found: dict[Node, float] = {}
+    for node in nodes:
+        each = [found[argument] for argument in node.arguments]
+        if node.kind is Kind.SUM:
+            found[node] = max(each, default=0.0)
+        elif node.kind is Kind.PRODUCT:
+            found[node] = sum(abs(exponent) * degree for exponent, degree in zip(node.data, each))
+        else:
+            found[node] = 0.0 if node.kind is Kind.NUMBER else 1.0
+    return found

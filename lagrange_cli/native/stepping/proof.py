@@ -1,0 +1,191 @@
+"""``@proven``: whether the series of a step satisfy the equations of motion all through the step.
+
+The series of q are polynomials of t, and those of v and of the accelerations their derivatives. Put into the
+equations they leave a *defect*, an analytic function of t whose coefficients are 0 up to the order n of the
+accelerations. Where a term of it differs from its start by at most D for all complex times within r,
+coefficient m of it is at most D / r^m (Cauchy's estimate), so that for h = r / k what is beyond order n is at
+most D k^-(n + 1) / (1 - 1/k) up to time h. D is found by enclosing q, v, a and t in disks, and evaluating the
+term over these (``recurrences.disk``). Nothing that the equations contain is passed over, however narrow.
+
+It is done for several k at once, and each term takes the k that suits it best: what is next to nothing all
+around takes a small one, what is large a great one. (Enclosures of Taylor series over a step: G. F. Corliss
+and R. Rihm, Validating an a priori enclosure using high-order Taylor series, 1996; N. S. Nedialkov,
+K. R. Jackson and G. F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.defect import Defect
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Value
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.recurrences.disk import Disk, Disks
+from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.records import dataclass
+
+RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
+"""How many times as large as the step the disks of time are."""
+SMALL = 2.0**-46
+"""A defect up to this part of the accelerations, their change, and what changes the velocity within a step
+is not told from rounding."""
+WIDER = 1 + 2.0**-40
+"""More than what rounding makes radii too small by."""
+
+
+Proving: TypeAlias = "tuple[Residual, Defect, Constants]"
+"""Equations, what is left of them, and where their constants are."""
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What ``@proven`` is written from.
+
+    ``loose`` is how many times coarser than full precision the tolerance is; what rests may be moved by
+    ``nothing``; low parts of the state are ``low`` doubles behind.
+    """
+
+    residual: Residual
+    defect: Defect
+    constants: Constants
+    lengths: Lengths
+    low: int
+    loose: float
+    nothing: float
+
+    def function(self) -> Function:
+        """``@proven(constants, t, state, work, h)``."""
+        given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, double %h"
+        f = Function(f"define internal i1 @proven({given}) #0")
+        emitter = Emitter()
+        emitter.lines = f.sink
+        disks = Disks(f, emitter, LANES)
+        self._extents(f)
+        moving = self._leaves(f, disks)
+        rows = [one for row in self.defect.terms for one in row]
+        self._without_cancelling(disks, rows, moving)
+        emit_values(disks, rows, moving, self.constants)
+        allowed = self._allowed(f, emitter, moving)
+        weights = f.vector([k ** -float(self.lengths.order - 1) / (1 - 1 / k) for k in RATIOS])
+        unlimited = disks.all(float("inf"))
+        for row, most in zip(self.defect.terms, allowed):
+            total = f.constant(0.0)
+            for term in row:
+                radius = disks.radius(moving[term] or disks.constant(0)) * weights
+                # what is not a number is not known
+                total = total + f.reduce("fmin", f.select(radius < unlimited, radius, unlimited))
+            with f.when(~(total * WIDER <= most)):
+                f.give(Bit(f, "false"))
+        f.give(Bit(f, "true"))
+        return f
+
+    def _extents(self, f: Function) -> None:
+        """By how much q, v and the accelerations change within the disks, vectors at ``%extents``; and what
+        each acceleration may be off, doubles at ``%scales``."""
+        lengths, n = self.lengths, self.lengths.degrees
+        f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n}, align {8 * LANES}")
+        f.line(f"  %scales = alloca double, i64 {n}, align 8")
+        h = Real(f, "%h")
+        r = f.splat(h, LANES) * f.vector([k * WIDER for k in RATIOS])
+
+        def sum_of(row: Pointer, first: int, slopes: bool, x: Real) -> Real:
+            total = f.variable(f.splat(f.constant(0.0), x.lanes))
+            m = f.variable(f.count(lengths.order))
+            with f.forever() as rounds:
+                c = f.magnitude(f.load(row, m.get() * lengths.term))
+                c = c * m.get().to_real() if slopes else c
+                total.set((total.get() + f.splat(c, x.lanes)) * x)
+                m.set(m.get() - 1)
+                rounds.repeat(m.get() >= first)
+            return total.get()
+
+        def row_of(i: Integer) -> Pointer:
+            return f.place("%work", i * lengths.row + lengths.first)
+
+        with f.loop(0, 2 * n, tested=False) as i:
+            low = f.splat(f.magnitude(f.load("%state", i + self.low)), LANES)
+            f.store_row(sum_of(row_of(i), 1, False, r) + low, "%extents", i * LANES, aligned=True)
+        inverse, part = f.constant(1.0) / h, SMALL * self.loose
+        nothing = f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
+        with f.loop(n, 2 * n, tested=False) as i:
+            row = row_of(i)
+            f.store_row(sum_of(row, 2, True, r), "%extents", (i + n) * LANES, aligned=True)
+            size = sum_of(row, 2, True, h) + f.magnitude(f.load(row, lengths.term))
+            speed = f.magnitude(f.load("%state", i)) * inverse
+            f.store(f.fused(size + speed, part, nothing), "%scales", i - n)
+
+    def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
+        """What the terms are made of, as far as they contain it."""
+        model, n, emitter, lengths = self.residual.model, self.lengths.degrees, disks.centres, self.lengths
+        symbols = 0
+        for row in self.defect.terms:
+            for term in row:
+                symbols |= term.symbols
+        for one in self.residual.cyclic_momenta:
+            symbols |= one.momentum.symbols
+        for row in self.residual.mass_matrix:
+            for entry in row:
+                symbols |= entry.symbols
+        radius = f.splat(Real(f, "%h"), LANES) * f.vector([k * WIDER for k in RATIOS])
+        known: dict[Node, Disk | None] = {model.time: Disk("%t", radius)}
+        for i, symbol in enumerate((*model.q, *model.v, *self.defect.accelerations)):
+            if symbol.symbols & symbols:
+                if i < 2 * n:
+                    centre = emitter.load("%state", i)
+                else:
+                    centre = emitter.load("%work", (i - n) * lengths.row + lengths.first + lengths.term)
+                extent = f.load_row("%extents", i * LANES, LANES, aligned=True)
+                known[symbol] = Disk(centre, extent)
+        # momenta are constants: those of the velocities
+        points = centres(known)
+        emit_values(emitter, [one.momentum for one in self.residual.cyclic_momenta], points, self.constants)
+        known.update((one.symbol, Disk(points[one.momentum])) for one in self.residual.cyclic_momenta)
+        return known
+
+    def _without_cancelling(self, disks: Disks, terms: list[Node], known: dict[Node, Disk | None]) -> None:
+        """1 - tanh^2, the derivative of tanh, cancels where it is next to 0: it is 1 / cosh^2."""
+        for node in reachable(terms):
+            u = squared_tanh(node)
+            if u is not None and u.symbols & self.residual.variables:
+                emit_values(disks, [u], known, self.constants)
+                inverse = disks.div(disks.one, disks.function("cosh", known[u]))
+                scale = disks.number(node.data[0])
+                known[node] = disks.mul(scale, disks.mul(inverse, inverse))
+
+    def _allowed(self, f: Function, emitter: Emitter, moving: dict[Node, Disk | None]) -> list[Real]:
+        """How large the defect of each row may be: by the masses, as an error of the accelerations."""
+        known = centres(moving)
+        matrix = self.residual.mass_matrix
+        emit_values(emitter, [one for row in matrix for one in row if not one.is_zero], known, self.constants)
+        found = []
+        for row in matrix:
+            total: Value = None
+            for j, entry in enumerate(row):
+                if not entry.is_zero:
+                    mass = emitter.magnitude(known[entry])
+                    total = emitter.fma(mass, emitter.load("%scales", j), total)
+            found.append(Real(f, emitter.written(total), 1))
+        return found
+
+
+def centres(disks: Mapping[Node, Disk | None]) -> dict[Node, Value]:
+    """The values where the step begins."""
+    return {node: None if disk is None else disk.centre for node, disk in disks.items()}
+
+
+def squared_tanh(node: Node) -> Node | None:
+    """u, if it is c (1 - tanh(u)^2)."""
+    if node.kind is not Kind.SUM or len(node.arguments) != 1 or node.data[1] != (-node.data[0],):
+        return None
+    square = node.arguments[0]
+    if square.kind is not Kind.PRODUCT or square.data != (2,):
+        return None
+    inner = square.arguments[0]
+    return inner.arguments[0] if inner.kind is Kind.FUNCTION and inner.data == "tanh" else None
