@@ -91,7 +91,7 @@ class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` tells that steps may
-    pass over a hidden force (see ``mechanics.hidden_forces``).
+    pass over a hidden force (see ``mechanics.defect``).
     """
 
     coordinates: tuple[str, ...]

@@ -131,6 +131,70 @@ def test_powers_that_no_series_has_terms_of_are_detected():
     assert abs(passed * crossing + mpmath.quad(slowness, [0, 0.4, rest]) - 10) <= 1e-11
 
 
+@pytest.mark.parametrize("power", [50, 57, 62])
+def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
+    """sin(1.3 t + 0.2)^power: its integral is a sum of few cosines."""
+    text = f"""
+        coordinates: {{x: {{initial: 0, velocity: 0}}}}
+        lagrangian: x_dot**2/2
+        generalized_forces: {{x: sin(1.3*t + 0.2)**{power}}}
+        """
+    motion = follow(text, 100.0, 2)
+    with mpmath.workdps(40):
+        rate, phase = mpmath.mpf(1.3), mpmath.mpf(0.2)
+        beats = [phase + rate * 100 * k / 40 for k in range(41)]
+        impulse = mpmath.quad(lambda u: mpmath.sin(u) ** power, beats) / rate
+    assert abs(motion["v/x"][-1] - impulse) <= 1e-13
+
+
+@pytest.mark.parametrize("power", range(24, 66, 8))
+def test_a_well_of_a_high_power_confines(power):
+    motion = follow(LINE.format(initial=0, velocity=1, potential=f"0.6*sin(x)**{power}"), 60.0, 601)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.max(np.abs(motion["q/x"])) < math.pi / 2
+    assert motion.outcome.h_drift <= 1e-14
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        "0.5*cos(atan(1e6*(x - 0.3)))**6",
+        "0.5*cos(atan2(1e6*x - 3e5, 1))**6",
+        "2*((1 + (1e2*x)**4)**0.5 - (1e2*x)**2)**4",
+        "atan(exp(-(x/1e-4)**2))",
+        "log(1 + exp(1e3*x))/10",
+    ],
+)
+def test_a_barrier_of_any_form_turns_a_particle_back(potential):
+    motion = follow(LINE.format(initial=-1, velocity=0.9, potential=potential), 3.0, 2)
+    assert motion["v/x"][-1] < -0.8
+    assert motion.outcome.h_drift <= 1e-13
+    assert motion.outcome.steps <= 4000
+
+
+def test_a_logarithm_without_bound_turns_a_particle_back():
+    motion = follow(LINE.format(initial=1, velocity=-1, potential="-log(3 + 1.7*x)/4"), 20.0, 2)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["v/x"][-1] > 0
+    assert motion.outcome.h_drift <= 1e-13
+
+
+@pytest.mark.parametrize("potential", ["log(3 + 1.7*x)/4", "-1e-6/(3 + 1.7*x)", "-1e-20/(3 + 1.7*x)**2"])
+def test_a_motion_ends_at_a_pole(potential):
+    """However weak it is. As a function of the way s to it: x' = sqrt(1 - 2 (U(s) - U(3/1.7)))."""
+    shape = {"log": lambda s: mpmath.log(1.7 * s) / 4, "-1e-6": lambda s: -1e-6 / (1.7 * s)}
+    energy = shape.get(potential.partition("(")[0].rstrip("/"), lambda s: -1e-20 / (1.7 * s) ** 2)
+    way = mpmath.mpf(3) / mpmath.mpf(1.7)
+
+    def slowness(s):
+        return 1 / mpmath.sqrt(1 - 2 * (energy(s) - energy(way)))
+
+    time = mpmath.quad(slowness, [0, *(way * mpmath.mpf(10) ** -n for n in range(20, 0, -1)), way])
+    motion = follow(LINE.format(initial=0, velocity=-1, potential=potential), 10.0, 2)
+    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
+    assert abs(motion.outcome.t - float(time)) <= 1e-12
+
+
 @pytest.mark.parametrize("name", NAMES)
 def test_the_systems_shipped_hide_no_forces(name):
     """It costs a row of the state."""

@@ -272,7 +272,7 @@ class Disks(Composed[Disk]):
     def sinh_least(self, a: Disk) -> Real:
         """sinh |Re u|, which neither sinh nor cosh is less than."""
         e = self.exp(self.beyond(a))
-        return (e - self.all(1.0) / e) * 0.5
+        return self.f.fused(e, -FUNCTIONS, (e - self.all(1.0) / e) * 0.5)
 
     def _exp(self, centre: Value, u: Disk) -> Disk:
         most = self.exp(self.spread(u.centre) + self.radius(u))
@@ -366,7 +366,7 @@ class Disks(Composed[Disk]):
 
     def _known_power(self, u: Disk, exponent: Number) -> Disk:
         """A power whose exponent is known now."""
-        size: Number = abs(exponent)
+        size = -exponent if exponent < 0 else exponent
         whole = size == int(size)
         if exponent < 0:
             return self.over(self.one, self._known_power(u, size)) if whole else self._broken(u, exponent)
