@@ -422,3 +422,41 @@ def test_a_loose_tolerance_is_no_reason_for_a_warning(tmp_path):
     run = lagrange("solve", str(PENDULUM), "--tolerance", "1e-4", "--json", cwd=tmp_path)
     answer = json.loads(run.stdout)
     assert answer["h_drift"] > 1e-9 and answer["warning"] is None
+
+
+LARGE = """
+parameters: {a: 1e153}
+coordinates: {x: {initial: 0}, y: {initial: 0}}
+lagrangian: x_dot**2/2 + a*x + y_dot**2/2
+observables: {root: sqrt(2.5 - t)}
+solve: {stop: 40, step: 1}
+"""
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_what_is_not_finite_has_no_finite_drift_and_is_named(tmp_path, precision):
+    """T and U pass the largest double when t is about 20, and the observable ends at 2.5."""
+    (tmp_path / "large.yaml").write_text(LARGE)
+    command = ["solve", "large.yaml", "--json", "--precision", precision, "--outputs", "q,h,p,observables"]
+    run = lagrange(*command, cwd=tmp_path)
+    answer = json.loads(run.stdout)
+    assert (answer["h_drift"], answer["p_drift"]) == ("inf", {"y": 0.0})
+    with h5py.File(tmp_path / "large.h5") as file:
+        times = {
+            path: file["t"][~np.isfinite(file[path][()])][0] for path in ("diagnostics/h", "observables/root")
+        }
+        assert file.attrs["h_drift"] == np.inf and json.loads(file.attrs["p_drift"]) == {"y": 0.0}
+        warning = file.attrs["warning"]
+    assert times["observables/root"] == 3
+    for path, t in times.items():
+        assert f"/{path} from t = {t:g} on" in warning
+    assert f"warning: {warning}" in run.stderr and answer["warning"] == warning
+
+
+def test_values_that_are_not_finite_are_remembered_where_a_run_is_resumed(tmp_path):
+    (tmp_path / "large.yaml").write_text(LARGE)
+    command = ["solve", "large.yaml", "--outputs", "q,h,p,observables"]
+    assert lagrange(*command, "-o", "whole.h5", cwd=tmp_path).returncode == 0
+    assert lagrange(*command, "-o", "parts.h5", "--stop", "30", cwd=tmp_path).returncode == 0
+    assert lagrange(*command, "-o", "parts.h5", "--resume", cwd=tmp_path).returncode == 0
+    assert (tmp_path / "parts.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.cli.report.motion import Seconds, drifts_shown, resuming, wrote
-from lagrange_cli.run.ensemble import sentence
+from lagrange_cli.run.ensemble import doubt, sentence
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
@@ -31,6 +31,9 @@ def say_swept(
             f"; {resuming(swept.start)} continues with the others" if outcome.status == "interrupted" else ""
         )
         complain(f"{swept.ensemble.spec.name}: {sentence(swept.ensemble, outcome)}{way_on}")
+    warning = doubt(outcome)
+    if warning is not None and not asked.quiet:
+        complain(f"{swept.ensemble.spec.name}: warning: {warning}")
     return EXIT_STATUS[outcome.status]
 
 
@@ -44,6 +47,7 @@ def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[
         "kept": start.target.earlier or None,
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
+        "warning": doubt(outcome),
         "members": ensemble.values.members,
         **{status: outcome.count(status) for status in ("complete", "failed", "interrupted")},
         "method": ensemble.settings.method,
