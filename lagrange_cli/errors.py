@@ -4,6 +4,7 @@ LagrangeError
 ├── UsageError       2    an option, its value, a --set of an unknown name
 ├── SpecError        3    the system file is wrong: one Problem or many, each with its place
 ├── SingularCoordinate 3  found while deriving; the command line gives it its place
+├── InfiniteForce    3    likewise
 ├── TooLarge         3    likewise, the file as a whole
 ├── NotReal          3    likewise, the file as a whole
 ├── MotionError      4    the motion could not be started or continued
@@ -91,6 +92,16 @@ class SingularCoordinate(LagrangeError):
     def __init__(self, coordinate: str) -> None:
         self.coordinate = coordinate
         super().__init__(f"no kinetic energy depends on the velocity of '{coordinate}'")
+
+
+class InfiniteForce(LagrangeError):
+    """The energy that ``key`` declares has a jump."""
+
+    exit_code = 3
+
+    def __init__(self, key: str) -> None:
+        self.key = key
+        super().__init__(f"'{key}' has a jump, where the force is infinite")
 
 
 class TooLarge(LagrangeError):

@@ -31,6 +31,10 @@ class Absolute(sympy.Function):  # type: ignore[misc]
             return u
         return cls(-u) if u.could_extract_minus_sign() else None
 
+    def _eval_power(self, exponent: sympy.Expr) -> sympy.Expr | None:
+        even = exponent.is_Integer and exponent % 2 == 0
+        return self.args[0] ** exponent if even else None
+
     def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
         return Sign(self.args[0]) * self.args[0].diff(symbol)
 
@@ -95,6 +99,15 @@ class Switch(sympy.Function):  # type: ignore[misc]
         if decided(u):
             return above if u > 0 or (u.is_zero and at >= 0) else below
         return None
+
+    def where_nonzero(self, factor: sympy.Expr) -> sympy.Expr | None:
+        """The branch that is taken where ``factor``, an extremum of 0 and another, is not 0; or None."""
+        if not isinstance(factor, Extremum) or len(factor.args) != 2 or sympy.S.Zero not in factor.args:
+            return None
+        u = factor.args[0] + factor.args[1]
+        if self.args[0] not in (u, -u):
+            return None
+        return self.args[1 if (self.args[0] == u) == (factor.SIGN > 0) else 2]
 
     def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
         u, above, below, at = self.args

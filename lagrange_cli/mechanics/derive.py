@@ -23,6 +23,7 @@ from lagrange_cli.expression.zero import independent, is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate
+from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.routh import routh
@@ -39,8 +40,10 @@ STEPS_A_NODE = 4
 
 
 def derive(model: Model[Node]) -> Residual:
-    """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros."""
+    """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros,
+    ``InfiniteForce`` where an energy jumps."""
     graph = graph_of(model)
+    refuse_jumps(model)
     cyclic, conserved = conservation(model)
     forms = formulations(model, graph, conserved)
     first, *others = forms

@@ -9,13 +9,21 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, TypeVar
 
-from lagrange_cli.errors import NotReal, Problem, SingularCoordinate, SpecError, TooLarge, UsageError
+from lagrange_cli.errors import (
+    InfiniteForce,
+    NotReal,
+    Problem,
+    SingularCoordinate,
+    SpecError,
+    TooLarge,
+    UsageError,
+)
 from lagrange_cli.run.settings import check_defaults
 
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.spec.problems import Problems
-    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.spec import Expression, Spec
 
 Numbers = TypeVar("Numbers")
 
@@ -94,6 +102,13 @@ def located(spec: Spec) -> Iterator[None]:
             velocity = velocity_name(error.coordinate)
             hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
+    except InfiniteForce as error:
+        from lagrange_cli.spec.source import Source
+
+        hint = "let both sides be equal where the condition changes, or write a steep function, such as tanh"
+        raise Source(spec.filename, spec.text).error(
+            jumping(spec, error.key).place, str(error), hint
+        ) from error
     except NotReal as error:
         raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
     except TooLarge as error:
@@ -106,3 +121,21 @@ def located(spec: Spec) -> Iterator[None]:
             raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
         message += f"; this expression has {found.size} terms and factors with its definitions written out"
         raise Source(spec.filename, spec.text).error(found.place, message, hint) from error
+
+
+def jumping(spec: Spec, key: str) -> Expression:
+    """The first expression of a key that calls a function with a jump, or its first one."""
+    from lagrange_cli.expression.syntax import Call, children
+
+    if key == "lagrangian":
+        assert spec.lagrangian is not None
+        return spec.lagrangian
+    written = [*(spec.potential if key == "potential" else spec.forces[key]).values()]
+    for one in written:
+        pending = [one.tree]
+        while pending:
+            tree = pending.pop()
+            if isinstance(tree, Call) and tree.function in ("where", "sign"):
+                return one
+            pending += children(tree)
+    return written[0]

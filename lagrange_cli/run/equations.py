@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
@@ -43,8 +44,10 @@ def derive(spec: Spec, stage: Stage = untimed) -> Derived:
 
     Raises ``SpecError`` where there are none, or they are too large.
     """
+    from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.limits import Work
+    from lagrange_cli.mechanics.jumps import refuse_jumps
     from lagrange_cli.model.build import build_model
     from lagrange_cli.symbolic.derive import derive_equations
     from lagrange_cli.symbolic.work import counting
@@ -52,6 +55,8 @@ def derive(spec: Spec, stage: Stage = untimed) -> Derived:
     check_printed(spec)
     work = Work()
     with stage("derive"), located(spec), counting(work):
+        if re.search(r"\b(where|sign)\b", spec.text):
+            refuse_jumps(build_model(spec, GraphAlgebra()))
         return Derived(spec, derive_equations(build_model(spec, SympyAlgebra())), work)
 
 

@@ -19,6 +19,7 @@ from fractions import Fraction
 
 import sympy
 
+from lagrange_cli.expression.symbolic_switches import Switch
 from lagrange_cli.symbolic.monomials import (
     LARGEST,
     ONE,
@@ -159,7 +160,7 @@ def is_reducible(base: sympy.Expr, exponent: Fraction) -> bool:
 def contract(terms: Terms) -> Terms:
     """The sum, contracted until no rule shortens it."""
     terms = dict(terms)
-    for rule in (contract_squares, contract_angles):
+    for rule in (contract_switches, contract_squares, contract_angles):
         changed = True
         while changed:
             changed = False
@@ -167,6 +168,24 @@ def contract(terms: Terms) -> Terms:
                 while monomial in terms and rule(terms, monomial):
                     changed = True
     return terms
+
+
+def contract_switches(terms: Terms, monomial: Monomial) -> bool:
+    """max(0, u) where(u > 0, a, b) = max(0, u) a: apply it to one term, in place."""
+    if not any(type(base) is Switch for base, _ in monomial):
+        return False
+    for base, exponent in monomial:
+        if type(base) is not Switch or exponent != 1:
+            continue
+        for other, power in monomial:
+            branch = base.where_nonzero(other) if power > 0 else None
+            if branch is not None:
+                coefficient = terms[monomial]
+                rest = combine(monomial, frozenset({(base, Fraction(-1))}))
+                add_into(terms, {monomial: -coefficient})
+                add_into(terms, multiply({rest: coefficient}, to_terms(branch)))
+                return True
+    return False
 
 
 def contract_squares(terms: Terms, monomial: Monomial) -> bool:

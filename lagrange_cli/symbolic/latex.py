@@ -81,7 +81,7 @@ class Latex(Notation):
         return super().relation(left, {">=": r"\ge", "<=": r"\le"}.get(sign, sign), right)
 
     def joined(self, conditions: Sequence[str], word: str) -> str:
-        return super().joined(conditions, rf"\text{{{word}}}")
+        return rf" \text{{ {word} }} ".join(conditions)
 
     def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
         rows = [rf"{value} & \text{{if }} {condition} \\ " for value, condition in pieces]

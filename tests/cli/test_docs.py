@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from lagrange_cli.expression.vocabulary import FUNCTIONS, VECTOR_FUNCTIONS
+from lagrange_cli.expression.vocabulary import CALLABLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.outputs.units import find_units
 from lagrange_cli.spec.read import read_spec
@@ -42,8 +42,11 @@ def test_the_page_of_the_output_file_names_every_output():
 
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
-    example, chain, pieces, attraction, units, times = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
+    example, walls, chain, pieces, attraction, units, times = examples
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
+    walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
+    assert read_spec(f"{walled}embedding: {{p: [x, y]}}\n{walls}", "walls.yaml").forces["generalized_forces"]
     spec = read_spec(chain, "chain.yaml", {"N": "3"})
     assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]
     assert len(read_spec(chain + pieces, "chain.yaml").definitions) == 20
@@ -59,7 +62,7 @@ def test_the_examples_of_the_system_file_are_system_files():
 def test_the_page_of_the_system_file_names_every_section_and_function():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     words = set(re.findall(r"\w+", " ".join(re.findall(r"`(.*?)`", page))))
-    assert set(SECTIONS.keys) | set(FUNCTIONS) | set(VECTOR_FUNCTIONS) <= words
+    assert set(SECTIONS.keys) | set(CALLABLE) <= words
 
 
 def prose(page: Path) -> Iterator[tuple[int, str]]:

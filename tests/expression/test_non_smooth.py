@@ -20,7 +20,9 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.symbolic.notations import Python, Sympy, Text
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.latex import Latex
+from lagrange_cli.symbolic.notations import Python, Sympy, Text, Unicode
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.render import render
 from tests.support.draws import examples
@@ -214,6 +216,42 @@ def test_derivatives_of_sympy_and_the_graph_agree() -> None:
         for x, y in ((0.3, 1.7), (-0.4, 0.6), (1.3, -0.2), (2.1, 0.5), (-2.0, -3.0)):
             value = evaluate([slope], {"x": x, "y": y})[0][slope]
             assert value == pytest.approx(float(other.subs({"x": x, "y": y})))
+
+
+@pytest.mark.parametrize(
+    ("text", "unicode", "latex"),
+    [
+        ("abs(x)**3", "|x|³", r"\left|x\right|^{3}"),
+        ("abs(x - 1)", "|x − 1|", r"\left|x - 1\right|"),
+        ("2*sign(x)", "2 sign(x)", r"2 \operatorname{sgn} x"),
+        ("max(0, x)**2", "max²(0, x)", r"\max^{2}(0, x)"),
+        (
+            "where(x >= 1 and y < 2, x, y)",
+            "where(x ≥ 1 and y < 2, x, y)",
+            r"{\begin{cases} x & \text{if } x \ge 1 \text{ and } y < 2 \\ y & \text{otherwise} \end{cases}}",
+        ),
+    ],
+)
+def test_how_textbooks_print_them(text: str, unicode: str, latex: str) -> None:
+    algebra = SympyAlgebra()
+    expression = build(parse(text), algebra.symbol, algebra)
+    order = Order({sympy.Symbol(name): (Role.COORDINATE, i) for i, name in enumerate(NAMES)})
+    assert render(expression, Unicode(), order) == unicode
+    assert render(expression, Latex(), order) == latex
+
+
+def test_forces_are_simplified_as_a_textbook_does() -> None:
+    algebra = SympyAlgebra()
+    order = Order({sympy.Symbol(name): (Role.COORDINATE, i) for i, name in enumerate(NAMES)})
+    for text, force in (
+        ("max(0, x - 5)**2/2", "max(0, x - 5)"),
+        ("min(x, 0)**4", "4*min(x, 0)**3"),
+        ("abs(x)**3", "3*x**2*sign(x)"),
+        ("x*sign(x)", "sign(x)"),
+        ("max(x, y)**2", "2*max(x, y)*where(x > y, 1, 0)"),
+    ):
+        slope = algebra.diff(build(parse(text), algebra.symbol, algebra), algebra.symbol("x"))
+        assert render(tidy(slope, order), Text(), order) == force
 
 
 def test_many_conditions_are_no_deep_recursion() -> None:
