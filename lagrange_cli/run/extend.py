@@ -25,7 +25,7 @@ def spaced_as_before(target: Target, settings: Settings, request: Request) -> Se
     sets their number or spacing."""
     from lagrange_cli.store.resume import runs_before
 
-    before = next(map(known_run, runs_before(target)), None)
+    before = next((known_run(str(head.get("run"))) for head in runs_before(target)), None)
     asked = request.options.samples is not None or "step" in request.times
     if before is None or asked or not is_later(settings.stop, before):
         return settings
@@ -54,14 +54,16 @@ def is_later(stop: float, before: Mapping[str, Any]) -> bool:
 def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
     """The attribute ``run`` of an earlier run that this one extends: the two differ in their stop times only.
 
-    None if there is none. Raises ``FileError`` where the earlier run ends later, or its samples are spaced in
-    another way.
+    None if there is none. Raises ``FileError`` where the earlier run ends later, its samples are spaced in
+    another way, or it is of a kind that is not extended.
     """
     from lagrange_cli.store.resume import runs_before
 
-    texts = runs_before(target)
+    heads = runs_before(target)
+    texts = [str(head.get("run")) for head in heads]
     if not texts or made_by["run"] in texts:
         return None
+    refuse_other_kinds(target, heads[0], made_by)
     before, now = known_run(texts[0]), known_run(made_by["run"])
     if before is None or now is None:
         return None
@@ -82,6 +84,29 @@ def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
             "to continue it, leave out --samples and --step; --force starts again, --output names another"
         )
     return texts[0]
+
+
+def refuse_other_kinds(target: Target, head: Mapping[str, Any], made_by: Mapping[str, Any]) -> None:
+    """Raise ``FileError`` where this run differs in its times only from a sweep, or a run with ``--certify``:
+    these keep no state to continue from."""
+    kind, again = ("a sweep", "") if "sweep" in head else ("a run with --certify", "--certify and ")
+    if "sweep" not in head and "digits" not in head:
+        return
+    apart = {"run", "digits", "target_error"}
+    if any(head.get(name) != value for name, value in made_by.items() if name not in apart):
+        return
+    try:
+        before, now = json.loads(str(head.get("run"))), json.loads(made_by["run"])
+    except (ValueError, RecursionError):
+        return
+    if isinstance(before, dict) and {**before, **dict.fromkeys(NUMBERS, 0)} == {
+        **now,
+        **dict.fromkeys(NUMBERS, 0),
+    }:
+        raise FileError(
+            f"{target.shown} holds {kind} to t = {before.get('stop')}, which cannot be extended: "
+            f"{again}--force in place of --resume starts again, --output names another"
+        )
 
 
 def to_extend(found: Earlier | Finished | None) -> Earlier | Finished | None:

@@ -177,16 +177,16 @@ def read_output(target: Target) -> Earlier | Finished:
     return Earlier(target.shown, target.path, record)
 
 
-def runs_before(target: Target) -> tuple[str, ...]:
-    """The attributes ``run`` of what earlier runs have left of motions: unfinished ones first."""
-    texts = []
+def runs_before(target: Target) -> tuple[Attributes, ...]:
+    """The attributes of what earlier runs have left: unfinished ones first."""
+    heads = []
     for find in (unfinished, lambda target: read_output(target) if target.path.exists() else None):
         with suppress(FileError):
             found = find(target)
             if found is not None:
                 head = found.attributes if isinstance(found, Finished) else found.checkpoint.head["run"]
-                texts += [str(head.get("run"))] if "sweep" not in head else []
-    return tuple(texts)
+                heads += [head] if isinstance(head, Mapping) else []
+    return tuple(heads)
 
 
 def check_same(shown: str, earlier: Any, run: Attributes) -> None:

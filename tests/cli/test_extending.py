@@ -148,3 +148,24 @@ def test_what_a_finished_run_keeps_is_little():
         assert "checkpoint" not in file and json.loads(file.attrs["run"])["count"] == 100001
         data = sum(file[path].size * 8 for path in ("t", "q/theta", "v/theta", "diagnostics/h"))
     assert len(content()) < 2 * 5 / 4 * data
+
+
+def test_sweeps_and_certified_runs_are_not_extended_and_not_lost(capsys):
+    swept = ["sweep", PENDULUM, "--over", "m=1,2", "-o", "swept.h5", "--quiet"]
+    sampled = ["sweep", PENDULUM, "--over", "m=1,2", "-o", "sampled.h5", "--quiet", "--outputs", "q"]
+    assert main(swept) == 0 == main(sampled)
+    assert solve(PENDULUM, "--certify") == 0
+    names = ["swept.h5", "sampled.h5", "out.h5"]
+    before = [content(name) for name in names]
+    for run, kind in (
+        (swept, "swept.h5 holds a sweep to t = 20.0"),
+        (sampled, "sampled.h5 holds a sweep to t = 20.0"),
+        (["solve", PENDULUM, "-o", "out.h5"], "out.h5 holds a run with --certify to t = 20.0"),
+    ):
+        capsys.readouterr()
+        assert main([*run, "--resume", "--stop", "200"]) == 5
+        error = capsys.readouterr().err
+        assert f"{kind}, which cannot be extended: " in error and "--force in place of --resume" in error
+    assert solve(PENDULUM, "--certify", "--resume", "--stop", "200") == 2
+    assert "--force in place of --resume" in capsys.readouterr().err
+    assert [content(name) for name in names] == before

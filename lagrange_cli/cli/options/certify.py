@@ -53,7 +53,9 @@ def certify_options(command: Command) -> Command:
 
             demand = Demand(DIGITS if digits is None else digits, target_error)
             if asked.request.resume:
-                raise UsageError("a run with --certify writes no checkpoints: leave out --resume")
+                raise UsageError(
+                    "a run with --certify writes no checkpoints: --force in place of --resume starts it again"
+                )
         return command(asked=asked, demand=demand, **given)
 
     decorated: Any = gathered
