@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
 from benchmarks.truth.families.line import in_pieces, line
-from benchmarks.truth.families.pulses import SHAPES, marks, written
+from benchmarks.truth.families.pulses import ROUNDED, SHAPES, marks, written
 from benchmarks.truth.families.walls import above, below
 from benchmarks.truth.reference import Course, Linear, root_of
 
@@ -41,7 +41,16 @@ def across(
             turn = root_of(lambda x: potential(p, x) - energy, *turns(p))
         course = Course(lambda x: potential(p, x), p.x0, p.v0, marks=ways(p), turn=turn)
         states = [course.at(t) for t in times]
-        return Truth({"q/x": [x for x, _ in states], "v/x": [v for _, v in states]})
+        slope = (
+            max(abs(MP.diff(lambda s: potential(p, s), x) * x) for x in ways(p) if abs(x) < 10)
+            if ways(p)
+            else 0
+        )
+        size = p.v0 + ROUNDED * slope / p.v0
+        return Truth(
+            {"q/x": [x for x, _ in states], "v/x": [v for _, v in states]},
+            sizes={"v/x": size, "q/x": size * times[-1]},
+        )
 
     return reference
 
