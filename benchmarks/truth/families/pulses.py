@@ -32,8 +32,8 @@ SHAPES: dict[str, Shape] = {
 
 
 ROUNDED = 4 * 2.0**-52 / 1e-12
-"""A few roundings, as a part of what an error may be: t, and x, are no better known within a pulse or a barrier,
-and what a force makes of that does not show in the sensitivity to a shift of the whole."""
+"""A few roundings, as a part of what an error may be: t, and x, are no better known within a pulse or a
+barrier, and what a force makes of that does not show in the sensitivity to a shift of the whole."""
 
 
 def marks(center: Number, width: Number) -> list[Number]:
