@@ -1,6 +1,6 @@
 """Completion in bash, zsh and fish: what a shell asks, and the script by which it asks.
 
-click's own scripts for bash and zsh would offer every file.
+click's own scripts would offer every file.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import click
 from click.shell_completion import (
     BashComplete,
     CompletionItem,
+    FishComplete,
     ShellComplete,
     ZshComplete,
     add_completion_class,
@@ -112,6 +113,53 @@ class Zsh(ZshComplete):
         return super().format_completion(item)
 
 
+FISH = r"""function %(complete_func)s
+    set -l token (commandline -ct)
+    set -l option (string match -r -- '^--[^=]+=' "$token"; or echo)
+    set -l files
+    set -l endings
+    for line in (env %(complete_var)s=fish_complete "COMP_WORDS="(commandline -cp) "COMP_CWORD=$token" \
+            %(prog_name)s 2>/dev/null)
+        set -l item (string split -m 1 -- , $line)
+        switch $item[1]
+            case plain
+                echo "$option$item[2]"
+            case ending
+                set files yes
+                set -a endings $item[2]
+            case file dir
+                set files yes
+        end
+    end
+    test -n "$files"; or return 0
+    set -l all (__fish_complete_path (string replace -- "$option" '' "$token" | string unescape))
+    set -l fitting $all
+    if set -q endings[1]
+        set fitting (string match -r -- '^[^\t]*(?:/|[.](?:'(string join '|' $endings)'))(?:\t.*)?$' $all)
+        set -q fitting[1]; or set fitting $all
+    end
+    for file in $fitting
+        echo "$option$file"
+    end
+end
+
+complete --no-files --command %(prog_name)s --arguments '(%(complete_func)s)'
+"""
+
+
+class Fish(FishComplete):
+    """Fish, which is given the endings of the files; ``--method=taylor`` is one word there."""
+
+    name: ClassVar[str] = "fish"
+    source_template: ClassVar[str] = FISH
+
+    def format_completion(self, item: CompletionItem[Any]) -> str:
+        if item.type == "file" and item.endings:
+            return "\n".join(f"ending,{ending}" for ending in item.endings)
+        described = f"\t{' '.join(item.help.split())}" if item.help else ""
+        return f"{item.type},{item.value}{described}"
+
+
 def answer(cli: click.Command) -> int:
     """Say what the shell has asked for in its variables, and nothing else."""
     with open(os.devnull, "w", encoding="utf-8") as nowhere:
@@ -137,3 +185,4 @@ def register() -> None:
     """Have click use these shells."""
     add_completion_class(Bash)
     add_completion_class(Zsh)
+    add_completion_class(Fish)

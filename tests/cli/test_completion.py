@@ -13,7 +13,7 @@ from click.shell_completion import ShellComplete
 
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
 from lagrange_cli.cli.options.completion import names_in
-from lagrange_cli.cli.shells import Bash, Zsh, register
+from lagrange_cli.cli.shells import Bash, Fish, Zsh, register
 from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.outputs.catalog import OUTPUTS
 from tests.support.command import PATIENCE, SYSTEMS, environment
@@ -193,8 +193,46 @@ def test_a_round_trip_in_bash(tmp_path):
     ], shown.decode()
 
 
+def test_fish_completes_what_is_typed(tmp_path):
+    """As at the Tab key: fish is asked what it would offer."""
+    if shutil.which("fish") is None:
+        pytest.skip("there is no fish")
+    (tmp_path / "folder").mkdir()
+    command = tmp_path / "folder" / "lagrange"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lagrange_cli "$@"\n')
+    command.chmod(0o755)
+    (tmp_path / "my hoop.yaml").write_text((SYSTEMS / "rotating_hoop.yaml").read_text(encoding="utf-8"))
+    for name in ("my notes.txt", "other.yml", "my.csv"):
+        (tmp_path / name).touch()
+    typed = {
+        "so": ["solve"],
+        "solve ": ["folder/", "my hoop.yaml", "other.yml"],
+        "solve my": ["my hoop.yaml"],
+        "solve my\\ n": ["my notes.txt"],
+        "solve my\\ hoop.yaml --set om": ["omega="],
+        "solve my\\ hoop.yaml --method=t": ["--method=taylor"],
+        "solve --output=my": ["--output=my hoop.yaml", "--output=my notes.txt", "--output=my.csv"],
+        "sweep other.yml --table ": ["folder/", "my.csv"],
+    }
+    lines = (line.replace("\\", "\\\\") for line in typed)
+    script = "lagrange completion fish | source\n"
+    script += "".join(f"echo '>'\ncomplete -C 'lagrange {line}'\n" for line in lines)
+    home = {"HOME": str(tmp_path / "folder"), "PATH": f"{command.parent}:{os.environ['PATH']}"}
+    run = subprocess.run(
+        ["fish", "--no-config", "-c", script], cwd=tmp_path, env={**environment(), **home},
+        capture_output=True, text=True, timeout=PATIENCE,
+    )  # fmt: skip
+    offered = [
+        [line.partition("\t")[0].replace("\\", "") for line in one.splitlines() if line]
+        for one in run.stdout.split(">\n")[1:]
+    ]
+    found = dict(zip(typed, offered, strict=True))
+    assert found == typed, run.stderr
+
+
 def test_the_shells_are_registered():
     register()
     from click.shell_completion import get_completion_class
 
     assert get_completion_class("bash") is Bash and get_completion_class("zsh") is Zsh
+    assert get_completion_class("fish") is Fish
