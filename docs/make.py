@@ -80,7 +80,6 @@ standard error. The commands may be used in a pipe that closes early, as with `|
 
 With `--json`, a system that fails has an object too, with `name`, `status` ("failed"), `message` and
 `exit_code`. A number that does not exist, such as the drift of an h that is not conserved, is `null`.
-An infinite number, such as the drift of what has not been finite, is the text `"inf"`.
 
 `LAGRANGE_LIMITS=seconds=60,memory=2000` limits the time of a command in seconds and its memory in MB. When
 the time is over, the command is interrupted (status 130). If it needs more memory, it ends with status 4.

@@ -24,14 +24,13 @@ RARELY = 50
 @dataclass(frozen=True)
 class Progress:
     """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
-    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, since when
-    datasets are ``not_finite``, and the last sample, ``final``."""
+    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, and the last
+    sample, ``final``."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
     drift: Mapping[str, float]
     size: float
-    not_finite: Mapping[str, float]
     final: State | None
 
     def as_data(self) -> dict[str, Any]:
@@ -45,7 +44,6 @@ class Progress:
             "first": dict(self.first),
             "drift": dict(self.drift),
             "size": self.size,
-            "not_finite": dict(self.not_finite),
             "final": None if self.final is None else self.final.as_data(),
         }
 
@@ -57,8 +55,7 @@ class Progress:
         is nothing of the kind."""
         try:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
-            tables = ("first", "drift", "not_finite")
-            first, drift, not_finite = ({str(k): float(x) for k, x in data[name].items()} for name in tables)
+            first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
             size, limited = float(data["size"]), bool(data["limited"])
             final = None if data["final"] is None else State(**data["final"])
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
@@ -71,7 +68,7 @@ class Progress:
             raise ValueError("not of this run")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
-        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, not_finite, final)
+        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final)
 
 
 class Schedule:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.ending import Ending, State
@@ -13,9 +12,6 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.checkpoint import Progress
 
 
-NOTHING: Mapping[str, float] = MappingProxyType({})
-
-
 @dataclass(frozen=True)
 class Outcome:
     """The result of a run.
@@ -23,11 +19,10 @@ class Outcome:
     ``t`` is the time that the motion reached. ``steps`` and ``evaluations`` (of the equations of motion, or
     of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
     conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
-    each conserved momentum, by coordinate; both are infinite for what has not been finite. ``not_finite``
-    are the times from which on datasets are not. ``undetected`` is that of the ``Recording``. ``progress`` is
-    the state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or
-    the state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if
-    it had one."""
+    each conserved momentum, by coordinate. ``undetected`` is that of the ``Recording``. ``progress`` is the
+    state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or the
+    state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if it
+    had one."""
 
     ending: Ending
     message: str
@@ -36,7 +31,6 @@ class Outcome:
     evaluations: int
     h_drift: float | None
     p_drift: Mapping[str, float]
-    not_finite: Mapping[str, float] = NOTHING
     h_size: float = 0.0
     undetected: bool = False
     progress: Progress | None = None

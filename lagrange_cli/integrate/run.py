@@ -96,7 +96,6 @@ def integrate(
         h_drift=h_drift,
         h_size=samples.size,
         p_drift=p_drift,
-        not_finite=samples.not_finite,
         undetected=prepared.recording.undetected,
         progress=further if end.snapshot is None else samples.progress(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,

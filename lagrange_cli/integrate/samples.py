@@ -6,7 +6,6 @@ Samples of double-double numbers give every dataset twice: the nearest doubles, 
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -48,8 +47,6 @@ class Samples:
         self._first: dict[str, float] = {}
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
         self._size, self._count = 0.0, 0
-        self.not_finite: dict[str, float] = {}
-        """The time at which each dataset that is not finite throughout is not for the first time."""
         self.final: State | None = None
         """The last sample, once there is one."""
 
@@ -61,22 +58,12 @@ class Samples:
         observed = self._observe(times, states)
         if not self._first:
             self._first = {name: float(row[0]) for name, row in observed.items()}
-        with np.errstate(over="ignore", invalid="ignore"):  # what is not finite has no finite drift
+        with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
             for name, drift in self._drift.items():
                 row, first = observed[name], self._first[name]
-                self._drift[name] = largest(drift, float(np.max(row)) - first, first - float(np.min(row)))
+                self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
         self._measure(observed, states)
-        series = recording.series(states, program.integrals, observed, self._first)
-        self._look_through(times, series)
-        self._emit({"t": times, **series})
-
-    def _look_through(self, times: Array, series: Mapping[str, Array]) -> None:
-        """Note which datasets are not finite, and from when on."""
-        for path, values in series.items():
-            finite = np.isfinite(values)
-            if path not in self.not_finite and not finite.all():
-                row = int(np.argmin(finite.reshape(len(times), -1).all(axis=1)))
-                self.not_finite[path] = float(times[row])
+        self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
 
     def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
         """Update the size of h's terms from the first samples and some of the others, which do not depend on
@@ -90,10 +77,9 @@ class Samples:
         early = min(max(0, EARLY - before), count)
         for part in (slice(early), slice(early + -(before + early) % RARELY, None, RARELY)):
             velocities = states[layout.v, part]
-            with np.errstate(over="ignore", invalid="ignore"):
-                terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
-                sizes = np.maximum(np.abs(observed["h"][part]), terms)
-            self._size = float(np.max(sizes, initial=self._size, where=np.isfinite(sizes)))
+            terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
+            sizes = np.maximum(np.abs(observed["h"][part]), terms)
+            self._size = float(np.max(sizes, initial=self._size))
 
     def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
         machine = self._prepared.machine
@@ -112,20 +98,18 @@ class Samples:
 
     def progress(self, snapshot: Snapshot) -> Progress:
         """The progress of the run when the method is at ``snapshot``."""
-        drift, not_finite = dict(self._drift), dict(self.not_finite)
-        return Progress(snapshot, dict(self._first), drift, self._size, not_finite, self.final)
+        return Progress(snapshot, dict(self._first), dict(self._drift), self._size, self.final)
 
     def restore(self, progress: Progress) -> Snapshot:
         """Continue from the progress of another run."""
         self._first, self._drift = dict(progress.first), dict(progress.drift)
-        self.not_finite = dict(progress.not_finite)
         self._size, self._count = progress.size, progress.snapshot.samples
         self.final = progress.final
         return progress.snapshot
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:
-        """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved p_k;
-        infinite for what has not been finite."""
+        """max |x - x(0)| for h (None where it is not conserved or not computed) and for each conserved
+        p_k."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
         return self._drift.get("h"), momenta
 
@@ -134,11 +118,6 @@ class Samples:
         """How large |h| and sum |p_k q_dot_k| have been, which tells whether a drift of h is rounding; else
         0."""
         return self._size
-
-
-def largest(*drifts: float) -> float:
-    """The largest of them; infinite if one is not a number."""
-    return max(drifts) if all(drift == drift for drift in drifts) else math.inf
 
 
 @dataclass(frozen=True)
@@ -175,10 +154,9 @@ class DoubleDoubleSamples(Samples):
             name: DoubleDouble(np.array(self._first[name]), np.array(self._first[low(name)]))
             for name in observed
         }
-        with np.errstate(over="ignore", invalid="ignore"):
+        with np.errstate(invalid="ignore"):
             for name, drift in self._drift.items():
-                change = (observed[name] - first[name]).high
-                self._drift[name] = largest(drift, float(np.max(np.abs(change))))
+                self._drift[name] = max(drift, float(np.max(np.abs((observed[name] - first[name]).high))))
         self._measure(flat, states)
         high, beyond = np.split(states, [program.rows])
         integrals = program.state.integrals
@@ -191,5 +169,4 @@ class DoubleDoubleSamples(Samples):
             rows = made.parts(observed, quadratures, first)
             chunk[made.path] = made.shaped([row.high for row in rows])
             chunk[LOW + made.path] = made.shaped([row.low for row in rows])
-        self._look_through(times, {path: row for path, row in chunk.items() if not path.startswith(LOW)})
         self._emit(chunk)

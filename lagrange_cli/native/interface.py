@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Any
 
 from lagrange_cli.native.state import LANES as LANES
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import GuardRows, StateLayout
 from lagrange_cli.records import dataclass, fields_of
 
 STEPPING = 6
@@ -34,6 +34,7 @@ class Stop(IntEnum):
     SINGULAR = 3
     NOT_FINITE = 4
     UNDERFLOW = 5
+    GUARD = 6
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,9 @@ class Interface:
     whose values follow q and v in the state, the last ``stored`` of them constants of the motion. ``lanes``
     is what eight motions at once work on; 0 where the
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
-    """
+    ``guards`` has for each guard (see ``mechanics.guards``) the number of its auxiliary coordinate, or -1;
+    their arguments' integrals are the first. ``series_at`` tells where series are in what steps work on:
+    coefficient m of row i at the first number, i times the second and m times the third."""
 
     order: int
     degrees: int
@@ -57,11 +60,33 @@ class Interface:
     work: int
     lanes: int
     parts: int
+    guards: tuple[int, ...]
+    series_at: tuple[int, int, int]
 
     @property
     def state(self) -> StateLayout:
-        """Where the state has its parts."""
+        """Where a state has its parts, for those who do not step."""
         return StateLayout(self.degrees, len(self.integrals) - self.stored, self.stored)
+
+    @property
+    def auxiliary(self) -> int:
+        """How many auxiliary coordinates there are, behind the others."""
+        return sum(one >= 0 for one in self.guards)
+
+    @property
+    def inner(self) -> StateLayout:
+        """Where steps have the state's parts: with auxiliary coordinates and, where there are guards, with
+        settings."""
+        settings = self.rows_of_guards.settings(self.parts) if self.guards else 0
+        degrees, quadratures = self.degrees + self.auxiliary, len(self.integrals) - self.stored
+        return StateLayout(degrees, quadratures, self.stored, set=settings)
+
+    @property
+    def rows_of_guards(self) -> GuardRows:
+        """Where that state has what guards need."""
+        degrees = self.degrees + self.auxiliary
+        multipliers = tuple(0 if one < 0 else degrees + self.degrees + one for one in self.guards)
+        return GuardRows(2 * degrees, multipliers, len(self.parameters))
 
     @property
     def rows(self) -> int:
@@ -77,7 +102,7 @@ class Interface:
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
         series ahead."""
-        return self.state.memory + self.state.width + LANES + self.work
+        return self.inner.memory + self.inner.width + LANES + self.work
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

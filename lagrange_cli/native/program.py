@@ -8,6 +8,7 @@ from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.defect import defect, may_hide
+from lagrange_cli.mechanics.guards import Guarded, guarded, switches
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
@@ -20,7 +21,7 @@ from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
 from lagrange_cli.native.orders import lane_order
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.state import GuardRows, StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
@@ -52,15 +53,18 @@ class Equations:
     order: int
     tolerance: float
     proven: bool
+    guards: GuardRows | None
 
 
 @dataclass(frozen=True)
 class Motion:
-    """The code that follows a motion, its doubles of ``%work``, and the operations of its jet."""
+    """The code that follows a motion, its doubles of ``%work``, the operations of its jet, and where that
+    leaves the series (see ``Interface``)."""
 
     parts: Sequence[str]
     work: int
     operations: int
+    series_at: tuple[int, int, int]
 
 
 def double(equations: Equations) -> Motion:
@@ -82,9 +86,10 @@ def double(equations: Equations) -> Motion:
     degrees = equations.state.degrees
     if order >= STEPPING:
         proving = (residual, defect(residual), equations.constants) if equations.proven else None
-        parts.append(stepper(layout, degrees, work, equations.tolerance, proving))
+        given = equations.tolerance, proving, equations.guards
+        parts.append(stepper(layout, equations.state, work, *given))
     parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
-    return Motion(parts, work, emitter.operations)
+    return Motion(parts, work, emitter.operations, (0, 1, layout.width))
 
 
 def double_double(equations: Equations) -> Motion:
@@ -97,9 +102,9 @@ def double_double(equations: Equations) -> Motion:
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
-    stepping = stepper(rows, equations.tolerance)
+    stepping = stepper(rows, equations.state, equations.tolerance, equations.guards)
     parts = [MORE, *operations(), *functions(), jet, *stepping]
-    return Motion(parts, LANES * -(-work // LANES), count)
+    return Motion(parts, LANES * -(-work // LANES), count, (LANES, 2 * rows.beyond, 1))
 
 
 def write_program(
@@ -118,49 +123,58 @@ def write_program(
     ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
     there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``.
     """
-    model, constants = residual.model, Constants()
+    model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
+    smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
+    residual, modes = smooth.residual, [one.mode for one in smooth.guards]
     proven = order >= STEPPING and kind is Emitter and may_hide(residual)
-    integrands = {**integrands, **dict.fromkeys(stored, residual.graph.zero)}
+    named = {f"guard {i}": one.argument for i, one in enumerate(smooth.guards)}
+    integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
-        residual.graph, residual.variables, model.q, model.v, model.time,
+        residual.graph, residual.variables, residual.model.q, residual.model.v, model.time,
         residual.residual, list(integrands.values()),
     )  # fmt: skip
     series = replace(series, stored=len(stored))
-    state = StateLayout(len(model.q), len(integrands) - len(stored), len(stored))
-    equations = Equations(residual, series, state, constants, order, tolerance, proven)
-    made = (double if kind is Emitter else double_double)(equations)
-    symbols = [*model.q, *model.v]
-
-    def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node]) -> tuple[str, int]:
-        return write_values(name, kind(), model.time, symbols, state.rows, [*nodes], constants)
-
-    observe, observing = values("observe", symbols, observed.values())
-    parts = [*made.parts, observe]
-    if linearized:
-        parts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
-    prepare, size = write_prepare(kind(), constants, model.parameters)
-    text = "\n".join([DECLARATIONS, GLOBALS, *parts, prepare, ATTRIBUTES])
-    return Program(
-        text=with_lane_functions(text) if proven else text,
+    interface = Interface(
         order=order,
         degrees=len(model.q),
         parameters=tuple(model.parameters),
         integrals=tuple(integrands),
         stored=len(stored),
         observed=tuple(observed),
-        constants=size,
-        work=made.work,
+        constants=0,
+        work=0,
         lanes=0,
-        parts=kind().parts,
+        parts=parts,
+        guards=tuple(-1 if one.auxiliary is None else one.auxiliary for one in smooth.guards),
+        series_at=(0, 0, 0),
+    )
+    rows = interface.rows_of_guards if modes else None
+    equations = Equations(residual, series, interface.inner, constants, order, tolerance, proven, rows)
+    made = (double if kind is Emitter else double_double)(equations)
+    symbols = [*model.q, *model.v]
+
+    def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node]) -> tuple[str, int]:
+        return write_values(name, kind(), model.time, symbols, interface.rows, [*nodes], constants)
+
+    observe, observing = values("observe", symbols, observed.values())
+    texts = [*made.parts, observe]
+    if linearized:
+        texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
+    set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
+    prepare, size = write_prepare(kind(), constants, set_ones)
+    text = "\n".join([DECLARATIONS, GLOBALS, *texts, prepare, ATTRIBUTES])
+    return Program(
+        **{**vars(interface), "constants": size, "work": made.work, "series_at": made.series_at},
+        text=with_lane_functions(text) if proven else text,
         series=series,
         operations={"jet": made.operations, "observe": observing},
     )
 
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
-    """Whether its motions are followed eight at once: not where a force may hide."""
-    if may_hide(residual):
+    """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
+    if may_hide(residual) or switches(residual.residual, residual.variables):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]

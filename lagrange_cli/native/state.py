@@ -13,6 +13,8 @@ from lagrange_cli.records import dataclass
 
 LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
+CHANGES = 64.0
+"""If so many modes change while t hardly does, the motion is held there, or ends."""
 CLOCK = 2 * LANES
 """Doubles of memory for the clock."""
 
@@ -46,12 +48,14 @@ class StateLayout:
     """The rows of a motion's state: q, v, multipliers, then integrals, the last of which are cyclic momenta.
 
     ``quadratures`` are the integrals that change; ``cyclic`` the momenta that are constants of the motion.
-    """
+    ``set`` numbers behind all parts are changed between steps only: the parameters, where these are kept with
+    the state, and what goes with them."""
 
     degrees: int
     quadratures: int = 0
     cyclic: int = 0
     multipliers: int = 0
+    set: int = 0
 
     @property
     def q(self) -> slice[int, int, None]:
@@ -127,9 +131,45 @@ class StateLayout:
         return self.clock.stop
 
     @property
+    def settings(self) -> slice[int, int, None]:
+        """What is changed between steps only."""
+        return slice(self.third + self.width, self.third + self.width + self.set)
+
+    @property
     def memory(self) -> int:
         """Doubles of the state with all its parts."""
-        return self.third + self.width
+        return self.third + self.width + LANES * -(-self.set // LANES)
+
+
+@dataclass(frozen=True)
+class GuardRows:
+    """Where the state has what guards need: the ``first`` row of their arguments' quadratures; for each guard
+    the row of its multiplier, or 0 where there is none; their modes, among ``parameters`` of the run before
+    them.
+
+    A guard without a multiplier is simple: its mode is changed where its argument changes its sign.
+    """
+
+    first: int
+    multipliers: tuple[int, ...]
+    parameters: int
+
+    @property
+    def count(self) -> int:
+        """How many guards there are."""
+        return len(self.multipliers)
+
+    def settings(self, parts: int) -> int:
+        """Doubles that parameters, modes and marks take."""
+        return parts * (self.parameters + self.count) + self.count
+
+    def mode(self, layout: StateLayout) -> int:
+        """The place of the first mode in memory."""
+        return layout.settings.start + self.parameters
+
+    def fresh(self, layout: StateLayout) -> int:
+        """The place of the first mark: 1 where a guard's argument is 0 at the beginning of the next step."""
+        return layout.settings.stop - self.count
 
 
 def width_of(rows: int) -> int:

@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
-MOST_LISTED = 4
-"""Datasets without a finite value that are listed."""
 UNDETECTED = (
     "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
     "compare with the Taylor method in double precision, which does"
@@ -76,30 +74,15 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
-    """The warnings about the result: values that are not finite, a drift of h, forces that may have been
-    missed."""
+    """The warnings about the result: a drift of h, forces that may have been missed."""
     method = settings.method if settings.precision == DOUBLE else settings.precision
     undetected = UNDETECTED.format(method) if outcome.undetected else None
-    said = (without_value(outcome.not_finite), drifting(outcome, settings.tolerance), undetected)
-    return "; ".join(filter(None, said)) or None
-
-
-def without_value(not_finite: Mapping[str, float], of: str = "") -> str | None:
-    """The warning for datasets that have no finite value from a time on; ``of`` says which motion's."""
-    if not not_finite:
-        return None
-    listed = list(not_finite.items())
-    shown = ", ".join(f"/{path} from t = {t:.9g} on" for path, t in listed[:MOST_LISTED])
-    more = len(listed) - MOST_LISTED
-    rest = f" and {more} more dataset{'s' if more > 1 else ''}" if more > 0 else ""
-    return f"not a finite number{of}: {shown}{rest}"
+    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), undetected))) or None
 
 
 def drifting(outcome: Outcome, tolerance: float) -> str | None:
     """The warning for a drift of h that rounding and the tolerance do not explain."""
     drift, size = outcome.h_drift, outcome.h_size
-    if drift == math.inf and outcome.not_finite:
-        return None
     if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
         return None
     return (
@@ -110,9 +93,9 @@ def drifting(outcome: Outcome, tolerance: float) -> str | None:
 
 
 def finite(content: Any) -> Any:
-    """``content`` without what JSON does not know: None for NaN, "inf" and "-inf" for infinities."""
+    """``content`` with None for NaN and infinities, which JSON does not know."""
     if isinstance(content, float):
-        return content if math.isfinite(content) else None if math.isnan(content) else str(content)
+        return content if math.isfinite(content) else None
     if isinstance(content, Mapping):
         return {str(key): finite(value) for key, value in content.items()}
     if isinstance(content, (list, tuple)):

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.attributes import finite, origin, series_of, without_value
+from lagrange_cli.run.attributes import finite, origin, series_of
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
@@ -171,24 +171,13 @@ def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:
 
 def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | int | float]:
     """The root's attributes that say how the members ended."""
-    warning = doubt(outcome)
     return {
         "steps": outcome.steps,
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
-        **({} if warning is None else {"warning": warning}),
     }
-
-
-def doubt(outcome: EnsembleOutcome) -> str | None:
-    """The warning about values that are not finite, of the first such member for each dataset."""
-    said = []
-    for member in sorted({member for member, _ in outcome.not_finite.values()}):
-        own = {path: t for path, (first, t) in outcome.not_finite.items() if first == member}
-        said.append(without_value(own, f", first in member {member}"))
-    return "; ".join(filter(None, said)) or None
 
 
 def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:

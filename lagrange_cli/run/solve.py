@@ -32,9 +32,8 @@ if TYPE_CHECKING:
 class Solved:
     """A motion that was followed: how the run started, and how it ended.
 
-    ``start`` has the target that was written. ``outcome`` is None if an earlier run had ``finished`` (see
-    ``start``), or if nobody reads the table any more. ``cached`` tells that the compiled code is that of an
-    earlier run.
+    ``outcome`` is None if an earlier run had ``finished`` (see ``start``), or if nobody reads the table any
+    more. ``cached`` tells that the compiled code is that of an earlier run.
     """
 
     motion: Motion
@@ -78,8 +77,8 @@ def solve(
         if start.finished is not None:
             return Solved(motion, start)
         ready = prepare_all(motion, request, demand, monitor.stage)
-        outcome, written = integrate_and_write(ready, start, request, monitor, demand, stream)
-    return Solved(motion, replace(start, target=written), outcome, ready.prepared.cached)
+        outcome = integrate_and_write(ready, start, request, monitor, demand, stream)
+    return Solved(motion, start, outcome, ready.prepared.cached)
 
 
 def integrate_and_write(
@@ -89,11 +88,8 @@ def integrate_and_write(
     monitor: Monitor,
     demand: Demand | None,
     stream: BinaryIO | None,
-) -> tuple[Outcome | None, Target]:
-    """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more.
-
-    The output may have another name than that of the start (see ``Target.publish``).
-    """
+) -> Outcome | None:
+    """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more."""
     from lagrange_cli.store.layout import Layout
 
     with monitor.stage("write"):
@@ -118,7 +114,7 @@ def record(
     request: Request,
     monitor: Monitor,
     demand: Demand | None,
-) -> tuple[Outcome, Target]:
+) -> Outcome:
     """Integrate into an HDF5 file, with checkpoints."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.run import integrate
@@ -178,7 +174,7 @@ def record(
             progress.clear()
             with stage("write"):
                 writer.close(attributes(start.made_by, outcome, settings), *continued(outcome))
-    return outcome, writer.target
+    return outcome
 
 
 def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared, times: Times) -> Progress:

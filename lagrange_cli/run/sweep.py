@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensemble import Ensemble, attributes, dimensions, made_by, series
 from lagrange_cli.run.monitor import SILENT, Monitor
@@ -67,8 +67,8 @@ def sweep(
             meanwhile=import_the_rest,
         )
         refuse_long_samples(ensemble, prepared)
-        outcome, written = follow_and_write(ensemble, prepared, start, request, monitor, threads)
-    return Swept(ensemble, replace(start, target=written), outcome, prepared.cached)
+        outcome = follow_and_write(ensemble, prepared, start, request, monitor, threads)
+    return Swept(ensemble, start, outcome, prepared.cached)
 
 
 def import_the_rest() -> None:
@@ -96,7 +96,7 @@ def follow_and_write(
     request: Request,
     monitor: Monitor,
     threads: int,
-) -> tuple[EnsembleOutcome, Target]:
+) -> EnsembleOutcome:
     """Integrate all members into the output file, however they end."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
@@ -178,4 +178,4 @@ def follow_and_write(
                 sentences = [ending.value for ending in Ending]
                 writer.write_texts("message", "how the member ended", sentences, outcome.endings)
                 writer.close({**start.made_by, **attributes(ensemble, outcome)}, last)
-    return outcome, writer.target
+    return outcome

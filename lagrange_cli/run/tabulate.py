@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, BinaryIO
 
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.run.motion import certificate_of
 from lagrange_cli.store.csv_file import CsvFile
@@ -27,7 +28,7 @@ def tabulate(
     monitor: Monitor,
     demand: Demand | None,
     stream: BinaryIO | None,
-) -> tuple[Outcome | None, Target]:
+) -> Outcome | None:
     """Integrate chunk by chunk into the table, whatever way the motion ends; None where it was streamed to a
     reader that has hung up."""
     values, times, stage = ready.motion.values, ready.times, monitor.stage
@@ -56,5 +57,5 @@ def tabulate(
                 )
             progress.clear()
             with stage("write"):
-                table.close(outcome.ending.status)
-    return None if table.gone else outcome, table.target or target
+                table.close(complete=outcome.ending is Ending.COMPLETE)
+    return None if table.gone else outcome

@@ -6,7 +6,6 @@ from bisect import insort
 from collections.abc import Iterable, Sequence
 from typing import cast
 
-from lagrange_cli.errors import LagrangeError
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.records import dataclass, field
@@ -125,31 +124,23 @@ class _Builder:
         return self.compose(node)
 
     def switch(self, node: Node) -> int:
-        """One branch or the other; a sign(u) of what moves as a u/sqrt(u**2)."""
+        """One branch or the other: by a constant, or by the sign of what moves where the step begins."""
         u, above, below = node.arguments
-        if not u.symbols & self.variables:
-            branches = (
-                self.by_node[a] if a.symbols & self.variables else self.linear(a, []) for a in (above, below)
-            )
-            return self.select((u, node.data), *branches)
-        if above is not -below:
-            raise LagrangeError("a condition that changes during the motion is not supported yet")
-        index = self.by_node[u]
-        square = self.multiply(index, index)
-        if above is u:
-            return self.power(square, self.graph.constant(0.5))
-        sign = self.multiply(index, self.power(square, self.graph.constant(-0.5)))
-        scale, moving = self.graph.split_parameters(above, self.variables)
-        if not moving.symbols & self.variables:
-            return self.linear(self.graph.zero, [(sign, scale)])
-        return self.linear(self.graph.zero, [(self.multiply(sign, self.moving(moving)), scale)])
+        first, second = (
+            self.by_node[a] if a.symbols & self.variables else self.linear(a, []) for a in (above, below)
+        )
+        sources = (self.by_node[u],) if u.symbols & self.variables else ()
+        return self.select((u, node.data), first, second, sources)
 
-    def select(self, decides: tuple[Node, int], above: int, below: int) -> int:
+    def select(self, decides: tuple[Node, int], above: int, below: int, sources: tuple[int, ...] = ()) -> int:
         key = (*decides, above, below)
         if key not in self.selected:
             branches = (above, below)
             degree = max(self.series[i].degree for i in branches)
-            made = Series(Op.SELECT, branches, decides, order=self.highest(branches), degree=degree)
+            made = Series(
+                Op.SELECT, branches, decides, sources=sources,
+                order=self.highest((*branches, *sources)), degree=degree,
+            )  # fmt: skip
             self.selected[key] = self.add(made)
         return self.selected[key]
 
@@ -254,7 +245,7 @@ class _Builder:
                 made = self.linear(self.graph.zero, terms)
             elif one.op is Op.SELECT and one.degree == UNBOUNDED:
                 above, below = map(self.derivative, one.arguments)
-                made = self.select(cast("tuple[Node, int]", one.data), above, below)
+                made = self.select(cast("tuple[Node, int]", one.data), above, below, one.sources)
             else:
                 order = one.order + 1 if one.order >= 0 else FREE
                 degree = max(one.degree - 1, 0) if one.degree != UNBOUNDED else UNBOUNDED

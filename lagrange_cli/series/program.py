@@ -29,7 +29,7 @@ class Op(Enum):
     MULTIPLY = auto()
     POWER = auto()  # data: exponent node, a constant of the motion
     DERIVATIVE = auto()
-    SELECT = auto()  # data: (node whose sign decides, constant during a step; the side where it is 0)
+    SELECT = auto()  # data: (what decides by its sign: a constant, or ``sources`` at first; the side of 0)
     PRIMITIVE = auto()  # argument: its rate; a function of ``sources``, or a quadrature from 0
 
 
@@ -95,4 +95,4 @@ def needs(one: Series) -> list[tuple[int, int]]:
         return [(one.arguments[0], 1)]
     if one.op is Op.PRIMITIVE:
         return [(one.arguments[0], -1), *((source, 0) for source in one.sources)]
-    return [(a, 0) for a in one.arguments]
+    return [(a, 0) for a in (*one.arguments, *one.sources)]

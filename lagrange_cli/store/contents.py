@@ -99,7 +99,7 @@ def state_of(check: Check) -> Check:
     return lambda value: both(value) and value["q"].keys() == value["v"].keys()
 
 
-numbers = table(either(number, nothing, lambda value: value in ("inf", "-inf")))
+numbers = table(either(number, nothing))
 attribute = either(text, number)
 told: dict[str, Check] = {
     "generator": text, "name": shown, "spec": text, "method": shown, "message": shown,
@@ -113,15 +113,13 @@ made_by = table(either(text, number, lambda value: type(value) is list and all(m
 progress = fields(
     {
         "t": finite, "steps": count, "samples": count, "size": number, "limited": flag,
-        "first": table(number), "drift": table(number), "not_finite": table(finite),
-        "final": either(nothing, state_of(number)),
+        "first": table(number), "drift": table(number), "final": either(nothing, state_of(number)),
     }
 )  # fmt: skip
 outcome = fields(
     {
         "failed": either(nothing, pair(count, text)), "steps": count,
         "h_drift": either(nothing, number), "p_drift": table(number),
-        "not_finite": table(pair(count, finite)),
     }
 )  # fmt: skip
 common: dict[str, Check] = {

@@ -48,7 +48,7 @@ class CsvFile:
     def __init__(
         self, target: Target | None, series: Sequence[Series], stream: BinaryIO | None = None
     ) -> None:
-        self.target, self._paths = target, [TIME, *(one.path for one in series)]
+        self._target, self._paths = target, [TIME, *(one.path for one in series)]
         self._name = "standard output" if target is None else target.shown
         self.gone = False
         if target is not None:
@@ -74,16 +74,16 @@ class CsvFile:
             return
         try:
             self._stream.write(text.encode())
-            if self.target is None:
+            if self._target is None:
                 self._stream.flush()
         except BrokenPipeError:
             self.gone = True
         except OSError as error:
             raise unwritable(self._name, error) from error
 
-    def close(self, status: str) -> None:
-        """Put the file on disk and give it its name, which depends on the ``status`` of the run."""
-        if self.target is None:
+    def close(self, *, complete: bool) -> None:
+        """Put the file on disk and give it its name."""
+        if self._target is None:
             return
         try:
             self._stream.flush()
@@ -91,7 +91,7 @@ class CsvFile:
             self._stream.close()
         except OSError as error:
             raise unwritable(self._name, error) from error
-        self.target = self.target.publish(status)
+        self._target.publish(complete=complete)
 
     def __enter__(self) -> CsvFile:
         return self
@@ -99,10 +99,10 @@ class CsvFile:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.target is not None and not self._stream.closed:
+        if self._target is not None and not self._stream.closed:
             with suppress(OSError):
                 self._stream.close()
-            self.target.discard()
+            self._target.discard()
 
 
 def column_names(series: Sequence[Series]) -> list[str]:

@@ -25,14 +25,13 @@ CHECKPOINT = "checkpoint"
 class Output:
     """A context in which ``file``, made by ``create`` over a sink, is written and then ``close``d.
 
-    ``target`` is where it goes, and when it has been closed, where it is. Leaving the context before that
-    removes what was written, unless it can be continued from a checkpoint. Nothing in the file depends on
-    when or where it was written, so the same calls give the same bytes. Every method raises ``FileError``
-    where the file cannot be written.
+    Leaving the context before that removes what was written, unless it can be continued from a checkpoint.
+    Nothing in the file depends on when or where it was written, so the same calls give the same bytes.
+    Every method raises ``FileError`` where the file cannot be written.
     """
 
     def __init__(self, target: Target, create: Callable[[Sink], Any]) -> None:
-        self.target = target
+        self._target = target
         self._kept = False
         self.last = float("nan")
         """The last sample time, where there is one for all."""
@@ -50,7 +49,7 @@ class Output:
     def check(self) -> None:
         """Raise what the sink has kept from HDF5."""
         if self.sink.error is not None:
-            error = unwritable(self.target.shown, self.sink.error)
+            error = unwritable(self._target.shown, self.sink.error)
             hint = "; --resume continues from the last checkpoint" if self._kept else ""
             raise FileError(f"{error}{hint}") from self.sink.error
 
@@ -64,7 +63,7 @@ class Output:
         self.sink.synchronize()
         self.check()
         with suppress(OSError):
-            write_whole(self.target.checkpoint, checkpoint.pack())
+            write_whole(self._target.checkpoint, checkpoint.pack())
             self._kept = True
 
     def close(
@@ -95,7 +94,7 @@ class Output:
         self.sink.synchronize()
         self.check()
         self.sink.close()
-        self.target = self.target.publish(str(attributes.get("status")))
+        self._target.publish(complete=attributes.get("status") == "complete")
 
     def _put_inside(self, packed: bytes) -> None:
         """Make a record a dataset, as it must lie there (see ``trusted``)."""
@@ -114,7 +113,7 @@ class Output:
             file.close()
         self.sink.close()
         if not self._kept:
-            self.target.discard()
+            self._target.discard()
 
     def __enter__(self) -> Output:
         return self

@@ -430,23 +430,3 @@ def test_a_step_that_does_not_divide_the_time_is_followed_by_a_sample_at_the_end
     with h5py.File(tmp_path / "pendulum_sweep.h5") as file:
         np.testing.assert_allclose(file["t"], [0, 0.3, 0.6, 0.9, 1], rtol=1e-15)
         assert np.isfinite(file["q/theta"]).all()
-
-
-@pytest.mark.parametrize("sampled", [False, True])
-def test_a_member_that_is_not_finite_has_no_finite_drift_and_is_named(tmp_path, sampled):
-    """Of the second and the third h passes the largest double, after some 20 and 14 s."""
-    (tmp_path / "large.yaml").write_text(
-        "parameters: {a: 1}\ncoordinates: {x: {initial: 0}}\nlagrangian: x_dot**2/2 + a*x\n"
-        "solve: {stop: 40, step: 2}\n"
-    )
-    command = ["sweep", "large.yaml", "--json", "--over", "a=1,1e153,2e153"]
-    run = lagrange(*command, *(["--outputs", "q,h"] if sampled else []), cwd=tmp_path)
-    answer = json.loads(run.stdout)
-    assert (answer["status"], answer["h_drift"]) == ("complete", "inf")
-    with h5py.File(tmp_path / "large_sweep.h5") as file:
-        assert list(np.isinf(file["diagnostics/drift/h"])) == [False, True, True]
-        bad = ~np.isfinite(file["diagnostics/h"][1])
-        t = file["t"][bad][0] if sampled else 40
-        assert file.attrs["warning"] == answer["warning"]
-    assert answer["warning"].startswith("not a finite number, first in member 1: /diagnostics/h from t = ")
-    assert f"/diagnostics/h from t = {t:g} on" in answer["warning"] and answer["warning"] in run.stderr

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.motion import Seconds, drifts_shown, resuming, wrote
-from lagrange_cli.run.ensemble import doubt, sentence
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, wrote
+from lagrange_cli.run.ensemble import sentence
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
@@ -27,13 +27,8 @@ def say_swept(
 
             emit(as_table(seconds, began, cached=swept.cached))
     if outcome.status != "complete":
-        way_on = (
-            f"; {resuming(swept.start)} continues with the others" if outcome.status == "interrupted" else ""
-        )
+        way_on = "; --resume continues with the others" if outcome.status == "interrupted" else ""
         complain(f"{swept.ensemble.spec.name}: {sentence(swept.ensemble, outcome)}{way_on}")
-    warning = doubt(outcome)
-    if warning is not None and not asked.quiet:
-        complain(f"{swept.ensemble.spec.name}: warning: {warning}")
     return EXIT_STATUS[outcome.status]
 
 
@@ -44,10 +39,8 @@ def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[
         "name": ensemble.spec.name,
         "output": start.target.shown,
         "replaced": start.replaced,
-        "kept": start.target.earlier or None,
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
-        "warning": doubt(outcome),
         "members": ensemble.values.members,
         **{status: outcome.count(status) for status in ("complete", "failed", "interrupted")},
         "method": ensemble.settings.method,

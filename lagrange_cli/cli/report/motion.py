@@ -38,7 +38,7 @@ def say_solved(
     demand: Demand | None,
 ) -> int:
     """Say how the motion ended; returns the exit status. Python had ``began`` so many seconds before."""
-    start, name, status = solved.start, solved.motion.spec.name, outcome.ending.status
+    name, status = solved.motion.spec.name, outcome.ending.status
     say = complain if asked.streams else emit
     if asked.as_json:
         emit_json(as_object(solved, outcome, seconds))
@@ -50,7 +50,7 @@ def say_solved(
             say(as_table(seconds, began, cached=solved.cached))
     if status in ("failed", "interrupted"):
         resumable = outcome.progress is not None and asked.request.format == HDF5
-        way_on = f"; {resuming(start)} continues from there" if resumable else ""
+        way_on = "; --resume continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
     warning = doubt(outcome, solved.motion.settings)
     if warning is not None and not asked.quiet:
@@ -81,7 +81,6 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "name": solved.motion.spec.name,
         "output": start.target.shown,
         "replaced": start.replaced,
-        "kept": start.target.earlier or None,
         "status": outcome.ending.status,
         "message": outcome.message,
         "warning": doubt(outcome, settings),
@@ -164,14 +163,7 @@ def went_on(start: Start, settings: Settings) -> list[str]:
 def wrote(start: Start, seconds: float) -> str:
     """The line of the summary that says what is written."""
     replaced = " (replaced the result of an earlier run of this file)" if start.replaced else ""
-    if start.target.earlier:
-        replaced = f"; {start.target.earlier} is still the result of an earlier run"
     return f"  wrote {start.target.shown} in {seconds:.3f} s{replaced}"
-
-
-def resuming(start: Start) -> str:
-    """The options that continue an interrupted run."""
-    return f"--resume --output {start.target.shown}" if start.target.earlier else "--resume"
 
 
 def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:

@@ -116,7 +116,6 @@ class EnsembleDatasets:
         self._failed: tuple[int, str] | None = None
         self._steps = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
-        self._not_finite: dict[str, tuple[int, float]] = {}
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
         self._most = max(1, MEMORY // (8 * width * (times.count if sampled else 1)))
 
@@ -125,7 +124,6 @@ class EnsembleDatasets:
         self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
         drifts = {"h": outcome.h_drift, **{f"p_{name}": x for name, x in outcome.p_drift.items()}}
         self._drift = {name: drifts.get(name) or 0.0 for name in self._drift}
-        self._not_finite = dict(outcome.not_finite)
 
     def open(self, first: int, parameters: Array, states: Array) -> None:
         """Go on with the members from ``first``: their parameters (b, P) and states (b, rows)."""
@@ -198,30 +196,13 @@ class EnsembleDatasets:
             "status": np.array([ending.status.encode() for ending in batch.ending], dtype=STATUS),
             **{path: values.reshape(*shape, *values.shape[1:]) for path, values in series.items()},
         }
-        there: Any = np.isfinite(batch.t)[:, None]  # not of those that never came to an end
-        if self._times is not None:
-            there = np.arange(n) < batch.reached[:, None]
         for name in self._drift:
             row = names.index(name)
-            with np.errstate(over="ignore", invalid="ignore"):  # what is not finite has no finite drift
-                change = np.abs(observed[:, row] - first[:, row])
-            change[np.isnan(change) & there] = np.inf
-            found[drift_path(name)] = change = np.fmax.reduce(change, axis=1)
+            with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
+                change = np.fmax.reduce(np.abs(observed[:, row] - first[:, row]), axis=1)
+            found[drift_path(name)] = change
             self._drift[name] = float(np.fmax.reduce(change, initial=self._drift[name]))
-        when = batch.t[:, None] if self._times is None else np.broadcast_to(self._times, there.shape)
-        self._look_through(batch.index + self._first, {path: found[path] for path in series}, there, when)
         self._emit(batch.index + self._first, found)
-
-    def _look_through(self, members: Index, series: dict[str, Array], there: Any, times: Array) -> None:
-        """Note which datasets (b, n, ...) are not finite where they are ``there`` (b, n), and from which of
-        the ``times`` on."""
-        for path, values in series.items():
-            bad = ~np.isfinite(values.reshape(*there.shape, -1)).all(axis=2) & there
-            if bad.any():
-                own = np.flatnonzero(bad.any(axis=1))
-                row = own[np.argmin(members[own])]
-                one = int(members[row]), float(times[row, np.argmax(bad[row])])
-                self._not_finite[path] = min(one, self._not_finite.get(path, one))
 
     def _observe(self, parameters: Array, times: Array, states: Array) -> Array:
         """What is observed (b, names, n) of states (b, rows, n) at times (n,), or at each member's (b, n)."""
@@ -239,9 +220,7 @@ class EnsembleDatasets:
     def outcome(self) -> EnsembleOutcome:
         """What came of all members."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
-        return EnsembleOutcome(
-            self._endings, self._failed, self._steps, self._drift.get("h"), momenta, self._not_finite
-        )
+        return EnsembleOutcome(self._endings, self._failed, self._steps, self._drift.get("h"), momenta)
 
 
 def rows(array: Array) -> list[int]:

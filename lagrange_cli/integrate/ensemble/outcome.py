@@ -26,8 +26,7 @@ class EnsembleOutcome:
     """The result of an ensemble.
 
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
-    to its end, and how that went; drifts are the largest of all members, as in ``Outcome``. ``not_finite``
-    has the first member of which a dataset is not finite, and the time from which on, by path.
+    to its end, and how that went; drifts are the largest of all members, as in ``Outcome``.
     """
 
     endings: NDArray[np.int8]
@@ -35,13 +34,11 @@ class EnsembleOutcome:
     steps: int
     h_drift: float | None
     p_drift: Mapping[str, float]
-    not_finite: Mapping[str, tuple[int, float]]
 
     def as_data(self) -> dict[str, Any]:
         """All but the endings, in terms of JSON (with NaN and infinities)."""
         drifts = {"h_drift": self.h_drift, "p_drift": dict(self.p_drift)}
-        not_finite = {path: list(one) for path, one in self.not_finite.items()}
-        return {"failed": self.failed, "steps": self.steps, **drifts, "not_finite": not_finite}
+        return {"failed": self.failed, "steps": self.steps, **drifts}
 
     @classmethod
     def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
@@ -59,7 +56,6 @@ class EnsembleOutcome:
                 int(data["steps"]),
                 None if h is None else float(h),
                 {str(name): float(x) for name, x in data["p_drift"].items()},
-                {str(path): (int(member), float(t)) for path, (member, t) in data["not_finite"].items()},
             )
         except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
             raise ValueError("no outcome") from error

@@ -15,18 +15,21 @@ from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.interface import Interface, Stop
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.integrate.methods.settling import Settling
+
 ENDINGS = {
     Stop.END: Ending.COMPLETE,
     Stop.SINGULAR: Ending.SINGULAR_MASS_MATRIX,
     Stop.NOT_FINITE: Ending.NOT_A_NUMBER,
     Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
+    Stop.GUARD: Ending.STEP_UNDERFLOW,
 }
 POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
@@ -79,7 +82,7 @@ class TaylorMethod:
             before_end = last and checkpoints.ends is not None and program.parts == 1 and len(wanted) > 0
             stop, done = stepper.fill(wanted, last and not before_end, pause)
             first += done
-            samples = stepper.samples[:, :done]
+            samples = stepper.taken(done)
             if before_end and stop is Stop.SAMPLES:
                 kept = int(np.count_nonzero(stepper.passed(wanted)))
                 accept(wanted[:kept], samples[:, :kept])
@@ -124,21 +127,29 @@ class Stepper:
     ) -> None:
         program = machine.program
         self._machine, self._recompilation = machine, recompilation
-        self._layout, self._stop = program.state, times.stop
+        self._layout, self._stop = program.inner, times.stop
         self._constants = aligned(max(1, program.constants))
-        machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
         self._memory, self._work = aligned(self._layout.memory), aligned(program.work)
         self._trial = aligned(program.trial)
+        self._outer = outer_rows(program)
         for part, given in enumerate(state.reshape(program.parts, -1)):
-            self._memory[self._layout.part(part)] = given
+            self._memory[self._layout.part(part)][self._outer] = given
         self._memory[self._layout.time] = times.start
+        self._settling: Settling | None = None
+        if not program.guards:
+            machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        else:
+            from lagrange_cli.integrate.methods.settling import Settling
+
+            self._settling = Settling(machine, self._constants, self._memory, self._work)
+            self._settling.begin(parameters)
         if beside:
             from lagrange_cli.integrate.methods.perturbation import perturb
 
             perturb(self._constants, parameters, beside)
             self._rates()  # cyclic momenta are computed, and perturbed likewise
             perturb(self._memory[self._layout.cyclic_momenta], parameters, beside)
-        self._info = np.zeros(3, dtype=np.int64)
+        self._info = np.zeros(4, dtype=np.int64)
         self.limited = False
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 4 * FEWEST
@@ -159,6 +170,8 @@ class Stepper:
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from there."""
         self._memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
+        if self._settling is not None:
+            self._settling.resume()
 
     @property
     def t(self) -> float:
@@ -172,7 +185,15 @@ class Stepper:
     @property
     def state(self) -> Array:
         """q, v and the integrals at that time."""
-        return np.array(self._memory[self._layout.part(0)])
+        return np.array(self._memory[self._layout.part(0)][self._outer])
+
+    def taken(self, done: int) -> Array:
+        """The samples that ``fill`` has made: rows q, v and the integrals, of every part."""
+        samples = self.samples[:, :done]
+        if not self._machine.program.auxiliary:
+            return samples
+        parts = samples.reshape(self._machine.program.parts, self._layout.rows, done)
+        return np.ascontiguousarray(parts[:, self._outer].reshape(-1, done))
 
     def finite(self) -> bool:
         """Whether the accelerations are finite at the state reached."""
@@ -224,6 +245,10 @@ class Stepper:
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])
+            if stop is Stop.GUARD and self._settling is not None:
+                if self._settling.settle(int(self._info[3])) and not interrupt(self.t):
+                    continue
+                return stop, done
             if stop is not Stop.PAUSE or interrupt(self.t):
                 return stop, done
             spent = time.perf_counter() - began
@@ -233,6 +258,13 @@ class Stepper:
             self._pause = int(
                 max(FEWEST, min(4 * self._pause, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
+
+
+def outer_rows(program: Interface) -> NDArray[np.intp]:
+    """The rows of q, v and the integrals among those that steps have."""
+    inner, own = program.inner, program.degrees
+    integrals = np.arange(inner.integrals.start, inner.rows)
+    return np.concatenate([np.arange(own), inner.degrees + np.arange(own), integrals])
 
 
 def follower(

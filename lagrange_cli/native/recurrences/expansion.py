@@ -61,7 +61,7 @@ class Expansion(Generic[V]):
             return None
         assert isinstance(one.data, tuple)
         (node, at), kind = one.data, self.kind
-        decides = self.constant(node)
+        decides = self.table[one.sources[0]][0] if one.sources else self.constant(node)
         if at == 0:
             return emit_switch(kind, at, decides, above, below)
         if at > 0:

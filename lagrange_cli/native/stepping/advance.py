@@ -16,8 +16,9 @@ from collections.abc import Callable
 from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.state import CHANGES, LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, allowance
+from lagrange_cli.native.stepping.guards import MARGIN, NEAR, GuardCode
 from lagrange_cli.records import dataclass
 
 EVIDENCE, NOISY = 2.0, 2.0**16
@@ -30,6 +31,9 @@ LAG = 0.7
 """The factor by which the usual step may shrink per step, as steps do in front of a singularity."""
 PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
+NO_GUARD = -1
+BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
+"""What is forgotten where other equations begin to hold."""
 STRAIGHT = 4
 """So close to a critical point that the coefficients from here on consist of rounding errors only."""
 SMALLEST, HUGE = 2.0**-1022, 1.7976931348623157e308
@@ -57,6 +61,10 @@ class Steps(ABC):
 
     state: StateLayout
     bounds: Bounds
+    guards: GuardCode | None
+    """What guards need, if there are any."""
+    refined: bool
+    """Whether a step to a root is followed by a much shorter one, since roots are found in doubles."""
 
     @abstractmethod
     def functions(self) -> list[str]:
@@ -79,6 +87,10 @@ class Steps(ABC):
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
         """The step, or a shorter one, where what its series may not show has been looked for; ``free``: no
         critical point is near."""
+
+    @abstractmethod
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
+        """When a guard is due in a step of ``h``, and which one (``guards.GuardCode``)."""
 
     @abstractmethod
     def straighten(self, f: Function) -> None:
@@ -117,10 +129,32 @@ def advance(steps: Steps) -> str:
     length, uneven, usual_before = (f.variable(zero) for _ in range(3))
     index, taken, pending = f.variable(f.count(0)), f.variable(f.count(0)), f.variable(f.count(NOTHING))
 
+    due = f.variable(f.count(NO_GUARD)) if steps.guards else None
+
     def leave(code: Integer | int, steps: Integer, samples: Integer | None = None) -> None:
         for i, value in enumerate((samples or index.get(), steps, limited.get())):
             f.store(value, info, i)
+        if due is not None:
+            f.store(due.get(), info, 3)
         f.give(code if isinstance(code, Integer) else f.count(code))
+
+    def change_mode() -> None:
+        """Go on from here with the other mode of the guard that is due. The caller decides what is not
+        simple."""
+        assert due is not None
+        passed, last, times = f.magnitude(clock(Clock.TIME)), clock(Clock.LAST_PASS), clock(Clock.PASSES)
+        at_once = clock(Clock.TIME) - last <= passed * bounds.no_time
+        remember(Clock.PASSES, f.select(at_once, times + 1.0, zero))
+        remember(Clock.LAST_PASS, clock(Clock.TIME))
+        with f.when(times >= CHANGES):
+            leave(Stop.GUARD, taken.get())
+        with f.when(~f.call(Bit, "flip", state, f.pointer("%constants"), due.get())):
+            leave(Stop.GUARD, taken.get())
+        for number in BEGINNING:
+            remember(number, zero)
+        due.set(f.count(NO_GUARD))
+        pending.set(f.count(NOTHING))
+        steps.forget(f)
 
     steps.forget(f)
     with f.forever() as rounds:
@@ -160,6 +194,8 @@ def advance(steps: Steps) -> str:
                 index.set(began.get())
                 taken.set(less)
                 pending.set(f.count(NOTHING))
+                if due is not None:
+                    due.set(f.count(NO_GUARD))
                 rounds.go_on()
             for number in (Clock.REFUSED, Clock.REFUSED_BEYOND, Clock.UNEXPLAINED):
                 remember(number, zero)
@@ -171,6 +207,10 @@ def advance(steps: Steps) -> str:
                 copy(trial, state)
                 limited.set(limited_before.get())
                 leave(Stop.SAMPLES, less)
+            if due is not None:
+                with f.when(~due.get().equals(NO_GUARD)):
+                    change_mode()
+                    rounds.go_on()
         with f.when(taken.get() >= pause):
             leave(Stop.PAUSE, taken.get())
         with f.when(~regular):
@@ -224,6 +264,22 @@ def advance(steps: Steps) -> str:
             lagging = f.larger(reach, usual.get() * LAG)
             usual.set(f.select(still, usual.get(), lagging))
             leaving.set(still.to_real())
+        if due is not None:  # the step ends where a mode changes
+            ahead = f.smaller(bound.get(), left)
+            root, which = steps.first_guard(f, now, ahead)
+            with f.when(root <= ahead):
+                due.set(which)
+                with f.when(root < 0.0):
+                    leave(Stop.GUARD, taken.get())
+                with f.when(root.equals(0.0)):
+                    change_mode()
+                    rounds.go_on()
+                bound.set(root)
+                confirms.set(yes)
+                if steps.refined:
+                    close = root <= f.smaller(h, left) * NEAR
+                    due.set(f.select(close, which, f.count(NO_GUARD)))
+                    bound.set(f.select(close, root, root * (1.0 - MARGIN)))
         # Whether the stop time may have influenced this step. As long as it has not, a run to a later time
         # takes the same steps.
         limited_before.set(limited.get())
@@ -235,6 +291,8 @@ def advance(steps: Steps) -> str:
         with f.when(leaves & ~seen):
             leave(Stop.SAMPLES, taken.get(), sampled)
         copy(state, trial)
+        if due is not None:
+            f.call(None, "settled", state)
         began.set(index.get())
         step = f.select(final, left, bound.get())
         length.set(step)

@@ -15,9 +15,10 @@ from lagrange_cli.native.numbers.double_double import TYPE
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
-from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
+from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, StepSize, chosen_step
@@ -38,23 +39,25 @@ EXPONENT = 0x7FF0000000000000
 Pair = tuple[Real, Real]
 
 
-def stepper(rows: Rows, tolerance: float) -> list[str]:
+def stepper(rows: Rows, state: StateLayout, tolerance: float, guards: GuardRows | None = None) -> list[str]:
     """IR of ``@advance``, ``@accelerate`` and their helpers."""
-    steps = DoubleDoubleSteps(rows, tolerance)
+    steps = DoubleDoubleSteps(rows, state, tolerance, guards)
     return [advance(steps), steps.accelerate().text()]
 
 
 class DoubleDoubleSteps(Steps):
     """What steps in double-double are made of."""
 
-    def __init__(self, rows: Rows, tolerance: float) -> None:
-        degrees, count = len(rows.program.velocities), len(rows.state)
-        self.state = StateLayout(degrees, count - 2 * degrees)
+    refined = True
+
+    def __init__(self, rows: Rows, state: StateLayout, tolerance: float, guards: GuardRows | None) -> None:
+        self.state, degrees, count = state, state.degrees, len(rows.state)
         self.bounds = DOUBLE_DOUBLE.coarser(tolerance)
         self.lengths = Lengths(
             degrees, count, rows.width, rows.order, 1, 1, 1, row=2 * rows.beyond, term=1, first=LANES
         )
         self.sizes = StepSize(self.lengths, tolerance, fades=False)
+        self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._low, self._width = rows.beyond, rows.width
 
     def functions(self) -> list[str]:
@@ -62,7 +65,8 @@ class DoubleDoubleSteps(Steps):
         sums = self.sum("polynomial", half + 4, False), self.sum("slope", max(1, half - 4), True)
         own = *sums, self.sample_at(), self.update(), self.expect(), self.holds()
         made = [*self.sizes.functions(), accepted(self.lengths, self._low), *own]
-        return [clear_function(), *(f.text() for f in made)]
+        guards = self.guards.functions() if self.guards else []
+        return [clear_function(), *guards, *(f.text() for f in made)]
 
     # numbers
 
@@ -266,6 +270,11 @@ class DoubleDoubleSteps(Steps):
                 sound.leave()
             length.set(needed * 0.25)
         return length.get()
+
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
+        assert self.guards
+        root, which = self.guards.first(f, self.scaled(f, now, h)[0], now.unit)
+        return root * now.unit, which
 
     def scaled(self, f: Function, now: Now, *times: Real) -> list[Real]:
         """Times in the unit of the series."""

@@ -8,9 +8,10 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout import Layout
-from lagrange_cli.native.state import LANES, Clock, StateLayout
+from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
+from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import Proof, Proving
@@ -27,22 +28,38 @@ SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 what the series suggests, below which there is none."""
 
 
-def stepper(layout: Layout, degrees: int, work: int, tolerance: float, proving: Proving | None = None) -> str:
-    """IR of ``@advance`` and its helpers for ``degrees`` coordinates and ``work`` doubles of ``%work``."""
-    return advance(DoubleSteps(layout, degrees, work, tolerance, proving))
+def stepper(
+    layout: Layout,
+    state: StateLayout,
+    work: int,
+    tolerance: float,
+    proving: Proving | None = None,
+    guards: GuardRows | None = None,
+) -> str:
+    """IR of ``@advance`` and its helpers for ``work`` doubles of ``%work``."""
+    return advance(DoubleSteps(layout, state, work, tolerance, proving, guards))
 
 
 class DoubleSteps(Steps):
     """What steps in doubles are made of."""
 
+    refined = False
+
     def __init__(
-        self, layout: Layout, degrees: int, work: int, tolerance: float, proving: Proving | None
+        self,
+        layout: Layout,
+        state: StateLayout,
+        work: int,
+        tolerance: float,
+        proving: Proving | None,
+        guards: GuardRows | None,
     ) -> None:
-        self.state = StateLayout(degrees, len(layout.state) - 2 * degrees)
+        self.state, degrees = state, state.degrees
         self.bounds = DOUBLE.coarser(tolerance)
         width, lanes = layout.width, min(layout.width, LANES)
         self.lengths = Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
         self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving else 0.0)
+        self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._work, self._proof = work, None
         if proving:
             loose = max(1.0, tolerance / self.bounds.precision)
@@ -54,7 +71,8 @@ class DoubleSteps(Steps):
         lengths = self.lengths
         made = [*self.sizes.functions(), self.sizes.shortened_step(), accepted(lengths)]
         made += [self._proof.function()] if self._proof else []
-        return [clear_function(), *(f.text() for f in made)]
+        guards = self.guards.functions() if self.guards else []
+        return [clear_function(), *guards, *(f.text() for f in made)]
 
     def places(self, f: Function) -> tuple[Pointer, Pointer]:
         """The state, and the series."""
@@ -94,6 +112,10 @@ class DoubleSteps(Steps):
                 length.set(f.constant(0.0))
                 sound.leave()
         return length.get()
+
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
+        assert self.guards
+        return self.guards.first(f, h, now.unit)
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
         at, lengths = f.variable(index), self.lengths

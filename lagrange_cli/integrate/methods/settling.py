@@ -1,0 +1,210 @@
+"""Modes of guards (see ``mechanics.guards``) where compiled code cannot choose them: where a motion begins,
+and where more than one may follow.
+
+At u = 0 a mode is right if the motion that it gives leads to its own side: the first derivative of u that is
+not 0 has its sign. The motion is held there, with mode 0, if the multiplier is between -1 and 1 (A. F.
+Filippov 1988, sec. 4)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.native.state import CHANGES, Clock
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
+
+ROUNDING = 2.0**-44
+"""A derivative that is so small beside the terms of the others is rounding."""
+HELD = 1.0 + 2.0**-40
+"""Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
+DERIVATIVES = 6
+"""Derivatives of u that are looked at."""
+ATTEMPTS = 8
+"""How often modes are chosen at one time, for each guard."""
+ROUNDS = 8
+"""How often all modes are computed again, for each guard, until they agree."""
+
+
+class Settling:
+    """The modes in the memory of a motion's state, and their choice.
+
+    ``constants``, ``memory`` and ``work`` are the arrays that compiled code works on.
+    """
+
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        self.machine = machine
+        program = machine.program
+        self._constants, self._memory, self._work = constants, memory, work
+        self._layout, self._rows = program.inner, program.rows_of_guards
+        first, count = self._rows.mode(self._layout), self._rows.count
+        self._modes = memory[first : first + count]
+        marks = self._rows.fresh(self._layout)
+        self._marks = memory[marks : marks + count]
+        self._attempts, self._latest = 0, np.nan
+
+    @property
+    def count(self) -> int:
+        """How many guards there are."""
+        return self._rows.count
+
+    def set_parameters(self, parameters: Array) -> None:
+        """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
+        parts = self.machine.program.parts
+        settings = self._memory[self._layout.settings]
+        width = self._rows.parameters + self.count
+        for part, given in enumerate(parameters.reshape(parts, -1)):
+            settings[part * width : part * width + self._rows.parameters] = given
+
+    def begin(self, parameters: Array) -> None:
+        """Choose all modes where the motion begins."""
+        self.set_parameters(parameters)
+        self._modes[:] = 1.0
+        for _ in range(self.count + 1):  # arguments may depend on other modes
+            values = self._arguments()
+            signs = np.where(values < 0.0, -1.0, 1.0)
+            if np.array_equal(signs, self._modes):
+                break
+            self._modes[:] = signs
+        at_zero = [j for j in range(self.count) if values[j] == 0.0]
+        if at_zero:
+            self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
+        else:
+            self._prepare()
+
+    def resume(self) -> None:
+        """Go on with the modes that are in the memory."""
+        self._prepare()
+
+    def settle(self, due: int) -> bool:
+        """Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound;
+        whether one was found with which the motion goes on."""
+        now = float(self._memory[self._layout.time])
+        self._attempts = self._attempts + 1 if now == self._latest else 0
+        self._latest = now
+        if self._attempts > ATTEMPTS * (self.count + 1):
+            return False
+        before = float(self._modes[due])
+        for number in (Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES):
+            self._memory[self._layout.at(number)] = 0.0
+        marked = [j for j in range(self.count) if j != due and self._marks[j] > 0.0 and self._modes[j] != 0.0]
+        if self._memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.multipliers[due]:
+            self._stop_at(due)
+        if before == 0.0:
+            side = 1.0 if self._multiplier(due) > 0.0 else -1.0
+            return self._choose([due, *marked], {due: side}, held=False)
+        return self._choose([due, *marked], {due: -before})
+
+    def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
+        """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
+        ``first``, or the other one."""
+        able = [j for j in guards if self._rows.multipliers[j]] if held else []
+        free = [j for j in guards if j not in able]
+        self._marks[:] = 0.0
+        self._marks[list(guards)] = 1.0
+        for j in free:
+            self._modes[j] = first.get(j, self._modes[j])
+        self._modes[able] = 0.0
+        good = True
+        for _ in range(ROUNDS * (len(guards) + 1)):
+            self._series()
+            loose = [(self._holding(j), j) for j in able if self._modes[j] == 0.0]
+            loose = [one for one in loose if not one[0] <= HELD]
+            if loose:
+                _, j = max(loose)
+                self._modes[j] = first.get(j) or (1.0 if self._multiplier(j) > 0.0 else -1.0)
+                self._series()
+                if not self._leads(j):
+                    self._modes[j] = -self._modes[j]
+                continue
+            wrong = [j for j in guards if self._modes[j] != 0.0 and not self._leads(j)]
+            if not wrong:
+                return good
+            for j in wrong:
+                self._modes[j] = -self._modes[j]
+                self._series()
+                if not self._leads(j):
+                    if self._rows.multipliers[j]:
+                        self._modes[j] = 0.0
+                        able.append(j)
+                    else:  # both sides lead back: it touches 0, and rounding decides
+                        self._modes[j] = -self._modes[j]
+                        guards = [one for one in guards if one != j]
+        return False
+
+    def _stop_at(self, j: int) -> None:
+        """Take away the velocity with which the motion passes u = 0 ever more often, along the direction in
+        which the force jumps: v - a' u'/u'', where a' and u'' are the jumps of the accelerations and of
+        u''."""
+        found = []
+        for mode in (1.0, -1.0):
+            self._modes[j] = mode
+            accelerations = self._series()[: self._layout.degrees]
+            found.append((accelerations, self._coefficients(self._rows.first + j)))
+        (first, u), (second, other) = found
+        jump = 2.0 * (u[2] - other[2])
+        if u[1] == other[1] and jump != 0.0:
+            self._memory[self._layout.part(0)][self._layout.v] -= (first - second) * u[1] / jump
+            self._memory[self._layout.part(1)][self._layout.v] = 0.0
+            self._memory[self._layout.at(Clock.PASSES)] = 0.0
+
+    def _prepare(self) -> None:
+        settings = self._memory[self._layout.settings]
+        self.machine.prepare(settings.ctypes.data, self._constants.ctypes.data)
+
+    def _series(self) -> Array:
+        """The series from here on; the rates of velocities and integrals."""
+        self._prepare()
+        rates = np.empty(self._layout.rows)
+        self.machine.accelerate(
+            self._constants.ctypes.data,
+            float(self._memory[self._layout.time]),
+            self._memory.ctypes.data,
+            self._work.ctypes.data,
+            rates.ctypes.data,
+        )
+        return rates
+
+    def _arguments(self) -> Array:
+        """The values of all guards' arguments."""
+        self._series()
+        return np.array([self._coefficients(self._rows.first + j)[0] for j in range(self.count)])
+
+    def _coefficients(self, row: int) -> Array:
+        """The first derivatives of what a row is the quadrature of, divided by factorials, from the value
+        on."""
+        first, step, term = self.machine.program.series_at
+        place = first + row * step
+        orders = np.arange(1, DERIVATIVES + 2)
+        found: Array = self._work[place + orders * term] * orders
+        return found
+
+    def _multiplier(self, j: int) -> float:
+        return float(self._coefficients(self._rows.multipliers[j])[0])
+
+    def _holding(self, j: int) -> float:
+        """The size of the multiplier, infinite where the motion passes u = 0 with a velocity."""
+        u, noise = self._coefficients(self._rows.first + j), ROUNDING * self._scale()
+        size = abs(self._multiplier(j))
+        return size if abs(u[1]) <= noise[1] and np.isfinite(size) else np.inf
+
+    def _leads(self, j: int) -> bool:
+        """Whether the motion leads to the side of a guard's mode; or along u = 0."""
+        u = self._coefficients(self._rows.first + j)
+        rates = self._coefficients(self._rows.first + j)[1:]
+        scale = self._scale()
+        for m, one in enumerate(rates, 1):
+            if not abs(one) <= ROUNDING * scale[m]:
+                return bool(one * self._modes[j] > 0.0)
+        return bool(np.all(np.isfinite(u)))
+
+    def _scale(self) -> Array:
+        """The largest coefficients of each order among velocities: what rounding of a derivative is measured
+        by."""
+        rows = range(self._layout.v.start, self._layout.v.stop)
+        found: Array = np.max(np.abs([np.r_[0.0, self._coefficients(row)] for row in rows]), axis=0)
+        return found

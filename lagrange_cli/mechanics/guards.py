@@ -1,0 +1,248 @@
+"""Equations with switches, made smooth for a time: each switch has a mode that says which branch it takes.
+
+A switch is ``above`` where its argument u(q, q_dot, t) > 0 and ``below`` where u < 0 (see ``Kind.SWITCH``).
+Its mode is a constant, +1 or -1, until u changes its sign. Then it is the other one, and the motion goes on
+with other equations. Every distinct u has one *guard*.
+
+Where the forces jump at u = 0, both branches may lead back to it: the motion stays there (dry friction that
+holds). The mode is then 0 and the switch has the value of A. F. Filippov (Differential Equations with
+Discontinuous Righthand Sides, 1988, sec. 4)
+
+    (above + below)/2 + m (above - below)/2,    -1 <= m <= 1,
+
+with the multiplier m for which u stays 0. It is found as the acceleration of an auxiliary coordinate y, m =
+y'', whose equation is du/dt = 0, or d2u/dt2 = 0 where u does not contain velocities, and y'' = 0 while the
+mode is not 0."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.formulation import rate
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass, replace
+
+
+@dataclass(frozen=True)
+class Guard:
+    """What a mode is the sign of: ``argument``, in which other modes may stand.
+
+    ``original`` is the argument as it stands in the system's own equations. ``auxiliary`` is the place, among
+    auxiliary coordinates, of the one whose acceleration is the multiplier; None where the motion cannot be
+    held."""
+
+    argument: Node
+    original: Node
+    mode: Node
+    auxiliary: int | None = None
+
+
+@dataclass(frozen=True)
+class Guarded:
+    """Equations and integrands with modes in place of what moves in switches.
+
+    The model of ``residual`` has the ``auxiliary`` coordinates behind its own.
+    """
+
+    residual: Residual
+    integrands: Mapping[str, Node]
+    guards: tuple[Guard, ...] = ()
+    auxiliary: int = 0
+
+
+def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
+    """The equations and integrands for steps, in each of which no switch changes."""
+    if not switches([*residual.residual, *integrands.values()], residual.variables):
+        return Guarded(residual, integrands)
+    return _Freezing(residual).guarded(integrands)
+
+
+def switches(nodes: Iterable[Node], moving: int) -> list[Node]:
+    """The switches below ``nodes`` whose arguments move."""
+    found = reachable(nodes)
+    return [node for node in found if node.kind is Kind.SWITCH and node.arguments[0].symbols & moving]
+
+
+class _Freezing:
+    """Modes, and what has been written with them so far."""
+
+    def __init__(self, residual: Residual) -> None:
+        self.residual, self.graph = residual, residual.graph
+        self.moving = residual.variables
+        self.guards: dict[Node, Guard] = {}
+        self.multipliers: list[Node] = []
+        self.made: dict[Node, Node] = {}
+        self.joined: dict[Node, Node] = {}
+
+    def frozen(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """``nodes`` with modes."""
+        nodes = self.merged(nodes)
+        for node in reachable(nodes, lambda node: node not in self.made):
+            arguments = [self.made[argument] for argument in node.arguments]
+            if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
+                self.made[node] = self._by_mode(node, *arguments)
+            elif all(a is b for a, b in zip(arguments, node.arguments)):
+                self.made[node] = node
+            else:
+                self.made[node] = (
+                    self.graph.ddt(arguments[0])
+                    if node.kind is Kind.DDT
+                    else rebuilt(self.graph, node, arguments)
+                )
+        return tuple(self.made[node] for node in nodes)
+
+    def merged(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """``nodes`` with one switch in place of several by the same argument, where these are terms of a sum
+        or factors of a product: what jumps in each of them may cancel."""
+        made = self.joined
+        for node in reachable(nodes, lambda node: node not in made):
+            arguments = [made[argument] for argument in node.arguments]
+            if node.kind is Kind.SUM:
+                terms = [*zip(arguments, node.data[1])]
+                made[node] = self.graph.sum(
+                    [(self.graph.constant(node.data[0]), 1.0), *self._united(terms, self.graph.sum)]
+                )
+            elif node.kind is Kind.PRODUCT:
+                made[node] = self.graph.product(
+                    self._united([*zip(arguments, node.data)], self.graph.product)
+                )
+            elif node.kind is Kind.DDT:
+                made[node] = self.graph.ddt(arguments[0])
+            else:
+                made[node] = rebuilt(self.graph, node, arguments)
+        return tuple(made[node] for node in nodes)
+
+    def _united(
+        self, parts: list[tuple[Node, float]], total: Callable[[Iterable[tuple[Node, float]]], Node]
+    ) -> list[tuple[Node, float]]:
+        """Terms with coefficients, or factors with exponents: of switches by one argument one each."""
+        grouped: dict[Node, list[tuple[Node, float]]] = {}
+        for node, number in parts:
+            if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
+                grouped.setdefault(node.arguments[0], []).append((node, number))
+        if all(len(group) == 1 for group in grouped.values()) and total == self.graph.sum:
+            return parts
+        united = {node for group in grouped.values() for node, _ in group}
+        rest = [(node, number) for node, number in parts if node not in united]
+        for argument, group in grouped.items():
+            above, below = (total([(node.arguments[i], number) for node, number in group]) for i in (1, 2))
+            rest.append((self.graph.switch(argument, above, below), 1))
+        return rest
+
+    def _by_mode(self, node: Node, argument: Node, above: Node, below: Node) -> Node:
+        """A switch by its mode."""
+        graph, original = self.graph, node.arguments[0]
+        if original not in self.guards:
+            mode = graph.symbol(f"mode {len(self.guards)}")
+            self.guards[original] = Guard(argument, original, mode)
+        guard = self.guards[original]
+        if not self._jumps(node) or self._held_inside(above - below):
+            return graph.switch(guard.mode, above, below, -1)
+        if guard.auxiliary is None and self._moves(original):
+            guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
+            self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
+        if guard.auxiliary is None:
+            return graph.switch(guard.mode, above, below, -1)
+        multiplier = self.multipliers[guard.auxiliary]
+        held = (above + below) / 2.0 + multiplier * (above - below) / 2.0
+        return self._three_ways(guard.mode, above, below, held)
+
+    def _held_inside(self, node: Node) -> bool:
+        """Whether a multiplier stands in it: the equations must stay linear in all of them."""
+        return any(node.symbols & multiplier.symbols for multiplier in self.multipliers)
+
+    def _three_ways(self, mode: Node, above: Node, below: Node, held: Node) -> Node:
+        """One or the other by a mode: +1, -1, or 0."""
+        return self.graph.switch(mode, above, self.graph.switch(-mode, below, held, -1), -1)
+
+    def _jumps(self, node: Node) -> bool:
+        """Whether a switch may have two values where its argument is 0."""
+        argument, above, below = node.arguments
+        return not vanishes_with(self.graph, above - below, argument)
+
+    def _moves(self, argument: Node) -> bool:
+        """Whether it depends on more than the time."""
+        model = self.residual.model
+        return any(argument.symbols & symbol.symbols for symbol in (*model.q, *model.v))
+
+    def guarded(self, integrands: Mapping[str, Node]) -> Guarded:
+        """All of it with modes; equations that hold the motion are added."""
+        residual, graph = self.residual, self.graph
+        rows = self.frozen(residual.residual)
+        quadratures = self.frozen([*integrands.values()])
+        matrix = [self.frozen(row) for row in residual.mass_matrix]
+        inertias = self.frozen(residual.inertias)
+        momenta = []
+        for one in residual.cyclic_momenta:
+            momentum, speed = self.frozen([one.momentum, one.speed])
+            momenta.append(replace(one, momentum=momentum, speed=speed))
+        model = with_auxiliary(residual.model, graph, len(self.multipliers))
+        wider = replace(
+            residual, model=model, residual=rows, mass_matrix=tuple(matrix), inertias=inertias,
+            cyclic_momenta=tuple(momenta),
+        )  # fmt: skip
+        if self.multipliers:
+            wider, quadratures = self._held(wider, quadratures)
+        return Guarded(
+            wider, dict(zip(integrands, quadratures)), tuple(self.guards.values()), len(self.multipliers)
+        )
+
+    def _held(self, residual: Residual, integrands: Sequence[Node]) -> tuple[Residual, tuple[Node, ...]]:
+        """The equations with multipliers as accelerations of auxiliary coordinates, and theirs."""
+        graph, model, own = self.graph, residual.model, len(self.residual.model.q)
+        symbols = model.v[own:]
+        accelerations = dict(zip(self.multipliers, map(graph.ddt, symbols)))
+        columns = [[graph.diff(row, m) for m in self.multipliers] for row in residual.residual]
+        rows = substituted(graph, residual.residual, accelerations)
+        matrix = [[*row, *column] for row, column in zip(residual.mass_matrix, columns)]
+        added, slopes = [], []
+        holding = [guard for guard in self.guards.values() if guard.auxiliary is not None]
+        for guard, symbol in zip(sorted(holding, key=lambda guard: guard.auxiliary or 0), symbols):
+            u, free = guard.argument, graph.ddt(symbol)
+            by = model.v if any(u.symbols & v.symbols for v in model.v) else model.q
+            kept = rate(graph, u, residual.variables)
+            if by is model.q:
+                kept = graph.ddt(kept)
+            added.append(self._three_ways(guard.mode, free, free, kept))
+            zero = graph.zero
+            row = [self._three_ways(guard.mode, zero, zero, graph.diff(u, x)) for x in by[:own]]
+            one = self._three_ways(guard.mode, graph.one, graph.one, zero)
+            slopes.append([*row, *(one if other is symbol else zero for other in symbols)])
+        wider = replace(
+            residual,
+            residual=(*rows, *added),
+            mass_matrix=tuple(map(tuple, (*matrix, *slopes))),
+            definite=False,
+        )
+        return wider, substituted(graph, integrands, accelerations)
+
+
+def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:
+    """The model with so many auxiliary coordinates behind its own."""
+    names = [f"hold {i}" for i in range(count)]
+    return replace(
+        model,
+        coordinates=(*model.coordinates, *names),
+        q=(*model.q, *(graph.symbol(name) for name in names)),
+        v=(*model.v, *(graph.symbol(f"{name} dot") for name in names)),
+        generalized_forces=(*model.generalized_forces, *[graph.zero] * count),
+    )
+
+
+def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
+    """Whether ``node`` is 0 wherever ``argument`` is, by its normal form: one term of the argument is put in
+    terms of the others."""
+    if node.is_zero:
+        return True
+    _, argument = graph.split_coefficient(argument)
+    if argument.kind is not Kind.SUM:
+        return substituted(graph, [node], {argument: graph.zero})[0].is_zero
+    for term, coefficient in zip(argument.arguments, argument.data[1]):
+        others = graph.sum([(argument, -1.0 / coefficient), (term, 1.0)])
+        if term not in reachable([others]) and substituted(graph, [node], {term: others})[0].is_zero:
+            return True
+    return False

@@ -1,0 +1,199 @@
+"""The first root of a guard's argument within a step, of which none is missed.
+
+In Bernstein's form on an interval a polynomial lies within the convex hull of its coefficients, and has no
+more roots there than these have changes of sign (G. Farin, Curves and Surfaces for CAGD, 5th ed., sec. 6.3;
+R. T. Farouki, The Bernstein polynomial basis, CAGD 29, 2012). So pieces of the step without a change of sign
+hold no root, those with one hold exactly one, and others are halved."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.records import dataclass
+
+NOTHING = 2.0**-50
+"""A coefficient that is this small beside the others is rounding, where the argument begins at 0."""
+FINEST = 2.0**-48
+"""Pieces of a step are not made smaller than this part of it."""
+ITERATIONS, CLOSE = 200, 2.0**-52
+"""Improvements of a root at most; it is found when one changes it by no more than this part of it."""
+NONE, BACK = float("inf"), -1.0
+"""What is given in place of a root: there is none; the motion would go back to where it came from."""
+
+
+@dataclass(frozen=True)
+class Roots:
+    """``@first_root(row, h, start, side, fresh, scratch)``: the time in a step of ``h`` when ``start`` +
+    ``side`` u stops being positive; ``NONE`` or ``BACK``.
+
+    The ``row`` is the series of the quadrature of u: its coefficients, up to ``order``, are ``term`` doubles
+    apart. If it is ``fresh``, the sum is 0 where the step begins: then this root does not count, and the next
+    coefficient tells the side to which the motion goes. There are ``room`` doubles of ``scratch``."""
+
+    order: int
+    term: int
+
+    @property
+    def degree(self) -> int:
+        """That of the argument's polynomial."""
+        return self.order - 2
+
+    @property
+    def room(self) -> int:
+        """Doubles of scratch."""
+        return 3 * (self.degree + 1)
+
+    def text(self) -> str:
+        """Its IR."""
+        inverse = [1.0 / math.comb(self.degree, m) for m in range(self.degree + 1)]
+        listed = ", ".join(f"double {operand(literal(x))}" for x in inverse)
+        table = f"@inverse_binomials = private constant [{len(inverse)} x double] [{listed}]\n"
+        return table + self._value().text() + self._bernstein().text() + self._first_root().text()
+
+    def _each(self, f: Function, body: Callable[[Integer], None], first: Integer | int = 0) -> None:
+        with f.loop(first, self.degree + 1, tested=not isinstance(first, int)) as m:
+            body(m)
+
+    def _value(self) -> Function:
+        """``@value_at(p, s)``: the polynomial ``p`` at ``s``."""
+        f = Function("define internal double @value_at(ptr noalias %p, double %s) #0")
+        total = f.load("%p", self.degree)
+        for m in reversed(range(self.degree)):
+            total = f.fused(total, Real(f, "%s"), f.load("%p", m))
+        f.give(total)
+        return f
+
+    def _bernstein(self) -> Function:
+        """``@bernstein(p, b, a, w)``: the coefficients ``b`` of ``p`` on [a, a + w]: how often they change
+        their sign, and the smallest one."""
+        given = "ptr noalias %p, ptr noalias %b, double %a, double %w"
+        f = Function(f"define internal {{ i64, double }} @bernstein({given}) #0")
+        a, w, n = Real(f, "%a"), Real(f, "%w"), self.degree
+        self._each(f, lambda m: f.store(f.load("%p", m), "%b", m))
+        with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
+            i = f.count(n - 1) - j
+            f.store(f.fused(f.load("%b", i + 1), a, f.load("%b", i)), "%b", i)
+        power = f.variable(f.constant(1.0))
+
+        def scale(m: Integer) -> None:
+            f.store(f.load("%b", m) * power.get() * f.load("@inverse_binomials", m), "%b", m)
+            power.set(power.get() * w)
+
+        self._each(f, scale)
+        with f.loop(0, n, tested=False) as k, f.loop(0, f.count(n) - k, tested=False) as j:
+            i = f.count(n) - j
+            f.store(f.load("%b", i) + f.load("%b", i - 1), "%b", i)
+        least, changes = f.variable(f.load("%b")), f.variable(f.count(0))
+        before = f.variable(f.load("%b") < 0.0)
+
+        def look(m: Integer) -> None:
+            one = f.load("%b", m)
+            negative = one < 0.0
+            changes.set(changes.get() + negative.compared("ne", before.get()).to_integer())
+            before.set(negative)
+            least.set(f.smaller(one, least.get()))
+
+        self._each(f, look)
+        f.give(changes.get(), least.get())
+        return f
+
+    def _first_root(self) -> Function:
+        given = "ptr noalias %row, double %h, double %start, double %side, i1 %fresh, ptr noalias %scratch"
+        f = Function(f"define internal double @first_root({given}) #0")
+        h, fresh, none = Real(f, "%h"), Bit(f, "%fresh"), f.constant(NONE)
+        d, size = f.pointer("%scratch"), self.degree + 1
+        p, b = f.place(d, size), f.place(d, 2 * size)
+        power, total = f.variable(Real(f, "%side")), f.variable(f.constant(0.0))
+        start = f.variable(Real(f, "%start"))
+
+        def scale(m: Integer) -> None:
+            one = start.get() + f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get()
+            start.set(f.constant(0.0))
+            f.store(one, d, m)
+            total.set(total.get() + f.magnitude(one))
+            power.set(power.get() * h)
+
+        self._each(f, scale)
+        first = f.variable(f.count(0))
+        with f.when(fresh), f.forever() as rounds:
+            first.set(first.get() + 1)
+            with f.when(first.get() > self.degree):
+                f.give(none)
+            counts = f.magnitude(f.load(d, first.get())) > total.get() * NOTHING
+            with f.when(counts):
+                rounds.leave()
+        begins = f.load(d, first.get())
+        with f.when(begins < 0.0):
+            f.give(f.select(fresh, f.constant(BACK), f.constant(0.0)))
+        with f.when(begins + begins > total.get()):
+            f.give(none)
+        self._each(f, lambda m: f.store(f.constant(0.0), p, m))
+        self._each(f, lambda m: f.store(f.load(d, m), p, m - first.get()), first.get())
+        self._search(f, p, b, h)
+        return f
+
+    def _search(self, f: Function, p: Pointer, b: Pointer, h: Real) -> None:
+        """Give the first root of ``p`` in [0, 1], times ``h``."""
+        one = f.constant(1.0)
+        a, w = f.variable(f.constant(0.0)), f.variable(one)
+        with f.forever() as pieces:
+            changes, least = self._form(f, p, b, a.get(), w.get())
+            end = a.get() + w.get()
+            with f.when(~(least < 0.0)):
+                with f.when(end >= 1.0):
+                    f.give(f.constant(NONE))
+                a.set(end)
+                w.set(f.smaller(w.get() + w.get(), one - end))
+                pieces.go_on()
+            ends_below = f.call(Real, "value_at", p, end) < 0.0
+            with f.when((changes.equals(1) & ends_below) | ((w.get() <= FINEST) & ends_below)):
+                f.give(self._refined(f, p, a.get(), end) * h)
+            with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
+                with f.when(end >= 1.0):
+                    f.give(f.constant(NONE))
+                a.set(end)
+                w.set(f.smaller(w.get() + w.get(), one - end))
+                pieces.go_on()
+            w.set(w.get() * 0.5)
+            pieces.go_on()
+
+    def _refined(self, f: Function, p: Pointer, start: Real, end: Real) -> Real:
+        """The one root in an interval at whose end ``p`` is negative: by Newton's method, or by halving where
+        that leads out of it."""
+        low, high, x = f.variable(start), f.variable(end), f.variable((start + end) * 0.5)
+        with f.section() as found, f.loop(0, ITERATIONS, tested=False):
+            at = x.get()
+            value, slope = self._both(f, p, at)
+            below = value < 0.0
+            high.set(f.select(below, at, high.get()))
+            low.set(f.select(below, low.get(), at))
+            newton = at - value / slope
+            inside = (newton > low.get()) & (newton < high.get())
+            following = f.select(inside, newton, (low.get() + high.get()) * 0.5)
+            x.set(following)
+            with f.when(~(f.magnitude(following - at) > following * CLOSE)):
+                found.leave()
+        return f.larger(x.get(), f.constant(0.0))
+
+    def _both(self, f: Function, p: Pointer, s: Real) -> tuple[Real, Real]:
+        """``p`` and its derivative at ``s``."""
+        total = f.variable(f.load(p, self.degree))
+        slope = f.variable(f.constant(0.0))
+        with f.loop(1, self.degree + 1, tested=False) as m:
+            slope.set(f.fused(slope.get(), s, total.get()))
+            total.set(f.fused(total.get(), s, f.load(p, f.count(self.degree) - m)))
+        return total.get(), slope.get()
+
+    def _form(self, f: Function, p: Pointer, b: Pointer, a: Real, w: Real) -> tuple[Integer, Real]:
+        """What ``@bernstein`` gives."""
+        together = "{ i64, double }"
+        listed = f"ptr {p.name}, ptr {b.name}, double {a.name}, double {w.name}"
+        made = f.define(f"call {together} @bernstein({listed})")
+        return (
+            Integer(f, f.define(f"extractvalue {together} {made}, 0"), 1),
+            Real(f, f.define(f"extractvalue {together} {made}, 1")),
+        )
