@@ -84,11 +84,13 @@ def met(
     found: list[Condition] = []
     for operator, left, right in zip(condition.operators, values, values[1:]):
         if operator in ("==", "!="):
-            raise ExpressionError(
-                condition.span,
-                f"'{operator}' compares numbers that vary: they are equal at single moments only",
-                "write < <= > or >=, as in abs(x - a) < 1e-6",
-            )
+            u = left - right
+            side = algebra.side(u, 0)
+            if side is None:
+                found.append(Joined((Positive(u, 1), Positive(-u, 1)), True, operator == "!="))
+            elif (side == 0) != (operator == "=="):
+                return False
+            continue
         at = 1 if operator in ("<=", ">=") else -1
         u = left - right if operator in (">", ">=") else right - left
         side = algebra.side(u, at)

@@ -199,6 +199,16 @@ def sums(tree: Tree) -> Iterator[tuple[Sum, frozenset[str]]]:
         pending += ((child, bound) for child in reversed(children(node)))
 
 
+def equalities(tree: Tree) -> Iterator[Comparison]:
+    """Every comparison by ``==`` or ``!=`` in the conditions of ``where``."""
+    pending = [tree]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Comparison) and not {"==", "!="}.isdisjoint(node.operators):
+            yield node
+        pending += (node.body,) if isinstance(node, Sum) else () if isinstance(node, Name) else children(node)
+
+
 def plain_names(tree: Tree) -> frozenset[str]:
     """All undotted names in ``tree``, wherever they stand."""
     found: set[str] = set()

@@ -10,7 +10,7 @@ from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
 from lagrange_cli.expression.confusions import NAMES, VELOCITIES, parameter_example, rate_of
 from lagrange_cli.expression.near import known_hint, near_hint, shown
-from lagrange_cli.expression.syntax import ExpressionError, Name, Span, names, plain_names, sums
+from lagrange_cli.expression.syntax import ExpressionError, Name, Span, equalities, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
     CALLABLE,
     COMPONENTS,
@@ -160,6 +160,15 @@ class Names:
                 continue
             kinds |= meaning.kinds
             sound = sound and (meaning.value is not None or meaning.family is not None)
+        for comparison in equalities(expression.tree):
+            used = [name for name in names(comparison) if name.base in self.table]
+            varying = [name for name in used if self.table[name.base].kinds - {Kind.PARAMETER, Kind.SIZE}]
+            if varying:
+                message = f"'{varying[0].identifier}' has one exact value at single moments only"
+                hint = "write < <= > or >=, as in abs(x - a) < 1e-6"
+                mistake = ExpressionError(comparison.span, message, hint)
+                self.problems.add_expression(expression, mistake, where)
+                sound = False
         return kinds, sound
 
     def check_index(self, index: str, span: Span) -> None:

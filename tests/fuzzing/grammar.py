@@ -15,6 +15,9 @@ EXTREME = (
 FUNCTIONS = (
     "sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "exp", "log", "sqrt",
 )  # fmt: skip
+CASES = (
+    "where({0} > {1}, {2}, 0)", "where({0} <= 1 and not {1} > 0, {1}, {2})", "where({1} < {0} < {2}, {0}, 1)",
+)  # fmt: skip
 HOSTILE = (
     "__import__('os').system('touch hacked')", "().__class__.__mro__", "lambda: 0", "x" * 300,
     "bead.__class__", "open('/etc/passwd')", "!!python/object/apply:os.system [touch hacked]", "*a",
@@ -96,8 +99,12 @@ def expression(source: Random, names: tuple[str, ...], depth: int = 3) -> str:
         return source.choice(names) if source.random() < 0.7 else number(source)
     kind = source.random()
     first = expression(source, names, depth - 1)
-    if kind < 0.3:
+    if kind < 0.25:
         return f"{source.choice(FUNCTIONS)}({first})"
+    if kind < 0.3:
+        second, third = (expression(source, names, depth - 2 if depth > 1 else 0) for _ in range(2))
+        call = source.choice(("abs({0})", "sign({0})", "min({0}, {1})", "max({0}, {1}, {2})", *CASES))
+        return call.format(first, second, third)
     if kind < 0.45:
         return f"({first})**{source.choice(('2', '3', '-1', '0.5', '-2', '63', 'x', '1/3'))}"
     return f"({first}){source.choice('++--**/')}({expression(source, names, depth - 1)})"

@@ -449,6 +449,16 @@ def test_angles_are_in_radians_and_only_they():
         (one(position="[sin(x)]"), "sin is taken of a quantity in m in the position of 'bead'"),
         (one("k*x**(x)"), "an exponent is in m in potential"),
         (one(more="definitions: {d: x + x_dot}"), "m and m/s are added in definition 'd'"),
+        (one(more="observables: {o: 'where(x > x_dot, 1, 2)'}"), "m and m/s are compared in observable 'o'"),
+        (one(more="observables: {o: 'max(0, x, k)'}"), "m and N/m are compared in observable 'o'"),
+        (
+            one(more="observables: {o: 'where(0 < x and x > 5, x, x_dot)'}"),
+            "m and m/s are branches of one 'where' in observable 'o'",
+        ),
+        (
+            one(more="observables: {o: 'sign(x) + abs(x)'}"),
+            "a plain number and m are added in observable 'o'",
+        ),
         (one(more="observables: {o: x + cos(x/x)}"), "m and a plain number are added in observable 'o'"),
         (one(more="forces: {bead: [-k*x_dot]}"), "the force on 'bead' is in N/s, and should be in"),
         (one(more="generalized_forces: {x: -m}"), "the generalized force 'x' is in kg, and should be in"),
