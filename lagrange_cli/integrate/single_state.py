@@ -8,6 +8,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import aligned
+from lagrange_cli.integrate.methods.settling import Settling
+from lagrange_cli.integrate.methods.taylor import outer_rows
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import compile_program
 from lagrange_cli.native.orders import order_for
@@ -33,17 +35,21 @@ def compiled_values(residual: Residual) -> CompiledValues:
     def values(
         parameters: Sequence[float], t: float, q: Sequence[float], v: Sequence[float]
     ) -> tuple[Array, Array, float]:
-        constants, state, work = (
-            aligned(max(1, program.constants)),
-            aligned(program.state.memory),
-            aligned(program.work),
+        layout = program.inner
+        constants, memory, work = (
+            aligned(size) for size in (max(1, program.constants), layout.memory, program.work)
         )
-        given = np.array(parameters, dtype=np.float64)
-        machine.prepare(given.ctypes.data, constants.ctypes.data)
+        given, state = np.array(parameters, dtype=np.float64), np.zeros(program.rows)
         state[program.state.motion] = [*q, *v]
-        rates = np.empty(program.rows - n)
+        memory[outer_rows(program)] = state
+        memory[layout.time] = t
+        if program.guards:
+            Settling(machine, constants, memory, work).begin(given)
+        else:
+            machine.prepare(given.ctypes.data, constants.ctypes.data)
+        rates = np.empty(layout.rows - layout.degrees)
         regular = machine.accelerate(
-            constants.ctypes.data, t, state.ctypes.data, work.ctypes.data, rates.ctypes.data
+            constants.ctypes.data, t, memory.ctypes.data, work.ctypes.data, rates.ctypes.data
         )
         when, results = np.array([t]), np.empty(n + 1)
         machine.observe(constants.ctypes.data, when.ctypes.data, state.ctypes.data, results.ctypes.data, 1, 1)

@@ -77,6 +77,22 @@ class _Freezing:
         self.multipliers: list[Node] = []
         self.made: dict[Node, Node] = {}
         self.joined: dict[Node, Node] = {}
+        self.inertial = self._inertial()
+        """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
+
+    def _inertial(self) -> set[Node]:
+        """Switches in masses, in momenta, and in factors of accelerations."""
+        residual, found = self.residual, set[Node]()
+        entries = [entry for row in residual.mass_matrix for entry in (*row, *residual.inertias)]
+        entries += [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
+        accelerated = set[Node]()
+        for node in reachable(self.merged(residual.residual)):
+            if node.kind is Kind.DDT or not accelerated.isdisjoint(node.arguments):
+                accelerated.add(node)
+                if node.kind is not Kind.SUM:
+                    entries += [a for a in node.arguments if node.kind is Kind.DDT or a not in accelerated]
+        found.update(switches(self.merged(entries), self.moving))
+        return found
 
     def frozen(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
         """``nodes`` with modes."""
@@ -87,12 +103,11 @@ class _Freezing:
                 self.made[node] = self._by_mode(node, *arguments)
             elif all(a is b for a, b in zip(arguments, node.arguments)):
                 self.made[node] = node
+            elif node.kind is Kind.DDT:
+                moves = arguments[0].symbols & self.moving  # a mode does not
+                self.made[node] = self.graph.ddt(arguments[0]) if moves else self.graph.zero
             else:
-                self.made[node] = (
-                    self.graph.ddt(arguments[0])
-                    if node.kind is Kind.DDT
-                    else rebuilt(self.graph, node, arguments)
-                )
+                self.made[node] = rebuilt(self.graph, node, arguments)
         return tuple(self.made[node] for node in nodes)
 
     def merged(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
@@ -140,7 +155,7 @@ class _Freezing:
             mode = graph.symbol(f"mode {len(self.guards)}")
             self.guards[original] = Guard(argument, original, mode)
         guard = self.guards[original]
-        if not self._jumps(node) or self._held_inside(above - below):
+        if node in self.inertial or not self._jumps(node) or self._held_inside(above - below):
             return graph.switch(guard.mode, above, below, -1)
         if guard.auxiliary is None and self._moves(original):
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))

@@ -8,7 +8,11 @@ import pytest
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.integrate.single_state import compiled_values
+from lagrange_cli.model.build import build_model
 from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.source import as_python
 from lagrange_cli.symbolic.verify import (
     BOUND,
@@ -19,6 +23,8 @@ from lagrange_cli.symbolic.verify import (
     solve_measured,
     verify,
 )
+from tests.support.motion import residual_of, values_of
+from tests.support.motion import spec_of as system_of
 from tests.support.systems import NAMES, derived, equations_of, spec_of
 
 
@@ -43,6 +49,28 @@ def test_double_precision_agrees(name):
     found = verify(equations, stand_in(equations), values.parameters, values.q, values.v)
     assert found.agrees and 0 < found.difference < 1e-15
     assert "agree" in str(found)
+
+
+WALLS = """
+parameters: {k: 30, mu: 0.3, a: 0.2}
+coordinates: {x: {initial: 0.1}, y: {initial: 0.2, velocity: 0.1}}
+masses: {p: 1 + a, q: where(a > 0, 1, 2)}
+embedding: {p: [x, abs(y) + x], q: [max(x, y/2), x*y]}
+potential:
+  walls: k*max(0, x - a)**2/2 + min(x, y)*a + sqrt(y**2)**3
+  inside: where(0 < x <= 1 and not y > x, x*(y - x)*(1 - x), 0)
+generalized_forces: {x: -mu*sign(x_dot), y: "where(t < 1/2 or x > y, x_dot, y)"}
+dissipation: abs(x_dot)
+"""
+
+
+def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink():
+    """The compiled program as well as the Python module."""
+    values = values_of(WALLS)
+    equations = derive_equations(build_model(system_of(WALLS), SympyAlgebra()))
+    for compiled in (compiled_values(residual_of(WALLS)), stand_in(equations)):
+        found = verify(equations, compiled, values.parameters, values.q, values.v)
+        assert found.agrees, str(found)
 
 
 @pytest.mark.parametrize("quantity", ["a", "p", "h"])
