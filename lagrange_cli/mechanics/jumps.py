@@ -6,6 +6,8 @@ changes may depend on the values of parameters; here is refused what jumps with 
 
 from __future__ import annotations
 
+import math
+
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -62,6 +64,8 @@ def stays(graph: Graph, left: Node, scale: float, moving: int) -> bool:
     which no other cancels."""
     found: dict[Node, int] = {}
     for term, coefficient in terms_of(graph, left):
+        if not math.isfinite(coefficient):
+            return False  # a pole
         if abs(coefficient) > ROUNDING * scale:
             _, factor = graph.split_parameters(term, moving)
             found[factor] = found.get(factor, 0) + 1
