@@ -43,7 +43,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    undetected = precision not in method.detects and may_hide(residual)
+    undetected = not method.proves and may_hide(residual)
     program = program_of(residual, plan, compilation)
     if compilation.portable:
         from lagrange_cli.native.functions.portable import portable

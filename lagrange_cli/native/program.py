@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.defect import defect, may_hide
+from lagrange_cli.mechanics.defect import Defect, defect, may_hide
 from lagrange_cli.mechanics.guards import Guarded, guarded, switches
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
@@ -67,6 +67,12 @@ class Motion:
     series_at: tuple[int, int, int]
 
 
+def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
+    """What steps are proven by, if they are."""
+    residual = equations.residual
+    return (residual, defect(residual), equations.constants) if equations.proven else None
+
+
 def double(equations: Equations) -> Motion:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
@@ -85,8 +91,7 @@ def double(equations: Equations) -> Motion:
     parts += expansion.factorization.functions
     degrees = equations.state.degrees
     if order >= STEPPING:
-        proving = (residual, defect(residual), equations.constants) if equations.proven else None
-        given = equations.tolerance, proving, equations.guards
+        given = equations.tolerance, proving_of(equations), equations.guards
         parts.append(stepper(layout, equations.state, work, *given))
     parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
     return Motion(parts, work, emitter.operations, (0, 1, layout.width))
@@ -102,7 +107,8 @@ def double_double(equations: Equations) -> Motion:
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
-    stepping = stepper(rows, equations.state, equations.tolerance, equations.guards)
+    given = equations.tolerance, proving_of(equations), equations.guards
+    stepping = stepper(rows, equations.state, *given)
     parts = [MORE, *operations(), *functions(), jet, *stepping]
     return Motion(parts, LANES * -(-work // LANES), count, (LANES, 2 * rows.beyond, 1))
 
@@ -127,7 +133,7 @@ def write_program(
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
     residual, modes = smooth.residual, [one.mode for one in smooth.guards]
-    proven = order >= STEPPING and kind is Emitter and may_hide(residual)
+    proven = order >= STEPPING and may_hide(residual)
     named = {f"guard {i}": one.argument for i, one in enumerate(smooth.guards)}
     integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(

@@ -24,7 +24,7 @@ WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 
 UNDETECTED = (
     "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
-    "compare with the Taylor method in double precision, which does"
+    "compare with the Taylor method, which does"
 )
 """The warning for systems with such functions."""
 
@@ -75,8 +75,7 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
     """The warnings about the result: a drift of h, forces that may have been missed."""
-    method = settings.method if settings.precision == DOUBLE else settings.precision
-    undetected = UNDETECTED.format(method) if outcome.undetected else None
+    undetected = UNDETECTED.format(settings.method) if outcome.undetected else None
     return "; ".join(filter(None, (drifting(outcome, settings.tolerance), undetected))) or None
 
 

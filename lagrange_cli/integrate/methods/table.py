@@ -23,18 +23,18 @@ class Needs(Enum):
 class MethodRow:
     """A method: its ``name`` in ``--method``, and the ``module`` that is imported when it is used.
 
-    ``tolerances`` are, for each precision that it can compute in, its tightest one and its default. In the
-    precisions of ``detects`` its steps do not pass over forces that act for a short time only. A
-    ``portable`` method gives the same bits on every machine. A ``parallel`` one spends its time in compiled
-    code, so that several motions are followed at once. Whether a run can be resumed is no property of the
-    row: a method that gives no snapshots is started again.
+    ``tolerances`` are, for each precision that it can compute in, its tightest one and its default. The
+    steps of one that ``proves`` them do not pass over forces that act for a short time only. A ``portable``
+    method gives the same bits on every machine. A ``parallel`` one spends its time in compiled code, so that
+    several motions are followed at once. Whether a run can be resumed is no property of the row: a method
+    that gives no snapshots is started again.
     """
 
     name: str
     module: str
     needs: Needs
     tolerances: dict[str, tuple[float, float]]
-    detects: tuple[str, ...] = ()
+    proves: bool = False
     portable: bool = False
     parallel: bool = False
 
@@ -53,7 +53,7 @@ METHODS = {
             Needs.SERIES,
             # it pays about twice for full double precision, not ten times
             {DOUBLE: (1e-16, FULL_PRECISION), DOUBLE_DOUBLE: (FULL_DOUBLE_DOUBLE / 4, FULL_DOUBLE_DOUBLE)},
-            detects=(DOUBLE,),
+            proves=True,
             portable=True,
             parallel=True,
         ),

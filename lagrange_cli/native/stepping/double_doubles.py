@@ -21,6 +21,7 @@ from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, 
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.polynomial import polynomial
+from lagrange_cli.native.stepping.proof import Proof, Proving, proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, StepSize, chosen_step
 from lagrange_cli.records import replace
 
@@ -39,9 +40,19 @@ EXPONENT = 0x7FF0000000000000
 Pair = tuple[Real, Real]
 
 
-def stepper(rows: Rows, state: StateLayout, tolerance: float, guards: GuardRows | None = None) -> list[str]:
+SMALL = 2.0**-94
+"""A defect up to this part of what moves is not told from rounding (see ``Proof``)."""
+
+
+def stepper(
+    rows: Rows,
+    state: StateLayout,
+    tolerance: float,
+    proving: Proving | None = None,
+    guards: GuardRows | None = None,
+) -> list[str]:
     """IR of ``@advance``, ``@accelerate`` and their helpers."""
-    steps = DoubleDoubleSteps(rows, state, tolerance, guards)
+    steps = DoubleDoubleSteps(rows, state, tolerance, proving, guards)
     return [advance(steps), steps.accelerate().text()]
 
 
@@ -50,7 +61,14 @@ class DoubleDoubleSteps(Steps):
 
     refined = True
 
-    def __init__(self, rows: Rows, state: StateLayout, tolerance: float, guards: GuardRows | None) -> None:
+    def __init__(
+        self,
+        rows: Rows,
+        state: StateLayout,
+        tolerance: float,
+        proving: Proving | None,
+        guards: GuardRows | None,
+    ) -> None:
         self.state, degrees, count = state, state.degrees, len(rows.state)
         self.bounds = DOUBLE_DOUBLE.coarser(tolerance)
         self.lengths = Lengths(
@@ -59,12 +77,18 @@ class DoubleDoubleSteps(Steps):
         self.sizes = StepSize(self.lengths, tolerance, fades=False)
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._low, self._width = rows.beyond, rows.width
+        self._proof = None
+        if proving:
+            small = SMALL * max(1.0, tolerance / self.bounds.precision)
+            nothing = self.bounds.nothing_much
+            self._proof = Proof(*proving, self.lengths, self.state.width, nothing, small, parts=2)
 
     def functions(self) -> list[str]:
         half = self.lengths.order // 2
         sums = self.sum("polynomial", half + 4, False), self.sum("slope", max(1, half - 4), True)
         own = *sums, self.sample_at(), self.update(), self.expect(), self.holds()
         made = [*self.sizes.functions(), accepted(self.lengths, self._low), *own]
+        made += [self._proof.function()] if self._proof else []
         guards = self.guards.functions() if self.guards else []
         return [clear_function(), *guards, *(f.text() for f in made)]
 
@@ -269,7 +293,9 @@ class DoubleDoubleSteps(Steps):
             with f.when(f.call(Bit, "holds", *places, needed, *scaled, now.unit, f.pointer("%trial"))):
                 sound.leave()
             length.set(needed * 0.25)
-        return length.get()
+        if self._proof is None:
+            return length.get()
+        return proven(f, now, length.get(), left, free, self.places(f))
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
         assert self.guards

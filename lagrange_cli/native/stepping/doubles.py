@@ -14,7 +14,7 @@ from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, 
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
-from lagrange_cli.native.stepping.proof import Proof, Proving
+from lagrange_cli.native.stepping.proof import Proof, Proving, proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
 
 AT_REST = 2.0**-900
@@ -23,9 +23,8 @@ CHAINS, RATE_CHAINS = 4, 2
 """Partial sums of a polynomial that are added in parallel."""
 
 
-SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
-"""A step that is not proven is tried again so many times as long, or as the step before; down to this part of
-what the series suggests, below which there is none."""
+SMALL = 2.0**-46
+"""A defect up to this part of what moves is not told from rounding (see ``Proof``)."""
 
 
 def stepper(
@@ -62,9 +61,8 @@ class DoubleSteps(Steps):
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._work, self._proof = work, None
         if proving:
-            loose = max(1.0, tolerance / self.bounds.precision)
-            nothing = self.bounds.nothing_much
-            self._proof = Proof(*proving, self.lengths, self.state.width, loose, nothing)
+            small = SMALL * max(1.0, tolerance / self.bounds.precision)
+            self._proof = Proof(*proving, self.lengths, self.state.width, self.bounds.nothing_much, small)
 
     def functions(self) -> list[str]:
         """See ``Steps``."""
@@ -100,18 +98,7 @@ class DoubleSteps(Steps):
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
         if self._proof is None:
             return h
-        length, places = f.variable(h), self.places(f)
-        before = f.select(now.previous > 0.0, now.previous * REGAINED, h)
-        with f.when(free), f.section() as sound, f.forever():
-            needed = f.smaller(length.get(), left)
-            given = f.pointer("%constants"), now.t + now.low, *places, needed
-            with f.when(f.call(Bit, "proven", *given)):
-                sound.leave()
-            length.set(f.smaller(needed * SHORTER, before))
-            with f.when(~(length.get() > f.smaller(h, left) * LEAST)):
-                length.set(f.constant(0.0))
-                sound.leave()
-        return length.get()
+        return proven(f, now, h, left, free, self.places(f))
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
         assert self.guards

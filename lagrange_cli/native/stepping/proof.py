@@ -19,6 +19,7 @@ from collections.abc import Mapping
 from typing import TypeAlias
 
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.defect import Defect
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
@@ -28,14 +29,15 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disk, Disks
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.stepping.advance import Now
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass
 
 RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
 """How many times as large as the step the disks of time are."""
-SMALL = 2.0**-46
-"""A defect up to this part of the accelerations, their change, and what changes the velocity within a step
-is not told from rounding."""
+SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
+"""A step that is not proven is tried again so many times as long, or as the step before; down to this part of
+what the series suggests, below which there is none."""
 WIDER = 1 + 2.0**-40
 """More than what rounding makes radii too small by."""
 
@@ -48,8 +50,9 @@ Proving: TypeAlias = "tuple[Residual, Defect, Constants]"
 class Proof:
     """What ``@proven`` is written from.
 
-    ``loose`` is how many times coarser than full precision the tolerance is; what rests may be moved by
-    ``nothing``; low parts of the state are ``low`` doubles behind.
+    What rests may be moved by ``nothing``; low parts of the state are ``low`` doubles behind. A number has
+    ``parts`` doubles, of which the first is looked at. A defect is not told from rounding up to the part
+    ``small`` of the accelerations, their change, and what changes the velocity within a step.
     """
 
     residual: Residual
@@ -57,16 +60,19 @@ class Proof:
     constants: Constants
     lengths: Lengths
     low: int
-    loose: float
     nothing: float
+    small: float
+    parts: int = 1
 
     def function(self) -> Function:
-        """``@proven(constants, t, state, work, h)``."""
-        given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, double %h"
+        """``@proven(constants, t, state, work, h, unit)``, in the ``unit`` of time that the series have."""
+        places = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
+        given = f"{places}, double %h, double %unit"
         f = Function(f"define internal i1 @proven({given}) #0")
         emitter = Emitter()
         emitter.lines = f.sink
         disks = Disks(f, emitter, LANES)
+        disks.parts = self.parts
         self._extents(f)
         moving = self._leaves(f, disks)
         rows = [one for row in self.defect.terms for one in row]
@@ -92,15 +98,16 @@ class Proof:
         lengths, n = self.lengths, self.lengths.degrees
         f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n}, align {8 * LANES}")
         f.line(f"  %scales = alloca double, i64 {n}, align 8")
-        h = Real(f, "%h")
-        r = f.splat(h, LANES) * f.vector([k * WIDER for k in RATIOS])
+        h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
+        scaled = h * inverse
+        r = f.splat(scaled, LANES) * f.vector([k * WIDER for k in RATIOS])
 
-        def sum_of(row: Pointer, first: int, slopes: bool, x: Real) -> Real:
-            total = f.variable(f.splat(f.constant(0.0), x.lanes))
-            m = f.variable(f.count(lengths.order))
+        def sum_of(row: Pointer, last: Integer, first: int, x: Real) -> Real:
+            """sum_{m >= 1} |c[m]| x^m, or that of the slopes sum_{m >= 2} m |c[m]| x^(m - 1)."""
+            total, m = f.variable(f.splat(f.constant(0.0), x.lanes)), f.variable(last)
             with f.forever() as rounds:
                 c = f.magnitude(f.load(row, m.get() * lengths.term))
-                c = c * m.get().to_real() if slopes else c
+                c = c * m.get().to_real() if first > 1 else c
                 total.set((total.get() + f.splat(c, x.lanes)) * x)
                 m.set(m.get() - 1)
                 rounds.repeat(m.get() >= first)
@@ -111,15 +118,17 @@ class Proof:
 
         with f.loop(0, 2 * n, tested=False) as i:
             low = f.splat(f.magnitude(f.load("%state", i + self.low)), LANES)
-            f.store_row(sum_of(row_of(i), 1, False, r) + low, "%extents", i * LANES, aligned=True)
-        inverse, part = f.constant(1.0) / h, SMALL * self.loose
+            last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
+            f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
         nothing = f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
         with f.loop(n, 2 * n, tested=False) as i:
             row = row_of(i)
-            f.store_row(sum_of(row, 2, True, r), "%extents", (i + n) * LANES, aligned=True)
-            size = sum_of(row, 2, True, h) + f.magnitude(f.load(row, lengths.term))
-            speed = f.magnitude(f.load("%state", i)) * inverse
-            f.store(f.fused(size + speed, part, nothing), "%scales", i - n)
+            slopes = sum_of(row, f.count(lengths.top), 2, r) * f.splat(inverse, LANES)
+            f.store_row(slopes, "%extents", (i + n) * LANES, aligned=True)
+            first = f.magnitude(f.load(row, lengths.term))
+            size = (sum_of(row, f.count(lengths.top), 2, scaled) + first) * inverse
+            speed = f.magnitude(f.load("%state", i)) / h
+            f.store(f.fused(size + speed, self.small, nothing), "%scales", i - n)
 
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
         """What the terms are made of, as far as they contain it."""
@@ -140,7 +149,8 @@ class Proof:
                 if i < 2 * n:
                     centre = emitter.load("%state", i)
                 else:
-                    centre = emitter.load("%work", (i - n) * lengths.row + lengths.first + lengths.term)
+                    slope = emitter.load("%work", (i - n) * lengths.row + lengths.first + lengths.term)
+                    centre = emitter.define(f"fdiv double {slope}, %unit")
                 extent = f.load_row("%extents", i * LANES, LANES, aligned=True)
                 known[symbol] = Disk(centre, extent)
         # momenta are constants: those of the velocities
@@ -150,8 +160,13 @@ class Proof:
         return known
 
     def _without_cancelling(self, disks: Disks, terms: list[Node], known: dict[Node, Disk | None]) -> None:
-        """1 - tanh^2, the derivative of tanh, cancels where it is next to 0: it is 1 / cosh^2."""
+        """What cancels in another form: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2, and sqrt(P) - B is
+        (P - B^2) / (sqrt(P) + B). The difference of disks knows nothing of what they have in common."""
         for node in reachable(terms):
+            root = rooted(node)
+            if root is not None and node.symbols & self.residual.variables:
+                emit_values(disks, [root.above, root.below], known, self.constants)
+                known[node] = disks.div(known[root.above], known[root.below])
             u = squared_tanh(node)
             if u is not None and u.symbols & self.residual.variables:
                 emit_values(disks, [u], known, self.constants)
@@ -175,9 +190,48 @@ class Proof:
         return found
 
 
+def proven(f: Function, now: Now, h: Real, left: Real, free: Bit, places: tuple[Pointer, Pointer]) -> Real:
+    """The step ``h``, of which no more than what is ``left`` is needed, or as much of it as is proven; 0 if
+    nothing is. In front of a critical point (not ``free``) steps are parts of one that was proven."""
+    length = f.variable(h)
+    before = f.select(now.previous > 0.0, now.previous * REGAINED, h)
+    with f.when(free), f.section() as sound, f.forever():
+        needed = f.smaller(length.get(), left)
+        given = f.pointer("%constants"), now.t + now.low, *places, needed, now.unit
+        with f.when(f.call(Bit, "proven", *given)):
+            sound.leave()
+        length.set(f.smaller(needed * SHORTER, before))
+        with f.when(~(length.get() > f.smaller(h, left) * LEAST)):
+            length.set(f.constant(0.0))
+            sound.leave()
+    return length.get()
+
+
 def centres(disks: Mapping[Node, Disk | None]) -> dict[Node, Value]:
     """The values where the step begins."""
     return {node: None if disk is None else disk.centre for node, disk in disks.items()}
+
+
+@dataclass(frozen=True)
+class Rooted:
+    """A fraction that does not cancel."""
+
+    above: Node
+    below: Node
+
+
+def rooted(node: Node) -> Rooted | None:
+    """k sqrt(P) - B as a fraction, if B is never negative and k^2 P - B^2 does not move."""
+    if node.kind is not Kind.SUM:
+        return None
+    for term, scale in zip(node.arguments, node.data[1]):
+        if term.kind is Kind.PRODUCT and term.data == (0.5,) and scale > 0:
+            rest = node - term * scale
+            if signs(-rest, {}) is Sign.ANY:
+                return None
+            above = term.arguments[0] * (scale * scale) - rest * rest
+            return Rooted(above, term * scale - rest) if above.kind is Kind.NUMBER else None
+    return None
 
 
 def squared_tanh(node: Node) -> Node | None:
