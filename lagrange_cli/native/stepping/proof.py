@@ -38,6 +38,8 @@ RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
 SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step that is not proven is tried again so many times as long, or as the step before; down to this part of
 what the series suggests, below which there is none."""
+LEFT_OVER = 2.0**-48
+"""Coefficients that would cancel but for their rounding are at most so large a part of what they were."""
 WIDER = 1 + 2.0**-40
 """More than what rounding makes radii too small by."""
 
@@ -221,17 +223,25 @@ class Rooted:
 
 
 def rooted(node: Node) -> Rooted | None:
-    """k sqrt(P) - B as a fraction, if B is never negative and k^2 P - B^2 does not move."""
+    """k sqrt(P) - B as a fraction, if k B is never negative and k^2 P - B^2 does not move."""
     if node.kind is not Kind.SUM:
         return None
     for term, scale in zip(node.arguments, node.data[1]):
-        if term.kind is Kind.PRODUCT and term.data == (0.5,) and scale > 0:
+        if term.kind is Kind.PRODUCT and term.data == (0.5,):
             rest = node - term * scale
-            if signs(-rest, {}) is Sign.ANY:
+            if signs(rest if scale < 0 else -rest, {}) is Sign.ANY:
                 return None
             above = term.arguments[0] * (scale * scale) - rest * rest
-            return Rooted(above, term * scale - rest) if above.kind is Kind.NUMBER else None
+            return Rooted(above, term * scale - rest) if still(above, term.arguments[0]) else None
     return None
+
+
+def still(node: Node, beside: Node) -> bool:
+    """Whether a node is a number, but for what rounding of coefficients has left of those ``beside`` it."""
+    if node.kind is not Kind.SUM or beside.kind is not Kind.SUM:
+        return node.kind is Kind.NUMBER
+    largest = max(map(abs, beside.data[1]))
+    return all(abs(one) <= largest * LEFT_OVER for one in node.data[1])
 
 
 def squared_tanh(node: Node) -> Node | None:
