@@ -37,6 +37,10 @@ class Stop(IntEnum):
     GUARD = 6
 
 
+ARRAYS = 7
+"""Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
+
+
 @dataclass(frozen=True)
 class Interface:
     """What a program holds, and the sizes of the arrays that it works on, in doubles.
@@ -101,8 +105,9 @@ class Interface:
     @property
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
-        series ahead."""
-        return self.inner.memory + self.inner.width + LANES + self.work
+        series ahead, and what parts of steps need."""
+        parts = (ARRAYS + 2 * (self.parts - 1)) * self.inner.width if self.integrals else 0
+        return self.inner.memory + self.inner.width + LANES + self.work + parts
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""

@@ -107,10 +107,11 @@ def double_double(equations: Equations) -> Motion:
 
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
+    work = LANES * -(-work // LANES)
     given = equations.tolerance, proving_of(equations), equations.guards
-    stepping = stepper(rows, equations.state, *given)
+    stepping = stepper(rows, equations.state, work, *given)
     parts = [MORE, *operations(), *functions(), jet, *stepping]
-    return Motion(parts, LANES * -(-work // LANES), count, (LANES, 2 * rows.beyond, 1))
+    return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
 
 
 def write_program(

@@ -183,3 +183,25 @@ solve: {start: 0.7, stop: 50, samples: 11}
         return 9 * (MP.cos(begin / 3) - MP.cos(t / 3)) - 3 * MP.sin(begin / 3) * (t - begin)
 
     assert largest(found["q/x"], [known(t) for t in found["t"]]) < 1e-28
+
+
+def test_pulses_that_only_the_action_contains(tmp_path):
+    """Of time, and of place as a total derivative; q and v are those of a run without the action."""
+    system = """
+parameters: {w: 1/50}
+coordinates: {x: {initial: 0, velocity: 1}}
+lagrangian: x_dot**2/2 - 3/(1 + ((t - 5)/w)**2) + x_dot/(1 + ((x - 7/2)/w)**2)
+"""
+    times = *LONG, "--stop", "10", "--step", "1/2"
+    _, plain = solved(tmp_path, system, *times, "--outputs", "q,v")
+    _, found = solved(tmp_path, system, *times, "--outputs", "q,v,action,ledger")
+    assert all(found[path] == values for path, values in plain.items())
+    w = MP.mpf(1) / 50
+    known = [
+        t / 2
+        - 3 * w * (MP.atan((t - 5) / w) + MP.atan(5 / w))
+        + w * (MP.atan((t - MP.mpf("3.5")) / w) + MP.atan(MP.mpf("3.5") / w))
+        for t in found["t"]
+    ]
+    assert largest(found["diagnostics/action"], known) < 1e-29
+    assert max(map(abs, found["diagnostics/ledger/h"])) < 1e-28

@@ -19,6 +19,7 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import CHANGES, LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, allowance
 from lagrange_cli.native.stepping.guards import MARGIN, NEAR, GuardCode
+from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.records import dataclass
 
 EVIDENCE, NOISY = 2.0, 2.0**16
@@ -65,6 +66,8 @@ class Steps(ABC):
     """What guards need, if there are any."""
     refined: bool
     """Whether a step to a root is followed by a much shorter one, since roots are found in doubles."""
+    quadratures: Quadratures | None
+    """What integrals need, if there are any that may ask for shorter steps than the motion's."""
 
     @abstractmethod
     def functions(self) -> list[str]:
@@ -108,6 +111,23 @@ class Steps(ABC):
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
         """Whether the accelerations are those expected (``acceptance.accepted``)."""
 
+    @abstractmethod
+    def rough(self, f: Function, now: Now, h: Real) -> Bit:
+        """Whether the integrals' series do not hold all through the step of ``h`` just taken."""
+
+    @abstractmethod
+    def surprising(self, f: Function, now: Now) -> Bit:
+        """Whether the integrands are not those expected."""
+
+    @abstractmethod
+    def resume(self, f: Function, before: Now) -> None:
+        """Compute the series of the step before once more."""
+
+    @abstractmethod
+    def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
+        """Compute the integrals of the step before by parts (``quadratures``), also at its samples: from the
+        one to before the other."""
+
 
 def advance(steps: Steps) -> str:
     """The text of ``@advance`` and all that it calls."""
@@ -128,6 +148,8 @@ def advance(steps: Steps) -> str:
     limited, limited_before, began = (f.variable(f.count(0)) for _ in range(3))
     length, uneven, usual_before = (f.variable(zero) for _ in range(3))
     index, taken, pending = f.variable(f.count(0)), f.variable(f.count(0)), f.variable(f.count(NOTHING))
+    settled, unit_before = f.variable(yes), f.variable(one)
+    """Whether the integrals of the step before are right already; the unit of time of its series."""
 
     due = f.variable(f.count(NO_GUARD)) if steps.guards else None
 
@@ -197,6 +219,14 @@ def advance(steps: Steps) -> str:
                 if due is not None:
                     due.set(f.count(NO_GUARD))
                 rounds.go_on()
+            if steps.quadratures:
+                with f.when(~settled.get()), f.when(steps.surprising(f, now)):
+                    start = f.load(trial, layout.at(Clock.TIME)), f.load(trial, layout.at(Clock.TIME_LOW))
+                    before_it = Now(*start, zero, unit_before.get())
+                    steps.resume(f, before_it)
+                    steps.part(f, before_it, length.get(), (began.get(), index.get()))
+                    steps.forget(f)
+                    steps.expand(f, Now(t, low, clock(Clock.STEP), one))
             for number in (Clock.REFUSED, Clock.REFUSED_BEYOND, Clock.UNEXPLAINED):
                 remember(number, zero)
             with f.when(pending.get().equals(Stop.END)):
@@ -312,6 +342,13 @@ def advance(steps: Steps) -> str:
         )
         farthest = steps.move(f, now, step, final, allowed)
         uneven.set(f.select(seen, farthest * usually.place, zero))
+        if steps.quadratures:
+            rough = steps.rough(f, now, step) & seen & sound
+            settled.set(rough | ~seen | ~sound)
+            unit_before.set(now.unit)
+            with f.when(rough):
+                steps.part(f, now, step, (began.get(), sampled))
+                steps.forget(f)
         taken.set(taken.get() + 1)
         with f.when(ending & ~seen):
             leave(Stop.END, taken.get(), sampled)

@@ -11,17 +11,18 @@ from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.numbers.double_double import TYPE
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
+from lagrange_cli.native.stepping.double_double_quadratures import PairQuadratures, apply
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.proof import Proof, Proving, proven
+from lagrange_cli.native.stepping.quadratures import Part, Places, Time, difference, followed
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, StepSize, chosen_step
 from lagrange_cli.records import replace
 
@@ -47,12 +48,13 @@ SMALL = 2.0**-94
 def stepper(
     rows: Rows,
     state: StateLayout,
+    work: int,
     tolerance: float,
     proving: Proving | None = None,
     guards: GuardRows | None = None,
 ) -> list[str]:
-    """IR of ``@advance``, ``@accelerate`` and their helpers."""
-    steps = DoubleDoubleSteps(rows, state, tolerance, proving, guards)
+    """IR of ``@advance``, ``@accelerate`` and their helpers, for ``work`` doubles of ``%work``."""
+    steps = DoubleDoubleSteps(rows, state, work, tolerance, proving, guards)
     return [advance(steps), steps.accelerate().text()]
 
 
@@ -65,6 +67,7 @@ class DoubleDoubleSteps(Steps):
         self,
         rows: Rows,
         state: StateLayout,
+        work: int,
         tolerance: float,
         proving: Proving | None,
         guards: GuardRows | None,
@@ -74,9 +77,17 @@ class DoubleDoubleSteps(Steps):
         self.lengths = Lengths(
             degrees, count, rows.width, rows.order, 1, 1, 1, row=2 * rows.beyond, term=1, first=LANES
         )
+        self.quadratures: PairQuadratures | None = None
+        first, extra = followed(state, guards)
+        if extra:
+            self.lengths = replace(self.lengths, apart=True)
+            self.quadratures = PairQuadratures(
+                self.lengths, first, extra, rows.width, tolerance, self.bounds, rows.beyond, self.state.third
+            )
         self.sizes = StepSize(self.lengths, tolerance, fades=False)
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._low, self._width = rows.beyond, rows.width
+        self._work = work
         self._proof = None
         if proving:
             small = SMALL * max(1.0, tolerance / self.bounds.precision)
@@ -89,6 +100,8 @@ class DoubleDoubleSteps(Steps):
         own = *sums, self.sample_at(), self.update(), self.expect(), self.holds()
         made = [*self.sizes.functions(), accepted(self.lengths, self._low), *own]
         made += [self._proof.function()] if self._proof else []
+        if self.quadratures:
+            made += [*self.quadratures.functions(), self.expect_integrals(), self.divide()]
         guards = self.guards.functions() if self.guards else []
         return [clear_function(), *guards, *(f.text() for f in made)]
 
@@ -96,10 +109,7 @@ class DoubleDoubleSteps(Steps):
 
     def apply(self, f: Function, name: str, *arguments: Real) -> Pair:
         """A sum or product of numbers (see ``numbers.double_double``)."""
-        listed = ", ".join(f"double {one.name}" for one in arguments)
-        made = f.define(f"call {TYPE} @{TYPE[1:]}_{name}({listed})")
-        high, low = (Real(f, f.define(f"extractvalue {TYPE} {made}, {i}")) for i in (0, 1))
-        return high, low
+        return apply(f, name, *arguments)
 
     def since(self, instant: Real, now: Now) -> Pair:
         """The time from now to an instant."""
@@ -326,9 +336,97 @@ class DoubleDoubleSteps(Steps):
         for value, number in zip(self.apply(f, "add", now.t, now.low, h, low), (Clock.TIME, Clock.TIME_LOW)):
             f.store(value, state, self.state.at(number))
         given = *step, f.constant(1.0) / now.unit, allowed.change, allowed.speed
+        if self.quadratures:
+            f.call(None, "expect_integrals", state, work, f.pointer("%trial"), *given)
         return f.call(Real, "expect", state, work, f.pointer("%trial"), *given)
 
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
         rates, allowed, low = self.expected(f)
         given = uneven, slack, unexplained, room, low, f.constant(1.0) / now.unit
         return f.call(Bit, "accepted", f.pointer("%work"), rates, allowed, *given)
+
+    # integrals
+
+    def expect_integrals(self) -> Function:
+        """``@expect_integrals``: what ``@expect`` does, for the integrals."""
+        assert self.quadratures
+        numbers = ", ".join(f"double %{name}" for name in ("h", "hl", "inverse", "change", "speed"))
+        f = Function(
+            f"define internal void @expect_integrals(ptr %state, ptr %work, ptr %trial, {numbers}) #0"
+        )
+        lengths, inverse, zero = self.quadratures.own, Real(f, "%inverse"), f.constant(0.0)
+        allowed, expected = Allowance(Real(f, "%change"), Real(f, "%speed"), zero), self.expected(f)
+        with lengths.velocities(f) as row:
+            lesser = f.smaller(*(f.magnitude(row.at(end)) for end in ("%state", "%trial")))
+            rate, low = (x * inverse for x in self.change(f, row, "slope"))
+            both = f.magnitude(rate) + f.magnitude(row.series()[1] * inverse)
+            for value, pointer in zip((rate, allowed.of(f, lengths, both, lesser), low), expected):
+                row.put(value, pointer)
+        f.give()
+        return f
+
+    def rough(self, f: Function, now: Now, h: Real) -> Bit:
+        given = f.pointer("%trial"), f.pointer("%work"), *self.scaled(f, now, h)
+        return f.call(Bit, "rough", *given)
+
+    def surprising(self, f: Function, now: Now) -> Bit:
+        rates, allowed, low = self.expected(f)
+        given = f.pointer("%work"), rates, allowed, low, f.pointer("%state"), f.constant(1.0) / now.unit
+        return ~f.call(Bit, "integrals_confirmed", *given)
+
+    def resume(self, f: Function, before: Now) -> None:
+        given = before.t, before.low, before.unit, f.pointer("%trial"), f.pointer("%work")
+        f.call(Bit, "jet", f.pointer("%constants"), *given)
+
+    def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
+        places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
+        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        step = self.apply(f, "add", t, low, -before.t, -before.low)
+        stride = Integer(f, "%stride")
+        more = before.unit, *samples, stride, stride * self.lengths.rows
+        f.call(None, "divide", *places, before.t, before.low, *step, *more)
+
+    def divide(self) -> Function:
+        """``@divide``: the integrals of the step (%h, %hl) from ``%trial`` on, with the series in ``%work``,
+        by parts; also those of the samples from ``first`` to before ``last``."""
+        heads = ", ".join(f"ptr %{name}" for name in ("constants", "trial", "work", "state", "times", "out"))
+        more = ", ".join(f"double %{name}" for name in ("t", "low", "h", "hl", "unit"))
+        counts = ", ".join(f"i64 %{name}" for name in ("first", "last", "stride", "beyond"))
+        f = Function(f"define internal void @divide({heads}, {more}, {counts}) #0")
+        assert self.quadratures
+        made, zero, yes = self.quadratures, f.constant(0.0), Bit(f, "true")
+        t, low, h, hl, unit = (Real(f, f"%{name}") for name in ("t", "low", "h", "hl", "unit"))
+        first = LANES * -(-(self.state.memory + 3 * self._width) // LANES)
+        series, arrays = (f.place("%trial", one) for one in (first, first + self._work))
+        at = Places(f.pointer("%trial"), f.pointer("%work"), arrays, series)
+        index, begin = f.variable(Integer(f, "%first")), Now(t, low, zero, unit)
+        place, rest = f.variable(zero), f.variable(zero)
+        made.unit, made.whole = f.variable(unit), unit
+
+        def compute() -> None:
+            time = self.apply(f, "add", t, low, place.get(), rest.get())
+            f.call(Bit, "jet", f.pointer("%constants"), *time, made.unit.get(), arrays, series)
+
+        def expand(to: Time) -> None:
+            place.set(to[0])
+            rest.set(to[1])
+            compute()
+
+        def sample(part: Part) -> Callable[[Bit], None]:
+            reached = f.variable(index.get())
+            with f.section() as done, f.forever() as rounds:
+                with f.when(reached.get() >= Integer(f, "%last")):
+                    done.leave()
+                dt = self.since(f.load("%times", reached.get()), begin)
+                with f.when(~((difference(dt, part.end)[0] <= 0.0) | part.last)):
+                    done.leave()
+                made.sample_at(f, at, part, dt, reached.get())
+                reached.set(reached.get() + 1)
+                rounds.go_on()
+            return lambda good: index.set(f.select(good, reached.get(), index.get()))
+
+        made.again = compute
+        whole = made.divide(f, at, t, (h, hl), yes, expand, sample)
+        made.give(f, at, f.pointer("%state"), yes, whole)
+        f.give()
+        return f

@@ -15,7 +15,9 @@ from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import Proof, Proving, proven
+from lagrange_cli.native.stepping.quadratures import Part, Places, Quadratures, Time, followed
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
+from lagrange_cli.records import replace
 
 AT_REST = 2.0**-900
 """Where steps are proven, velocities below this do not limit them."""
@@ -57,9 +59,15 @@ class DoubleSteps(Steps):
         self.bounds = DOUBLE.coarser(tolerance)
         width, lanes = layout.width, min(layout.width, LANES)
         self.lengths = Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
+        first, count = followed(state, guards)
+        self.quadratures = None
+        if count:
+            self.lengths = replace(self.lengths, apart=True)
+            self.quadratures = Quadratures(self.lengths, first, count, width, tolerance, self.bounds)
         self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving else 0.0)
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._work, self._proof = work, None
+        self._series = self.state.memory + width + LANES
         if proving:
             small = SMALL * max(1.0, tolerance / self.bounds.precision)
             self._proof = Proof(*proving, self.lengths, self.state.width, self.bounds.nothing_much, small)
@@ -69,6 +77,8 @@ class DoubleSteps(Steps):
         lengths = self.lengths
         made = [*self.sizes.functions(), self.sizes.shortened_step(), accepted(lengths)]
         made += [self._proof.function()] if self._proof else []
+        if self.quadratures:
+            made += [*self.quadratures.functions(), self.divide()]
         guards = self.guards.functions() if self.guards else []
         return [clear_function(), *guards, *(f.text() for f in made)]
 
@@ -139,6 +149,57 @@ class DoubleSteps(Steps):
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
         given = self.places(f)[1], *self.expected(f), uneven, slack, unexplained, room
         return f.call(Bit, "accepted", *given)
+
+    def rough(self, f: Function, now: Now, h: Real) -> Bit:
+        return f.call(Bit, "rough", f.pointer("%trial"), f.pointer("%work"), h)
+
+    def surprising(self, f: Function, now: Now) -> Bit:
+        rates, allowed = self.expected(f)
+        return ~f.call(Bit, "integrals_confirmed", f.pointer("%work"), rates, allowed, f.pointer("%state"))
+
+    def resume(self, f: Function, before: Now) -> None:
+        self.forget(f)
+        given = f.pointer("%trial"), f.pointer("%work")
+        f.call(Bit, "jet", f.pointer("%constants"), before.t + before.low, *given)
+
+    def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
+        places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
+        f.call(None, "divide", *places, before.t, before.low, h, *samples, Integer(f, "%stride"))
+
+    def divide(self) -> Function:
+        """``@divide``: the integrals of a step of ``h`` from ``%trial`` on, with the series in ``%work``, by
+        parts; also those of the samples from ``first`` to before ``last``."""
+        heads = ", ".join(f"ptr %{name}" for name in ("constants", "trial", "work", "state", "times", "out"))
+        more = "double %t, double %low, double %h, i64 %first, i64 %last, i64 %stride"
+        f = Function(f"define internal void @divide({heads}, {more}) #0")
+        assert self.quadratures
+        made, t, low = self.quadratures, Real(f, "%t"), Real(f, "%low")
+        trial, h, end = f.pointer("%trial"), Real(f, "%h"), Integer(f, "%last")
+        series, arrays = (f.place(trial, one) for one in (self._series, self._series + self._work))
+        at, yes = Places(trial, f.pointer("%work"), arrays, series), Bit(f, "true")
+        index = f.variable(Integer(f, "%first"))
+
+        def expand(place: Time) -> None:
+            f.call(None, "clear", series, f.count(self._work))
+            f.call(Bit, "jet", f.pointer("%constants"), (t + low) + place[0], arrays, series)
+
+        def sample(part: Part) -> Callable[[Bit], None]:
+            reached = f.variable(index.get())
+            with f.section() as done, f.forever() as rounds:
+                with f.when(reached.get() >= end):
+                    done.leave()
+                dt = (f.load("%times", reached.get()) - t) - low
+                with f.when(~((dt <= part.end[0]) | part.last)):
+                    done.leave()
+                made.sample(f, at, part, dt, reached.get())
+                reached.set(reached.get() + 1)
+                rounds.go_on()
+            return lambda good: index.set(f.select(good, reached.get(), index.get()))
+
+        whole = made.divide(f, at, t, (h, f.constant(0.0)), yes, expand, sample)
+        made.give(f, at, f.pointer("%state"), yes, whole)
+        f.give()
+        return f
 
 
 def moved(

@@ -23,6 +23,9 @@ class Lengths:
     for ``width``. The ``order`` is that of q's series. A vector has ``lanes`` doubles, of ``together`` rows.
     From a row to the next it is ``value`` doubles in the state and ``row`` in ``%work``, where coefficient 0
     of row 0 is at ``first``; from a coefficient to the next it is ``term``.
+
+    Steps are chosen by the velocities, or by the rows that are ``followed`` instead: the first of them, and
+    how many they are. If they are ``apart``, nothing that other rows hold has a say, nor what is no number.
     """
 
     degrees: int
@@ -35,6 +38,13 @@ class Lengths:
     row: int
     term: int
     first: int = 0
+    followed: tuple[int, int] = (0, 0)
+    apart: bool = False
+
+    @property
+    def leading(self) -> tuple[int, int]:
+        """The rows that steps are chosen by: the first one, and how many."""
+        return self.followed if self.followed[1] else (self.degrees, self.degrees)
 
     @property
     def top(self) -> int:
@@ -55,8 +65,9 @@ class Lengths:
 
     @contextmanager
     def velocities(self, f: Function) -> Iterator[Row]:
-        """The vectors that hold velocities, and others where there are several rows in each."""
-        first, last = (0, self.width) if self.together > 1 else (self.degrees, 2 * self.degrees)
+        """The vectors that hold velocities (``leading``), and others where there are several rows in each."""
+        first, count = self.leading
+        first, last = (0, self.width) if self.together > 1 else (first, first + count)
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
@@ -109,8 +120,7 @@ class Row:
 
     def moving(self, condition: Bit) -> Bit:
         """The velocities among those of ``Lengths.velocities`` where it holds."""
-        degrees = self.lengths.degrees
-        return condition if self.lengths.together == 1 else condition & self.among(degrees, degrees)
+        return condition if self.lengths.together == 1 else condition & self.among(*self.lengths.leading)
 
     @contextmanager
     def if_velocities(self) -> Iterator[None]:
@@ -118,7 +128,7 @@ class Row:
         if self.lengths.together > 1:
             yield
         else:
-            with self.f.when(self.among(self.lengths.degrees, self.lengths.degrees)):
+            with self.f.when(self.among(*self.lengths.leading)):
                 yield
 
     def only(self, which: Bit, value: Real) -> Real:
@@ -127,8 +137,7 @@ class Row:
 
     def only_velocities(self, value: Real) -> Real:
         """The numbers of velocities among those of ``Lengths.velocities``, and 0."""
-        degrees = self.lengths.degrees
-        return value if self.lengths.together == 1 else self.only(self.among(degrees, degrees), value)
+        return value if self.lengths.together == 1 else self.only(self.among(*self.lengths.leading), value)
 
 
 @dataclass(frozen=True)

@@ -54,13 +54,14 @@ class StepSize:
 
     The last term of a velocity's series is kept below ``LAST_TERM * tolerance`` of the velocity's size.
     Velocities of a size up to ``rest`` do not count. Where time has a unit of its own in the series, none
-    ``fades``: no coefficient underflows.
+    ``fades``: no coefficient underflows. The names of the functions begin with ``prefix``.
     """
 
     lengths: Lengths
     tolerance: float
     rest: float = 0.0
     fades: bool = True
+    prefix: str = ""
 
     @property
     def safety(self) -> float:
@@ -74,6 +75,7 @@ class StepSize:
     def function(self, head: str) -> Function:
         """One that gives numbers of each motion."""
         motions = self.lengths.motions
+        head = head.replace("@", f"@{self.prefix}")
         return Function(head.replace("REAL", "double" if motions == 1 else f"<{motions} x double>"), motions)
 
     def sizes(self, row: Row, c: Series, h: Real) -> Real:
@@ -83,6 +85,13 @@ class StepSize:
         for m in (2, 1):
             size = f.larger(size, f.magnitude(c[m])) * h
         return f.larger(f.magnitude(row.at("%state")), size)
+
+    def heard(self, row: Row) -> Bit:
+        """Which rows it is that steps are chosen by; what is no number has no say any more."""
+        state = row.at("%state")
+        return (
+            row.moving(state.equals(state)) if self.lengths.followed[1] else row.among(*self.lengths.leading)
+        )
 
     def step_size(self) -> Function:
         """``@step_size(state, work, h)``: the step, where sizes are measured over ``h``; and a number that is
@@ -102,13 +111,16 @@ class StepSize:
             c = row.series()
             size = self.sizes(row, c, h)
             moving = row.moving(size > self.rest)
+            if lengths.followed[1]:
+                moving = moving & self.heard(row)
             inverse = f.select(moving, lengths.wide(f, f.constant(1.0)) / size, zero)
             for block, so_far in zip(blocks, most):
                 largest = f.magnitude(c[block[-1]])
                 for m in reversed(block[:-1]):
                     largest = f.larger(largest * reach, f.magnitude(c[m]))
                 so_far.set(f.larger(so_far.get(), largest * inverse))
-            total.set(total.get() + (size + f.magnitude(c[top])))
+            one = size + f.magnitude(c[top])
+            total.set(total.get() + (row.only(self.heard(row), one) if lengths.apart else one))
         met = lengths.gather(f, "fadd", total.get())
         greatest = [lengths.gather(f, "fmax", one.get()) for one in most]
         slopes, offsets = [2.0**-20 / block[0] for block in blocks], [offset_of(b, top) for b in blocks]
@@ -128,7 +140,7 @@ class StepSize:
         if self.fades:
             fading = (greatest[0] > 0.0) & greatest[-1].equals(0.0)
             with f.when(f.any(fading)):
-                less = f.call(Real, "faded", f.pointer("%work"))
+                less = f.call(Real, f"{self.prefix}faded", f.pointer("%work"))
                 result.set(f.select(fading, step * less, step))
         f.give(result.get(), met)
         return f
@@ -164,7 +176,8 @@ class StepSize:
             total = f.variable(f.zero(lengths.lanes))
             with lengths.each(f) as row:
                 one = f.magnitude(row.series()[end.get()])
-                total.set(total.get() + row.only(row.among(0, 2 * lengths.degrees), one))
+                counts = self.heard(row) if lengths.followed[1] else row.among(0, 2 * lengths.degrees)
+                total.set(total.get() + row.only(counts, one))
             with f.when(~(lengths.gather(f, "fadd", total.get()) < ENDLESS)):
                 found.leave()
             end.set(end.get() + 1)
@@ -174,7 +187,9 @@ class StepSize:
             f.give(f.constant(0.0))
         with f.loop(end.get(), order + 1) as m, lengths.each(f) as row:
             row.series().put(f.zero(lengths.lanes), m)
-        step = f.call(Real, "cautious_step", f.pointer("%state"), f.pointer("%work"), Real(f, "%h"))
+        step = f.call(
+            Real, f"{self.prefix}cautious_step", f.pointer("%state"), f.pointer("%work"), Real(f, "%h")
+        )
         f.give(step * self.fewer(f, (end.get() - 2).to_real()))
         return f
 

@@ -1,0 +1,123 @@
+"""Action and ledgers: their integrands may change faster than the motion does."""
+
+from __future__ import annotations
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from tests.support.motion import follow
+
+OUTPUTS = ("q", "v", "action", "ledger")
+FREE = "lagrangian: x_dot**2/2 {}\ncoordinates: {{x: {{initial: 0, velocity: 1}}}}"
+WIDTHS = [(width, place) for width in (3e-4, 0.1, 7.0) for place in (5.0, 3.14159, 0.02)]
+
+
+def lorentz(t: np.ndarray, width: float, place: float) -> np.ndarray:
+    """The integral of 1/(1 + ((t - place)/width)^2) from 0."""
+    return width * (np.arctan((t - place) / width) + math.atan(place / width))
+
+
+def heights() -> np.ndarray:
+    return 10.0 ** np.random.default_rng(7).uniform(-2, 5, len(WIDTHS))
+
+
+PULSE = """
+    parameters: {place: 5, width: 0.1, height: 1}
+    lagrangian: x_dot**2/2 %s
+    coordinates: {x: {initial: 0, velocity: 1}}
+    """
+
+
+@pytest.mark.parametrize(("width", "place", "height"), [(*one, h) for one, h in zip(WIDTHS, heights())])
+def test_a_pulse_of_time_in_the_lagrangian(width, place, height):
+    text, sets = (
+        PULSE % "- height/(1 + ((t - place)/width)**2)",
+        {"place": place, "width": width, "height": height},
+    )
+    motion = follow(text, 10.0, 41, outputs=OUTPUTS, sets=sets)
+    known = motion.t / 2 - height * lorentz(motion.t, width, place)
+    assert motion.outcome.steps == 1
+    assert np.max(np.abs(motion["diagnostics/action"] - known)) <= 1e-13 * (height * width + 10)
+    assert np.max(np.abs(motion["diagnostics/ledger/h"])) <= 1e-11 * (1 + height)
+
+
+@pytest.mark.parametrize(("width", "place"), WIDTHS)
+def test_a_pulse_of_place_that_is_no_force(width, place):
+    """A total derivative: x_dot f(x) adds the integral of f to the action, and nothing to the motion."""
+    text, sets = PULSE % "+ x_dot/(1 + ((x - place)/width)**2)", {"place": place, "width": width}
+    motion = follow(text, 10.0, 41, outputs=OUTPUTS, sets=sets)
+    known = motion.t / 2 + lorentz(motion.t, width, place)
+    assert np.max(np.abs(motion["diagnostics/action"] - known)) <= 1e-13
+
+
+def test_samples_do_not_change_the_parts_of_a_step():
+    text = FREE.format("- 30/(1 + 1e4*(t - 5)**2)")
+    few, many = (follow(text, 10.0, n, outputs=OUTPUTS)["diagnostics/action"] for n in (11, 100001))
+    assert many[::10000].tolist() == few.tolist()
+
+
+@pytest.mark.parametrize(
+    "force",
+    ["", "- x**2/2", "- x**2/2 - x**4/40", "+ cos(x)"],
+)
+def test_the_motion_is_the_same_without_quadratures(force):
+    """To the last bit, however its steps are divided."""
+    text = FREE.format(force + " - 1/(1 + 1e4*(t - 5)**2)")
+    plain, kept = follow(text, 10.0, 101, outputs=("q", "v")), follow(text, 10.0, 101, outputs=OUTPUTS)
+    assert plain.outcome.steps == kept.outcome.steps
+    for path in ("q/x", "v/x"):
+        assert plain[path].tolist() == kept[path].tolist()
+    assert np.max(np.abs(kept["diagnostics/ledger/h"])) <= 1e-12
+
+
+@pytest.mark.parametrize("place", [5.0, 7.123])
+def test_an_integrand_with_a_kink_or_a_jump(place):
+    def rest(t: np.ndarray) -> np.ndarray:
+        return ((t - place) * np.abs(t - place) + place**2) / 2
+
+    motion = follow(FREE.format(f"- abs(t - {place})"), 10.0, 21, outputs=OUTPUTS)
+    assert np.max(np.abs(motion["diagnostics/action"] - motion.t / 2 + rest(motion.t))) <= 1e-13
+    assert np.max(np.abs(motion["diagnostics/ledger/h"])) <= 1e-13
+
+
+def test_a_kink_that_no_switch_shows():
+    """((t - c)^2)^0.6, written so that it is not a power of an absolute value."""
+    text = FREE.format("- ((t - 5)**2 + 2*(t - 5)**2)**0.6")
+    motion = follow(text, 10.0, 22, outputs=("q", "action"))
+    t, place = motion.t, 5.0
+    known = t / 2 - 3**0.6 * (np.sign(t - place) * np.abs(t - place) ** 2.2 + place**2.2) / 2.2
+    assert np.all(
+        np.isnan(motion["diagnostics/action"]) | (abs(motion["diagnostics/action"] - known) < 1e-11)
+    )
+    assert np.all(np.isfinite(motion["diagnostics/action"][t < place]))
+
+
+def test_behind_a_pole_an_integral_is_no_number():
+    motion = follow(FREE.format("- 1/(t - 3.7)"), 10.0, 101, outputs=("q", "action"))
+    action, before = motion["diagnostics/action"], motion.t < 3.65
+    known = motion.t[before] / 2 - np.log(1 - motion.t[before] / 3.7)
+    assert np.max(np.abs(action[before] - known)) <= 1e-13
+    assert np.all(np.isnan(action[motion.t > 3.75]))
+    assert np.max(np.abs(motion["q/x"] - motion.t)) <= 1e-14
+
+
+def test_a_pulse_on_a_moving_pendulum():
+    """int dt / (1 + (th/w)^2) along a small oscillation, against quadrature of the closed form."""
+    text = """
+        lagrangian: th_dot**2/2 - th**2/2 + th_dot*1e-9/(1e-9 + th**2)
+        coordinates: {th: {initial: 1, velocity: 0}}
+        """
+    motion = follow(text, 6.0, 13, outputs=("q", "action"))
+    width = math.sqrt(1e-9)
+    for t, found in zip(motion.t, motion["diagnostics/action"]):
+        known = -math.sin(2 * t) / 4 + width * (math.atan(math.cos(t) / width) - math.atan(1 / width))
+        assert abs(found - known) <= 1e-13
+
+
+def test_many_pulses_within_a_step():
+    motion = follow(FREE.format("- 1/(1 + 1e3*sin(3*t)**2)"), 10.0, 3, outputs=("q", "action"))
+    one = mpmath.quad(lambda t: 1 / (1 + 1000 * mpmath.sin(3 * t) ** 2), mpmath.linspace(0, 10, 121))
+    assert abs(motion["diagnostics/action"][-1] - (5 - float(one))) <= 1e-13
