@@ -1,4 +1,5 @@
-"""Comparison of the printed equations with the compiled ones, at random states.
+"""Comparison of the printed equations with the compiled ones, and with the system file differentiated
+directly (``direct``), at random states near the start, along the motion and beside branches (``states``).
 
 The printed text itself is parsed as an expression of the system file and evaluated with 30 digits. A
 difference is divided by the *scale* of the printed expression, which bounds the effect of rounding errors in
@@ -11,27 +12,30 @@ as a difference.
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from functools import reduce
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import partial, reduce
+from itertools import chain
 from operator import add
 from typing import Any
 
 import mpmath
 
-from lagrange_cli.errors import UsageError
+from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.algebra import Decided
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Tree
+from lagrange_cli.symbolic.direct import Direct
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
+from lagrange_cli.symbolic.states import State, near
 
 BOUND = 1e-12
 """The largest relative difference of equations that agree."""
 DIGITS = 30
-STATES = 20
+STATES = 12
 ATTEMPTS = 50
 """Attempts to draw each state: at some states the equations may have no finite value."""
 
@@ -39,14 +43,24 @@ Compiled = Callable[[Sequence[float], float, Sequence[float], Sequence[float]], 
 """(parameters, t, q, v) -> (accelerations, momenta, h), by the compiled program."""
 
 
+Directly = Callable[[State, Sequence[Any], bool], Direct]
+"""(state, accelerations, with many digits) -> ``direct.directly`` of the system file."""
+COMPILED, DIRECT = "printed and compiled", "printed and directly differentiated"
+"""Two pairs of routes."""
+
+
 @dataclass(frozen=True)
 class Verification:
-    """The difference of printed and compiled equations: ``difference`` is the largest relative difference
-    over ``states`` random states, found in ``quantity``."""
+    """The difference of several routes to the equations: ``difference`` is the largest relative difference
+    over ``states`` states, found in ``quantity`` between two ``routes``. ``counted`` says where the states
+    were, and ``directly`` whether L was differentiated directly, too."""
 
     difference: float
     quantity: str
     states: int
+    routes: str
+    counted: Mapping[str, int]
+    directly: bool
 
     @property
     def agrees(self) -> bool:
@@ -55,9 +69,12 @@ class Verification:
 
     def __str__(self) -> str:
         verdict = "agree" if self.agrees else "DIFFER"
+        compared = "printed, compiled and directly differentiated" if self.directly else COMPILED
+        of = f"of {self.quantity}, {self.routes}" if self.directly else f"in {self.quantity}"
+        where = ", ".join(f"{count} {where}" for where, count in self.counted.items())
         return (
-            f"printed and compiled equations {verdict}: largest relative difference {self.difference:.1e} "
-            f"(in {self.quantity}) over {self.states} random states"
+            f"{compared} equations {verdict}: largest relative difference {self.difference:.1e} "
+            f"({of}) over {self.states} states: {where}"
         )
 
 
@@ -166,25 +183,44 @@ class Printed:
 def verify(
     equations: Equations,
     compiled: Compiled,
-    parameters: Mapping[str, float],
-    q: Sequence[float],
-    v: Sequence[float],
+    start: State,
+    others: Sequence[State] = (),
+    direct: Directly | None = None,
 ) -> Verification:
-    """Compare printed and compiled equations at random states around the initial one.
+    """Compare printed and compiled equations, and those that ``direct`` has of the system file, at random
+    states near ``start`` and at ``others`` (those of them at which the equations have finite values).
 
-    ``q`` and ``v`` are the initial state (length n each); parameters are varied by up to a tenth.
-    Raises ``UsageError`` where no state is found at which the equations have finite values.
+    Raises ``UsageError`` where no state near the start is found at which they have.
     """
     printed = read_back(equations)
-    generator = random.Random(0)
-    largest, where = 0.0, "h"
-    for _ in range(STATES):
-        for quantity, difference in compare_somewhere(
-            generator, equations, printed, compiled, parameters, q, v
-        ):
+    source = random.Random(0)
+    largest, where, routes = 0.0, "h", COMPILED
+    counted: dict[str, int] = {}
+    drawn = (
+        somewhere(source, start, partial(compare, equations, printed, compiled, direct))
+        for _ in range(STATES)
+    )
+    given = ((one, compare(equations, printed, compiled, direct, one)) for one in others)
+    for state, differences in chain(drawn, given):
+        if differences is None:
+            continue
+        counted[state.where] = counted.get(state.where, 0) + 1
+        for pair, quantity, difference in differences:
             if difference > largest:
-                largest, where = difference, quantity
-    return Verification(largest, where, STATES)
+                largest, where, routes = difference, quantity, pair
+    return Verification(largest, where, sum(counted.values()), routes, counted, direct is not None)
+
+
+def somewhere(
+    source: random.Random, start: State, compared: Callable[[State], list[tuple[str, str, float]] | None]
+) -> tuple[State, list[tuple[str, str, float]]]:
+    """A random state near ``start``, the first one at which all values are finite, and the differences."""
+    for _ in range(ATTEMPTS):
+        state = near(start, source)
+        differences = compared(state)
+        if differences is not None:
+            return state, differences
+    raise UsageError("the equations have no finite values at random states near the initial one")
 
 
 def read_back(equations: Equations) -> Printed:
@@ -211,41 +247,55 @@ def read_back(equations: Equations) -> Printed:
         raise UsageError(f"the printed equations are too long to be verified ({error.message})") from error
 
 
-def compare_somewhere(
-    generator: random.Random,
+def compare(
     equations: Equations,
     printed: Printed,
     compiled: Compiled,
-    parameters: Mapping[str, float],
-    q: Sequence[float],
-    v: Sequence[float],
-) -> list[tuple[str, float]]:
-    """The relative differences at one random state: the first one at which all values are finite."""
-    for _ in range(ATTEMPTS):
-        numbers = {name: value * generator.uniform(0.9, 1.1) for name, value in parameters.items()}
-        t = generator.uniform(0, 1)
-        here = [value + generator.uniform(-1, 1) for value in q]
-        speed = [value + generator.uniform(-1, 1) for value in v]
-        values = dict(numbers) | {str(equations.time): t}
-        values |= {str(symbol): value for symbol, value in zip(equations.q, here, strict=True)}
-        values |= {str(symbol): value for symbol, value in zip(equations.v, speed, strict=True)}
+    direct: Directly | None,
+    state: State,
+) -> list[tuple[str, str, float]] | None:
+    """The relative differences at a state, with the routes and the quantity that they are of; None if the
+    printed equations have no finite values there."""
+    values = dict(state.parameters) | {str(equations.time): state.t}
+    values |= {str(symbol): value for symbol, value in zip(equations.q, state.q, strict=True)}
+    values |= {str(symbol): value for symbol, value in zip(equations.v, state.v, strict=True)}
+    try:
+        with mpmath.workdps(DIGITS):
+            known = {name: Measured(mpmath.mpf(x), abs(mpmath.mpf(x))) for name, x in values.items()}
+            exact, scales = evaluate(equations, printed, known)
+    except (ArithmeticError, ValueError, ExpressionError):
+        return None
+    if not all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact):
+        return None
+    a, p, h = compiled(list(state.parameters.values()), state.t, state.q, state.v)
+    found = [
+        (COMPILED, name, relative_difference(each, number))
+        for (name, each), number in zip(exact, [float(x) for x in (*a, *p, h)], strict=True)
+    ]
+    if direct is None:
+        return found
+    accelerations = [each.value for _, each in exact[: len(state.q)]]
+    zero = Measured(mpmath.mpf(0), mpmath.mpf(0))
+    others = [
+        *exact[len(state.q) :],
+        *((name, replace(zero, scale=one)) for (name, _), one in zip(exact, scales)),
+    ]
+    for digits in (False, True):  # doubles lose some where terms cancel that the printed equations have not
         try:
             with mpmath.workdps(DIGITS):
-                known = {name: Measured(mpmath.mpf(x), abs(mpmath.mpf(x))) for name, x in values.items()}
-                exact = list(evaluate(equations, printed, known))
-        except (ArithmeticError, ValueError, ExpressionError):
-            continue
-        if all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact):
-            a, p, h = compiled(list(numbers.values()), t, here, speed)
-            found = [float(x) for x in (*a, *p, h)]
-            return [
-                (name, relative_difference(each, number))
-                for (name, each), number in zip(exact, found, strict=True)
-            ]
-    raise UsageError("the equations have no finite values at random states near the initial one")
+                own = direct(state, accelerations, digits)
+                rest = [
+                    (DIRECT, name, relative_difference(each, number))
+                    for (name, each), number in zip(others, (*own.momenta, own.h, *own.residual), strict=True)
+                ]
+        except (ArithmeticError, ValueError, SpecError):
+            return None
+        if max(difference for _, _, difference in rest) <= BOUND / 10:
+            break
+    return found + rest
 
 
-def relative_difference(exact: Measured, number: float) -> float:
+def relative_difference(exact: Measured, number: Any) -> float:
     """The difference of a compiled number from the exact one, relative to its scale; infinite for nan."""
     difference = abs(number - exact.value) / (exact.scale or 1)
     return float(difference) if mpmath.isfinite(difference) else float("inf")
@@ -253,8 +303,9 @@ def relative_difference(exact: Measured, number: float) -> float:
 
 def evaluate(
     equations: Equations, printed: Printed, known: Mapping[str, Measured]
-) -> Iterator[tuple[str, Measured]]:
-    """Names and values of the accelerations, the momenta and h."""
+) -> tuple[list[tuple[str, Measured]], list[Any]]:
+    """Names and values of the accelerations, the momenta and h; and the scale |M| |a| + |f| of each equation
+    M a = f."""
     algebra = MeasuredAlgebra()
 
     def value(tree: Tree) -> Measured:
@@ -262,16 +313,21 @@ def evaluate(
         return result
 
     matrix = [[value(entry) for entry in row] for row in printed.mass_matrix]
-    accelerations = solve_measured(matrix, [value(each) for each in printed.force])
+    force = [value(each) for each in printed.force]
+    accelerations = solve_measured(matrix, force)
     if printed.accelerations is not None:  # the compiled side always solves M a = f, which has its own scale
         accelerations = [
             Measured(own.value, max(own.scale, solved.scale))
             for own, solved in zip(map(value, printed.accelerations), accelerations, strict=True)
         ]
-    yield from zip(map(str, equations.a), accelerations, strict=True)
-    for name, tree in zip(equations.coordinates, printed.momenta, strict=True):
-        yield f"p_{name}", value(tree)
-    yield "h", value(printed.h)
+    names = [*map(str, equations.a), *(f"p_{name}" for name in equations.coordinates), "h"]
+    values = [*accelerations, *map(value, printed.momenta), value(printed.h)]
+    sizes = [abs(each.value) for each in accelerations]
+    scales = [
+        one.scale + sum(entry.scale * size for entry, size in zip(row, sizes, strict=True))
+        for row, one in zip(matrix, force, strict=True)
+    ]
+    return list(zip(names, values, strict=True)), scales
 
 
 def solve_measured(matrix: list[list[Measured]], force: list[Measured]) -> list[Measured]:

@@ -11,11 +11,15 @@ from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.model.build import build_model
+from lagrange_cli.run.equations import derive
 from lagrange_cli.spec.values import resolve_values
 from lagrange_cli.symbolic.derive import derive_equations
+from lagrange_cli.symbolic.direct import directly
 from lagrange_cli.symbolic.source import as_python
+from lagrange_cli.symbolic.states import State, sides
 from lagrange_cli.symbolic.verify import (
     BOUND,
+    DIRECT,
     Measured,
     MeasuredAlgebra,
     evaluate,
@@ -23,7 +27,7 @@ from lagrange_cli.symbolic.verify import (
     solve_measured,
     verify,
 )
-from tests.support.motion import residual_of, values_of
+from tests.support.motion import model_of, residual_of, values_of
 from tests.support.motion import spec_of as system_of
 from tests.support.systems import NAMES, derived, equations_of, spec_of
 
@@ -46,7 +50,9 @@ def stand_in(equations, change=lambda name, value: value):
 def test_double_precision_agrees(name):
     values = resolve_values(spec_of(name))
     equations = equations_of(name)
-    found = verify(equations, stand_in(equations), values.parameters, values.q, values.v)
+    found = verify(
+        equations, stand_in(equations), State(values.parameters, 0.0, tuple(values.q), tuple(values.v))
+    )
     assert found.agrees and 0 < found.difference < 1e-15
     assert "agree" in str(found)
 
@@ -69,7 +75,7 @@ def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink():
     values = values_of(WALLS)
     equations = derive_equations(build_model(system_of(WALLS), SympyAlgebra()))
     for compiled in (compiled_values(residual_of(WALLS)), stand_in(equations)):
-        found = verify(equations, compiled, values.parameters, values.q, values.v)
+        found = verify(equations, compiled, State(values.parameters, 0.0, tuple(values.q), tuple(values.v)))
         assert found.agrees, str(found)
 
 
@@ -78,7 +84,7 @@ def test_a_small_mistake_is_seen(quantity):
     values = resolve_values(spec_of("double_pendulum"))
     equations = equations_of("double_pendulum")
     spoiled = stand_in(equations, lambda name, x: x * (1 + 1e-9) if name == quantity else x)
-    found = verify(equations, spoiled, values.parameters, values.q, values.v)
+    found = verify(equations, spoiled, State(values.parameters, 0.0, tuple(values.q), tuple(values.v)))
     assert not found.agrees and found.difference > BOUND
     assert "DIFFER" in str(found)
     assert found.quantity == {"a": "theta1_ddot", "p": "p_theta1", "h": "h"}[quantity] or quantity != "h"
@@ -87,20 +93,92 @@ def test_a_small_mistake_is_seen(quantity):
 def test_nan_is_no_agreement():
     values = resolve_values(spec_of("pendulum"))
     spoiled = stand_in(equations_of("pendulum"), lambda name, x: math.nan)
-    found = verify(equations_of("pendulum"), spoiled, values.parameters, values.q, values.v)
+    found = verify(
+        equations_of("pendulum"), spoiled, State(values.parameters, 0.0, tuple(values.q), tuple(values.v))
+    )
     assert not found.agrees
 
 
 def test_states_outside_the_domain_are_drawn_again():
     system = "parameters: {k: 1}\ncoordinates: {x: {initial: 0.2}}\nlagrangian: x_dot**2/2 + k*log(x)\n"
     equations = derived(system)
-    assert verify(equations, stand_in(equations), {"k": 1.0}, [0.2], [0.0]).agrees
+    assert verify(equations, stand_in(equations), State({"k": 1.0}, 0.0, (0.2,), (0.0,))).agrees
 
 
 def test_no_state_at_all():
     equations = derived("coordinates: {x: {initial: 0.2}}\nlagrangian: x_dot**2/2 + log(x)\n")
     with pytest.raises(UsageError, match="no finite values at random states"):
-        verify(equations, stand_in(equations), {}, [-5.0], [0.0])
+        verify(equations, stand_in(equations), State({}, 0.0, (-5.0,), (0.0,)))
+
+
+WALL = """
+parameters: {{k: 1000}}
+coordinates: {{x: {{initial: 0.3, velocity: 0.1}}}}
+lagrangian: x_dot**2/2 - x**2/2 - k*({kink})**2
+solve: {{stop: 10}}
+"""
+KINKS = ["(x - 5 + sqrt((x - 5)**2))/2", "max(0, x - 5)", "where(x > 5, x - 5, 0)"]
+
+
+def directly_of(spec):
+    return lambda state, a, exact: directly(spec, state.parameters, state.t, state.q, state.v, a, exact)
+
+
+@pytest.mark.parametrize("kink", KINKS)
+def test_states_lie_on_both_sides_of_a_branch(kink):
+    """The motion does not come there, nor do random states near its start."""
+    text = WALL.format(kink=kink)
+    start = State({"k": 1000.0}, 0.0, (0.3,), (0.1,))
+    found = sides(model_of(text), [start])
+    assert any(state.q[0] < 5 for state in found) and any(state.q[0] > 5 for state in found)
+    assert {state.where for state in found} == {"before a branch", "beyond a branch"}
+
+
+@pytest.mark.parametrize("kink", KINKS)
+@pytest.mark.parametrize("lost", ["nothing", "by the compiler", "by both"])
+def test_a_force_that_is_lost_beyond_a_branch_is_missed(kink, lost):
+    text = WALL.format(kink=kink)
+    right, wrong = derived(text), derived(WALL.format(kink="0*x"))
+    start = State({"k": 1000.0}, 0.0, (0.3,), (0.1,))
+    others = sides(model_of(text), [start])
+    printed, compiled = (wrong if lost == "by both" else right), (right if lost == "nothing" else wrong)
+    found = verify(printed, stand_in(compiled), start, others, directly_of(system_of(text)))
+    assert found.agrees == (lost == "nothing")
+    assert (found.routes == DIRECT) == (lost == "by both") or found.agrees
+    assert verify(printed, stand_in(compiled), start).agrees
+
+
+FUNCTIONS = (
+    "sin(x) cos(x) tan(x) asin(x) acos(x) atan(x) sinh(x) cosh(x) tanh(x) exp(x) log(x) sqrt(x) x**3 x**-2 "
+    "1/x x**x x**1.5 2**x atan2(x,2) atan2(2,x) atan2(x-1,-x) abs(x-1) sign(x-1)*x**2 max(x,x**2) "
+    "min(x,x**2) where(x<y,x**2,x**3)"
+)
+
+
+@pytest.mark.exhaustive(keep=8)
+@pytest.mark.parametrize("text", FUNCTIONS.split())
+def test_direct_differentiation_is_that_of_the_printed_equations(text):
+    """With the function in T, in U and in a force."""
+    spec = system_of(f"""
+        parameters: {{m: 1.5}}
+        coordinates: {{x: {{initial: 0.4}}, y: {{initial: 0.7}}}}
+        masses: {{ball: m}}
+        embedding: {{ball: [x + y*t, y + ({text})]}}
+        potential: ({text})*y
+        forces: {{ball: [0.1*y_dot, -0.2*ball.vx]}}
+        dissipation: ({text})**2*y_dot**4
+        """)
+    equations = derive(spec).equations
+    state = {"x": 0.4, "y": 0.7, "x_dot": -0.3, "y_dot": 1.1, "t": 0.2, "m": 1.5}
+    with mpmath.workdps(30):
+        known = {name: Measured(mpmath.mpf(value), abs(mpmath.mpf(value))) for name, value in state.items()}
+        right = dict(evaluate(equations, read_back(equations), known)[0])
+        a = [right["x_ddot"].value, right["y_ddot"].value]
+        for exact, within in ((False, 1e-11), (True, 1e-24)):
+            found = directly(spec, {"m": 1.5}, 0.2, (0.4, 0.7), (-0.3, 1.1), a, exact)
+            assert max(map(abs, found.residual)) < within
+            assert abs(found.momenta[1] - right["p_y"].value) < within
+            assert abs(found.h - right["h"].value) < within
 
 
 def measured(text: str, **values: float) -> Measured:
@@ -148,6 +226,6 @@ def test_near_a_singular_mass_matrix_the_scale_is_that_of_solving():
     known = {
         name: Measured(mpmath.mpf(x), mpmath.mpf(x)) for name, x in (state | {"A": 1, "C": 2, "t": 0}).items()
     }
-    measured_values = dict(evaluate(equations, read_back(equations), known))
+    measured_values = dict(evaluate(equations, read_back(equations), known)[0])
     phi = measured_values["phi_ddot"]
     assert phi.scale > 1e6 * abs(phi.value)

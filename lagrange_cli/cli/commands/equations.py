@@ -38,7 +38,8 @@ DIFFERS = 4
     "--verify",
     "verifying",
     is_flag=True,
-    help="Compare the printed equations with the compiled ones at random states. The exit status is "
+    help="Compare the printed equations with the compiled ones, and with those found by differentiating L "
+    "directly, at states near the start, along the motion and beside branches. The exit status is "
     f"{DIFFERS} if they differ by more than 1e-12.",
 )
 @given_options
@@ -100,7 +101,9 @@ def verdict(verification: Verification | None) -> dict[str, Any]:
         "verify": {
             "difference": verification.difference,
             "quantity": verification.quantity,
+            "routes": verification.routes,
             "states": verification.states,
+            "where": dict(verification.counted),
             "agrees": verification.agrees,
         }
     }

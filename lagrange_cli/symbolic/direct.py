@@ -1,0 +1,236 @@
+"""The equations of motion at one state, straight from the system file: no symbol is differentiated.
+
+A motion q(t + s) = q + v s + a s^2/2 is varied by e d_k(s). Numbers are polynomials in s, up to s^2, and in
+e, up to the first power (dual numbers; Clifford, Proc. London Math. Soc. 4, 381, 1873). In L, e is
+multiplied by
+
+    dL/dq_k d_k + dL/dq_dot_k d_k',
+
+so d_k = 1 gives dL/dq_k, and d_k = s gives p_k at s = 0 and d/ds (s dL/dq_k + p_k) in the next power. Neither
+the graph nor sympy has any part in this.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from functools import reduce
+from operator import add
+from typing import Any
+
+import mpmath
+import numpy as np
+
+from lagrange_cli.expression.algebra import Decided
+from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.model.build import build_model
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Spec
+
+Series = tuple[Any, Any, Any]
+"""The coefficients of 1, s and s^2."""
+NOTHING: Series = (0.0, 0.0, 0.0)
+
+
+def times(a: Series, b: Series) -> Series:
+    """The product, up to s^2."""
+    return (a[0] * b[0], a[0] * b[1] + a[1] * b[0], a[0] * b[2] + a[1] * b[1] + a[2] * b[0])
+
+
+def plus(a: Series, b: Series, factor: float = 1.0) -> Series:
+    """a + factor b."""
+    return (a[0] + factor * b[0], a[1] + factor * b[1], a[2] + factor * b[2])
+
+
+class Dual:
+    """``value`` + e ``varied``; of the latter, each coefficient is an array (2 n,): all variations."""
+
+    __slots__ = ("value", "varied")
+
+    def __init__(self, value: Series, varied: Series = NOTHING) -> None:
+        self.value, self.varied = value, varied
+
+    @property
+    def fixed(self) -> bool:
+        """Whether it changes neither with s nor with e."""
+        return self.value[1:] == (0, 0) and self.varied is NOTHING
+
+    def __neg__(self) -> Dual:
+        return Dual(plus(NOTHING, self.value, -1.0), plus(NOTHING, self.varied, -1.0))
+
+    def __add__(self, other: Dual) -> Dual:
+        return Dual(plus(self.value, other.value), plus(self.varied, other.varied))
+
+    def __sub__(self, other: Dual) -> Dual:
+        return Dual(plus(self.value, other.value, -1.0), plus(self.varied, other.varied, -1.0))
+
+    def __mul__(self, other: Dual) -> Dual:
+        varied = plus(times(self.value, other.varied), times(self.varied, other.value))
+        return Dual(times(self.value, other.value), varied)
+
+    def __truediv__(self, other: Dual) -> Dual:
+        return self * power(other, -1.0)
+
+    def __pow__(self, other: Dual) -> Dual:
+        if other.value[1:] == (0, 0) and other.varied is NOTHING:
+            return power(self, other.value[0])
+        m = math if isinstance(self.value[0], float) else mpmath
+        exponent = other * composed(FUNCTIONS["log"](m, self.value[0]), self)
+        return composed(FUNCTIONS["exp"](m, exponent.value[0]), exponent)
+
+    def rate(self) -> Dual:
+        """The derivative by s: correct up to s, if this is up to s^2."""
+        (_, a, b), (_, c, d) = self.value, self.varied
+        return Dual((a, 2.0 * b, 0.0), (c, 2.0 * d, 0.0))
+
+
+def composed(derivatives: Sequence[Any], x: Dual) -> Dual:
+    """f(x) by Taylor's theorem, from f, f', f'' and f''' where s and e are 0."""
+    f, first, second, third = derivatives
+    rest = (0.0, *x.value[1:])
+    square = times(rest, rest)
+    value = plus((f + second / 2 * square[0], *(second / 2 * one for one in square[1:])), rest, first)
+    slope = plus((first + third / 2 * square[0], *(third / 2 * one for one in square[1:])), rest, second)
+    return Dual(value, times(slope, x.varied))
+
+
+def power(base: Dual, exponent: float) -> Dual:
+    """``base`` to a constant power."""
+    x, n = base.value[0], exponent
+    falling = (1.0, n, n * (n - 1), n * (n - 1) * (n - 2))
+    if x < 0 and n % 1:
+        raise ArithmeticError("a broken power of a negative number")
+    return composed([c * x ** (n - k) if c else 0.0 for k, c in enumerate(falling)], base)
+
+
+def tangent(f: Any, sign: int) -> list[Any]:
+    """tan (sign 1) and tanh (sign -1) with their derivatives: f' = 1 + sign f^2."""
+    slope = 1 + sign * f * f
+    return [f, slope, 2 * sign * f * slope, 2 * sign * slope * (1 + 3 * sign * f * f)]
+
+
+def arc(m: Any, x: Any) -> list[Any]:
+    """The derivatives of asin."""
+    root = 1 / m.sqrt(1 - x * x)
+    return [root, x * root**3, (1 + 2 * x * x) * root**5]
+
+
+def arc_tangent(m: Any, x: Any) -> list[Any]:
+    """atan with its derivatives."""
+    slope = 1 / (1 + x * x)
+    return [m.atan(x), slope, -2 * x * slope**2, (6 * x * x - 2) * slope**3]
+
+
+FUNCTIONS: dict[str, Callable[[Any, Any], Sequence[Any]]] = {
+    "sin": lambda m, x: [m.sin(x), m.cos(x), -m.sin(x), -m.cos(x)],
+    "cos": lambda m, x: [m.cos(x), -m.sin(x), -m.cos(x), m.sin(x)],
+    "tan": lambda m, x: tangent(m.tan(x), 1),
+    "tanh": lambda m, x: tangent(m.tanh(x), -1),
+    "sinh": lambda m, x: [m.sinh(x), m.cosh(x)] * 2,
+    "cosh": lambda m, x: [m.cosh(x), m.sinh(x)] * 2,
+    "exp": lambda m, x: [m.exp(x)] * 4,
+    "log": lambda m, x: [m.log(x), 1 / x, -1 / x**2, 2 / x**3],
+    "atan": arc_tangent,
+    "asin": lambda m, x: [m.asin(x), *arc(m, x)],
+    "acos": lambda m, x: [m.acos(x), *(-slope for slope in arc(m, x))],
+}
+"""Each function with its first three derivatives; ``m`` has those of numbers: ``math``, or ``mpmath``."""
+
+
+class DualAlgebra(Decided):
+    """``Algebra[Dual]``; ``values`` has those of the symbols."""
+
+    def __init__(self, values: Mapping[str, Dual], exact: bool) -> None:
+        self.values, self.exact = values, exact
+        self.m: Any = mpmath if exact else math
+
+    def number(self, text: str) -> Dual:
+        return Dual((mpmath.mpf(text.replace("_", "")) if self.exact else float(text), 0.0, 0.0))
+
+    def pi(self) -> Dual:
+        return Dual((+self.m.pi, 0.0, 0.0))
+
+    def of_one(self, name: str, x: Dual) -> Dual:
+        """A function of one number."""
+        return composed(FUNCTIONS[name](self.m, x.value[0]), x)
+
+    def symbol(self, name: str) -> Dual:
+        return self.values[name]
+
+    def function(self, name: str, arguments: Sequence[Dual]) -> Dual:
+        x = arguments[0]
+        if name == "atan2":  # the angle from the one at s = e = 0 on is that of a quotient
+            y, x = arguments
+            a, b = Dual((y.value[0], 0.0, 0.0)), Dual((x.value[0], 0.0, 0.0))
+            turn = self.of_one("atan", (y * b - x * a) / (x * b + y * a))
+            return Dual((self.m.atan2(y.value[0], x.value[0]), 0.0, 0.0)) + turn
+        if name in ("min", "max"):
+            return (min if name == "min" else max)(arguments, key=lambda one: one.value[0])
+        if name in ("abs", "sign"):
+            side = self.side(x, 0)
+            if side == 0:
+                raise ArithmeticError("a kink")
+            return Dual((float(side or 0), 0.0, 0.0)) * (x if name == "abs" else self.number("1"))
+        return power(x, 0.5) if name == "sqrt" else self.of_one(name, x)
+
+    def side(self, u: Dual, at: int) -> int | None:
+        return super().side(u.value[0], at)
+
+    def total(self, terms: Sequence[Dual]) -> Dual:
+        return reduce(add, terms)
+
+    def symbols(self, expression: Dual) -> Sequence[Dual]:
+        """Time alone, by which everything that moves is differentiated at once."""
+        return [self.values[TIME]]
+
+    def diff(self, expression: Dual, symbol: Dual) -> Dual:
+        return expression.rate()
+
+
+@dataclass(frozen=True)
+class Direct:
+    """``residual`` d/dt dL/dq_dot - dL/dq - Q (n,), the momenta (n,) and h at a state."""
+
+    residual: Sequence[Any]
+    momenta: Sequence[Any]
+    h: Any
+
+
+def directly(
+    spec: Spec,
+    parameters: Mapping[str, float],
+    t: float,
+    q: Sequence[float],
+    v: Sequence[float],
+    a: Sequence[Any],
+    exact: bool = False,
+) -> Direct:
+    """The equations of motion where the accelerations are ``a`` (n,); ``exact`` with the digits of mpmath.
+
+    Raises ``ArithmeticError`` or ``ValueError`` where something has no value.
+    """
+    n = len(q)
+    number: Any = mpmath.mpf if exact else float
+    zero = np.zeros(2 * n)
+    values = {name: Dual((number(x), 0.0, 0.0)) for name, x in parameters.items()}
+    values[TIME] = Dual((number(t), 1.0, 0.0))
+    for k, one in enumerate(spec.coordinates):
+        by_one, by_s = np.zeros(2 * n), np.zeros(2 * n)
+        by_one[k] = by_s[n + k] = 1.0
+        coordinate = Dual((number(q[k]), number(v[k]), number(a[k]) / 2), (by_one, by_s, zero))
+        values |= {one.name: coordinate, velocity_name(one.name): coordinate.rate()}
+    with np.errstate(all="ignore"):
+        model = build_model(spec, DualAlgebra(values, exact))
+        lagrangian = model.lagrangian
+        if lagrangian is None:
+            half = Dual((0.5, 0.0, 0.0))
+            kinetic = [half * p.mass * u * u for p in model.particles for u in p.velocity]
+            lagrangian = reduce(add, kinetic, -model.potential)
+        slopes, momenta, both = (np.zeros(2 * n) + lagrangian.varied[i] for i in (0, 0, 1))
+        force = np.array([one.value[0] for one in model.generalized_forces])
+        force = force - (zero + model.dissipation.varied[0])[n:]
+        for particle in model.particles:
+            for x, given in zip(particle.position, particle.force):
+                force = force + given.value[0] * (zero + x.varied[0])[:n]
+        residual = both[n:] - 2 * slopes[:n] - force
+        return Direct(residual, momenta[n:], np.dot(momenta[n:], v) - lagrangian.value[0])

@@ -1,0 +1,106 @@
+"""Where equations are compared: near the start, along the motion, and on both sides of every branch."""
+
+from __future__ import annotations
+
+import math
+import random
+from collections.abc import Mapping, Sequence
+
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.expression.zero import branching
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+MOST_BORDERS, MOST_SYMBOLS = 12, 4
+"""How many borders are looked for, and in the directions of how many symbols."""
+DISTANCES = [0.1 * 2.0**k for k in range(14)]
+"""How far from a state the other side of a border is looked for, in units of the state's scale."""
+
+
+@dataclass(frozen=True)
+class State:
+    """A state with the values of the parameters; ``where`` says what kind of place it is."""
+
+    parameters: Mapping[str, float]
+    t: float
+    q: tuple[float, ...]
+    v: tuple[float, ...]
+    where: str = "near the initial one"
+
+
+def near(state: State, source: random.Random) -> State:
+    """A random state near this one, by its own scale or by 1; parameters are varied by up to a tenth."""
+    parameters = {name: x * source.uniform(0.9, 1.1) for name, x in state.parameters.items()}
+    wide = source.random() < 0.5
+
+    def moved(x: float) -> float:
+        return x + source.uniform(-1, 1) * (1.0 if wide else scale(x))
+
+    t = state.t + source.uniform(0, 1)
+    return State(parameters, t, tuple(map(moved, state.q)), tuple(map(moved, state.v)), state.where)
+
+
+def scale(x: float) -> float:
+    """What a step away from a value is measured with."""
+    return abs(x) or 1.0
+
+
+def sides(model: Model[Node], states: Sequence[State]) -> list[State]:
+    """States on both sides of every border that is found near ``states``: where a function of ``model`` has
+    a branch, a kink, a jump or a pole."""
+    found = []
+    names = [TIME, *model.coordinates, *map(velocity_name, model.coordinates)]
+    for border in borders(model)[:MOST_BORDERS]:
+        moving = [symbol.data for symbol in symbols(border) if symbol.data in names]
+        found += next((pair for state in states if (pair := across(border, moving, state, names))), [])
+    return found
+
+
+def borders(model: Model[Node]) -> list[Node]:
+    """What changes its sign where the system is not analytic."""
+    given = [model.potential, model.dissipation, *model.generalized_forces]
+    given += [] if model.lagrangian is None else [model.lagrangian]
+    given += [x for p in model.particles for x in (*p.position, *p.velocity, *p.force)]
+    found: dict[Node, None] = {}
+    for node in reachable(given):
+        inner = list(branching(node))
+        if node.kind is Kind.FUNCTION and node.data in ("asin", "acos"):
+            inner = [1.0 - inner[0] * inner[0]]
+        if node.kind is Kind.PRODUCT:
+            inner += [base for base, exponent in zip(node.arguments, node.data) if exponent < 0]
+        found |= dict.fromkeys(inner)
+    return list(found)
+
+
+def symbols(node: Node) -> list[Node]:
+    """Those in an expression."""
+    return [one for one in reachable([node]) if one.kind is Kind.SYMBOL]
+
+
+def across(border: Node, moving: Sequence[str], state: State, names: Sequence[str]) -> list[State]:
+    """The last state before a border and the first one beyond it, on a line from ``state``; or none."""
+    here = dict(zip(names, (state.t, *state.q, *state.v)))
+
+    def sign(values: Mapping[str, float]) -> float:
+        value, _ = evaluate([border], {**state.parameters, **values})
+        return math.nan if value[border] != value[border] else math.copysign(1.0, value[border])
+
+    for name in moving[:MOST_SYMBOLS]:
+        for sense in (1.0, -1.0):
+            before = here
+            for distance in DISTANCES:
+                there = {**here, name: here[name] + sense * distance * scale(here[name])}
+                if sign(there) * sign(before) < 0:
+                    pair = ((before, "before a branch"), (there, "beyond a branch"))
+                    return [placed(values, state, where) for values, where in pair]
+                before = there
+    return []
+
+
+def placed(values: Mapping[str, float], state: State, where: str) -> State:
+    """The state with these values of t, q and v, in this order."""
+    t, *rest = values.values()
+    n = len(state.q)
+    return State(state.parameters, t, tuple(rest[:n]), tuple(rest[n:]), where)
