@@ -6,6 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.zero import is_zero
 from tests.support.motion import residual_of
@@ -101,8 +102,10 @@ def test_a_force_beyond_a_kink_is_a_force(force, root):
 def test_what_jumps_depends_on_its_argument_although_its_derivative_vanishes(jump):
     lagrangian = "lagrangian: x_dot**2/2 + z_dot**2/2 - ({})"
     coordinates = "coordinates: {x: {initial: 1}, z: {initial: 1}}\n"
-    of_x = residual_of(coordinates + lagrangian.format(jump.format("x")))
-    assert of_x.cyclic == ("z",)
+    try:
+        assert residual_of(coordinates + lagrangian.format(jump.format("x"))).cyclic == ("z",)
+    except InfiniteForce:
+        assert "sqrt" in jump
     of_t = residual_of(coordinates + lagrangian.format(jump.format("t")))
     assert "h" not in {each.quantity for each in of_t.conserved}
     assert not of_t.scleronomic
