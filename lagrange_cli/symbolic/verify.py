@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import partial, reduce
 from itertools import chain
 from operator import add
@@ -58,9 +58,9 @@ class Verification:
     difference: float
     quantity: str
     states: int
-    routes: str
-    counted: Mapping[str, int]
-    directly: bool
+    routes: str = COMPILED
+    counted: Mapping[str, int] = field(default_factory=dict)
+    directly: bool = False
 
     @property
     def agrees(self) -> bool:

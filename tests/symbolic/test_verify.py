@@ -150,7 +150,7 @@ def test_a_force_that_is_lost_beyond_a_branch_is_missed(kink, lost):
 
 FUNCTIONS = (
     "sin(x) cos(x) tan(x) asin(x) acos(x) atan(x) sinh(x) cosh(x) tanh(x) exp(x) log(x) sqrt(x) x**3 x**-2 "
-    "1/x x**x x**1.5 2**x atan2(x,2) atan2(2,x) atan2(x-1,-x) abs(x-1) sign(x-1)*x**2 max(x,x**2) "
+    "1/x x**x x**1.5 2**x atan2(x,2) atan2(2,x) atan2(x-1,-x) abs(x-1) sign(x-1)*(x-1) max(x,x**2) "
     "min(x,x**2) where(x<y,x**2,x*y)"
 )
 
