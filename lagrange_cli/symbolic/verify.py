@@ -127,6 +127,13 @@ SLOPES: dict[str, Callable[[Any], Any]] = {
 """The derivatives, up to sign."""
 
 
+def real(one: Measured) -> Any:
+    """Its value, which is to be compared; raises ArithmeticError if it is complex."""
+    if mpmath.im(one.value) != 0:
+        raise ArithmeticError("complex numbers are not compared")
+    return mpmath.re(one.value)
+
+
 class MeasuredAlgebra(Decided):
     """``Algebra[Measured]`` over mpmath's numbers."""
 
@@ -147,7 +154,7 @@ class MeasuredAlgebra(Decided):
             turn = (abs(x.value) * y.scale + abs(y.value) * x.scale) / (x.value**2 + y.value**2)
             return Measured(value, abs(value) + turn)
         if name in ("min", "max"):
-            return (min if name == "min" else max)(arguments, key=lambda one: one.value)
+            return (min if name == "min" else max)(arguments, key=real)
         (x,) = arguments
         if name == "abs":
             return Measured(abs(x.value), x.scale)
@@ -157,7 +164,7 @@ class MeasuredAlgebra(Decided):
         return Measured(value, abs(value) + abs(SLOPES[name](x.value)) * x.scale)
 
     def side(self, u: Measured, at: int) -> int | None:
-        return super().side(u.value, at)
+        return super().side(real(u), at)
 
     def total(self, terms: Sequence[Measured]) -> Measured:
         return reduce(add, terms)

@@ -9,6 +9,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.symbolic import SympyAlgebra
+from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.model.build import build_model
 from lagrange_cli.run.equations import derive
@@ -77,6 +78,13 @@ def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink():
     for compiled in (compiled_values(residual_of(WALLS)), stand_in(equations)):
         found = verify(equations, compiled, State(values.parameters, 0.0, tuple(values.q), tuple(values.v)))
         assert found.agrees, str(found)
+
+
+def test_what_is_complex_is_not_compared():
+    with mpmath.workdps(20):
+        for text in ("max(x**0.5, 1)", "where(x**0.5 > 1, 1, 2)"):
+            with pytest.raises((ArithmeticError, ExpressionError)):
+                measured(text, x=-2.0)
 
 
 @pytest.mark.parametrize("quantity", ["a", "p", "h"])
