@@ -58,7 +58,13 @@ def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     """The equations and integrands for steps, in each of which no switch changes."""
     if not switches([*residual.residual, *integrands.values()], residual.variables):
         return Guarded(residual, integrands)
-    return _Freezing(residual).guarded(integrands)
+    free: frozenset[Node] = frozenset()
+    while True:
+        made = _Freezing(residual, free)
+        found = made.guarded(integrands)
+        if found is not None:
+            return found
+        free |= made.entangled
 
 
 def switches(nodes: Iterable[Node], moving: int) -> list[Node]:
@@ -70,13 +76,16 @@ def switches(nodes: Iterable[Node], moving: int) -> list[Node]:
 class _Freezing:
     """Modes, and what has been written with them so far."""
 
-    def __init__(self, residual: Residual) -> None:
+    def __init__(self, residual: Residual, free: frozenset[Node] = frozenset()) -> None:
         self.residual, self.graph = residual, residual.graph
         self.moving = residual.variables
+        self.free = free
         self.guards: dict[Node, Guard] = {}
         self.multipliers: list[Node] = []
         self.made: dict[Node, Node] = {}
         self.joined: dict[Node, Node] = {}
+        self.entangled: frozenset[Node] = frozenset()
+        """Guards whose multipliers the equations are not linear in."""
         self.inertial = self._inertial()
         """Switches that no multiplier may stand for: the equations are to stay linear in accelerations."""
 
@@ -117,19 +126,58 @@ class _Freezing:
         for node in reachable(nodes, lambda node: node not in made):
             arguments = [made[argument] for argument in node.arguments]
             if node.kind is Kind.SUM:
-                terms = [*zip(arguments, node.data[1])]
-                made[node] = self.graph.sum(
-                    [(self.graph.constant(node.data[0]), 1.0), *self._united(terms, self.graph.sum)]
-                )
+                terms = [(self.graph.constant(node.data[0]), 1.0), *zip(arguments, node.data[1])]
+                made[node] = self.graph.sum(self._united(terms, self.graph.sum))
             elif node.kind is Kind.PRODUCT:
-                made[node] = self.graph.product(
-                    self._united([*zip(arguments, node.data)], self.graph.product)
-                )
+                factors = [
+                    (a if e == 1 and not any(map(self._switches, arguments)) else self._lifted(a), e)
+                    for a, e in zip(arguments, node.data)
+                ]
+                made[node] = self.graph.product(self._united(factors, self.graph.product))
+            elif node.kind in (Kind.FUNCTION, Kind.POWER):
+                made[node] = self._applied(node, [*map(self._lifted, arguments)])
             elif node.kind is Kind.DDT:
                 made[node] = self.graph.ddt(arguments[0])
+            elif node.kind is Kind.SWITCH:
+                made[node] = self._switched(node.data, *arguments)
             else:
                 made[node] = rebuilt(self.graph, node, arguments)
         return tuple(made[node] for node in nodes)
+
+    def _switches(self, node: Node) -> bool:
+        """Whether it is a switch that changes."""
+        return node.kind is Kind.SWITCH and bool(node.arguments[0].symbols & self.moving)
+
+    def _lifted(self, node: Node) -> Node:
+        """A sum that contains switches as a switch between sums, unless it contains rates."""
+        if node.kind is not Kind.SUM or has_rates(node):
+            return node
+        found = next((one for one in node.arguments if self._switches(one)), None)
+        if found is None:
+            return node
+        place = node.arguments.index(found)
+        rest = node - node.data[1][place] * found
+        first, second = (self._lifted(rest + node.data[1][place] * one) for one in found.arguments[1:])
+        return self.graph.switch(found.arguments[0], first, second)
+
+    def _applied(self, node: Node, arguments: list[Node]) -> Node:
+        """A function of switches as a switch between functions."""
+        found = next((i for i, one in enumerate(arguments) if self._switches(one)), None)
+        if found is None:
+            return rebuilt(self.graph, node, arguments)
+        first, second = (
+            self._applied(node, [*arguments[:found], one, *arguments[found + 1 :]])
+            for one in arguments[found].arguments[1:]
+        )
+        return self.graph.switch(arguments[found].arguments[0], first, second)
+
+    def _switched(self, at: int, argument: Node, above: Node, below: Node) -> Node:
+        """A switch; one whose argument is a switch is one by what that depends on."""
+        scale, inner = self.graph.split_coefficient(argument)
+        if inner.kind is not Kind.SWITCH or not inner.arguments[0].symbols & self.moving:
+            return self.graph.switch(argument, above, below, at)
+        first, second = (self._switched(at, scale * one, above, below) for one in inner.arguments[1:])
+        return self.graph.switch(inner.arguments[0], first, second, inner.data)
 
     def _united(
         self, parts: list[tuple[Node, float]], total: Callable[[Iterable[tuple[Node, float]]], Node]
@@ -139,12 +187,19 @@ class _Freezing:
         for node, number in parts:
             if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
                 grouped.setdefault(node.arguments[0], []).append((node, number))
-        if all(len(group) == 1 for group in grouped.values()) and total == self.graph.sum:
+        plain = [node for node, _ in parts if node.symbols & self.moving]
+        if all(len(group) == 1 for group in grouped.values()) and total == self.graph.sum and len(plain) > 1:
             return parts
         united = {node for group in grouped.values() for node, _ in group}
         rest = [(node, number) for node, number in parts if node not in united]
+        if total == self.graph.sum and len(grouped) == 1 and len(plain) == len(united):  # constants go along
+            grouped = {argument: [*group, *rest] for argument, group in grouped.items()}
+            rest = []
         for argument, group in grouped.items():
-            above, below = (total([(node.arguments[i], number) for node, number in group]) for i in (1, 2))
+            above, below = (
+                total([(node.arguments[i] if node in united else node, number) for node, number in group])
+                for i in (1, 2)
+            )
             rest.append((self.graph.switch(argument, above, below), 1))
         return rest
 
@@ -157,7 +212,7 @@ class _Freezing:
         guard = self.guards[original]
         if node in self.inertial or not self._jumps(node) or self._held_inside(above - below):
             return graph.switch(guard.mode, above, below, -1)
-        if guard.auxiliary is None and self._moves(original):
+        if guard.auxiliary is None and self._moves(original) and original not in self.free:
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
         if guard.auxiliary is None:
@@ -184,8 +239,9 @@ class _Freezing:
         model = self.residual.model
         return any(argument.symbols & symbol.symbols for symbol in (*model.q, *model.v))
 
-    def guarded(self, integrands: Mapping[str, Node]) -> Guarded:
-        """All of it with modes; equations that hold the motion are added."""
+    def guarded(self, integrands: Mapping[str, Node]) -> Guarded | None:
+        """All of it with modes; equations that hold the motion are added. None if these are not linear in the
+        multipliers: guards that are ``entangled`` must be without."""
         residual, graph = self.residual, self.graph
         rows = self.frozen(residual.residual)
         quadratures = self.frozen([*integrands.values()])
@@ -200,6 +256,22 @@ class _Freezing:
             residual, model=model, residual=rows, mass_matrix=tuple(matrix), inertias=inertias,
             cyclic_momenta=tuple(momenta),
         )  # fmt: skip
+        linear = [*rows, *quadratures]
+        alone = [*(x for row in matrix for x in row), *inertias, *(one.speed for one in momenta)]
+        alone += [guard.argument for guard in self.guards.values()]
+        slopes = [self.graph.diff(x, m) for m in self.multipliers for x in linear if not has_rates(x, m)]
+        mixed = [*slopes, *alone, *(x for m in self.multipliers for x in linear if has_rates(x, m))]
+        entangled = [
+            guard
+            for guard in self.guards.values()
+            if guard.auxiliary is not None
+            and any(x.symbols & self.multipliers[guard.auxiliary].symbols for x in mixed)
+        ]
+        # friction holds more often than a force that depends on the place
+        places = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
+        self.entangled = frozenset(one.original for one in places or entangled)
+        if self.entangled:
+            return None
         if self.multipliers:
             wider, quadratures = self._held(wider, quadratures)
         return Guarded(
@@ -234,6 +306,12 @@ class _Freezing:
             definite=False,
         )
         return wider, substituted(graph, integrands, accelerations)
+
+
+def has_rates(node: Node, multiplier: Node | None = None) -> bool:
+    """Whether a time derivative stands in it, of something that contains the multiplier."""
+    inside = reachable([node], lambda one: multiplier is None or bool(one.symbols & multiplier.symbols))
+    return any(one.kind is Kind.DDT for one in inside)
 
 
 def with_auxiliary(model: Model[Node], graph: Graph, count: int) -> Model[Node]:

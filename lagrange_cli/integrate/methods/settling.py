@@ -194,9 +194,13 @@ class Settling:
 
     def _leads(self, j: int) -> bool:
         """Whether the motion leads to the side of a guard's mode; or along u = 0."""
+        self._modes[j] = -self._modes[j]
+        self._series()
+        other = self._coefficients(self._rows.first + j)
+        self._modes[j] = -self._modes[j]
+        self._series()
         u = self._coefficients(self._rows.first + j)
-        rates = self._coefficients(self._rows.first + j)[1:]
-        scale = self._scale()
+        rates, scale = u[1:], np.fmax(self._scale()[: len(u)], np.abs(u - other))
         for m, one in enumerate(rates, 1):
             if not abs(one) <= ROUNDING * scale[m]:
                 return bool(one * self._modes[j] > 0.0)

@@ -192,8 +192,9 @@ class Stepper:
         samples = self.samples[:, :done]
         if not self._machine.program.auxiliary:
             return samples
-        parts = samples.reshape(self._machine.program.parts, self._layout.rows, done)
-        return np.ascontiguousarray(parts[:, self._outer].reshape(-1, done))
+        parts = self._machine.program.parts
+        rows = samples.reshape(parts, self._layout.rows, done)[:, self._outer]
+        return np.ascontiguousarray(rows.reshape(parts * len(self._outer), done))
 
     def finite(self) -> bool:
         """Whether the accelerations are finite at the state reached."""
