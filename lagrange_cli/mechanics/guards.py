@@ -133,7 +133,8 @@ class _Freezing:
                     (a if e == 1 and not any(map(self._switches, arguments)) else self._lifted(a), e)
                     for a, e in zip(arguments, node.data)
                 ]
-                made[node] = self.graph.product(self._united(factors, self.graph.product))
+                parts = [part for factor in factors for part in self._without_scale(*factor)]
+                made[node] = self.graph.product(self._united(parts, self.graph.product))
             elif node.kind in (Kind.FUNCTION, Kind.POWER):
                 made[node] = self._applied(node, [*map(self._lifted, arguments)])
             elif node.kind is Kind.DDT:
@@ -147,6 +148,13 @@ class _Freezing:
     def _switches(self, node: Node) -> bool:
         """Whether it is a switch that changes."""
         return node.kind is Kind.SWITCH and bool(node.arguments[0].symbols & self.moving)
+
+    def _without_scale(self, node: Node, exponent: float) -> list[tuple[Node, float]]:
+        """A power of a number times a switch as powers of both."""
+        scale, inner = self.graph.split_coefficient(node)
+        if scale == 1.0 or not self._switches(inner) or (scale < 0.0 and exponent != int(exponent)):
+            return [(node, exponent)]
+        return [(self.graph.constant(scale), exponent), (inner, exponent)]
 
     def _lifted(self, node: Node) -> Node:
         """A sum that contains switches as a switch between sums, unless it contains rates."""
