@@ -92,8 +92,9 @@ class Steps(ABC):
         critical point is near."""
 
     @abstractmethod
-    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
-        """When a guard is due in a step of ``h``, and which one (``guards.GuardCode``)."""
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
+        """When a guard is due in a step of ``h``, which one, and how much of the step is known
+        (``guards.GuardCode``)."""
 
     @abstractmethod
     def straighten(self, f: Function) -> None:
@@ -296,7 +297,8 @@ def advance(steps: Steps) -> str:
             leaving.set(still.to_real())
         if due is not None:  # the step ends where a mode changes
             ahead = f.smaller(bound.get(), left)
-            root, which = steps.first_guard(f, now, ahead)
+            root, which, known = steps.first_guard(f, now, ahead)
+            bound.set(f.select(known < ahead, known, bound.get()))
             with f.when(root <= ahead):
                 due.set(which)
                 with f.when(root < 0.0):

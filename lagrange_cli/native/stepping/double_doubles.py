@@ -307,10 +307,10 @@ class DoubleDoubleSteps(Steps):
             return length.get()
         return proven(f, now, length.get(), left, free, self.places(f))
 
-    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards
-        root, which = self.guards.first(f, self.scaled(f, now, h)[0], now.unit)
-        return root * now.unit, which
+        root, which, known = self.guards.first(f, self.scaled(f, now, h)[0], now.unit)
+        return root * now.unit, which, known * now.unit
 
     def scaled(self, f: Function, now: Now, *times: Real) -> list[Real]:
         """Times in the unit of the series."""

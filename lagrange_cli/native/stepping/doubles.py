@@ -110,7 +110,7 @@ class DoubleSteps(Steps):
             return h
         return proven(f, now, h, left, free, self.places(f))
 
-    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer]:
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards
         return self.guards.first(f, h, now.unit)
 

@@ -35,13 +35,13 @@ class GuardCode:
         table = _table("guard_multipliers", self.rows.multipliers)
         return [table, roots.text(), *(f.text() for f in own)]
 
-    def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer]:
+    def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
-        together = "{ double, i64 }"
+        together = "{ double, i64, double }"
         listed = f"ptr %state, ptr %work, double {h.name}, double {unit.name}, ptr %trial"
         made = f.define(f"call {together} @first_guard({listed})")
-        root = Real(f, f.define(f"extractvalue {together} {made}, 0"))
-        return root, Integer(f, f.define(f"extractvalue {together} {made}, 1"), 1)
+        root, known = (Real(f, f.define(f"extractvalue {together} {made}, {i}")) for i in (0, 2))
+        return root, Integer(f, f.define(f"extractvalue {together} {made}, 1"), 1), known
 
     def _series(self, f: Function, row: Integer | int) -> Pointer:
         """Where the series of a row is."""
@@ -50,15 +50,16 @@ class GuardCode:
         return f.place("%work", at + lengths.first if lengths.first else at, "double")
 
     def _first(self) -> Function:
-        """``@first_guard(state, work, h, unit, scratch)``: when one is due in a step of ``h``, and its
-        number."""
+        """``@first_guard(state, work, h, unit, scratch)``: when one is due in a step of ``h``, its
+        number, and how much of the step is known."""
         given = "ptr %state, ptr %work, double %h, double %unit, ptr %scratch"
-        f = Function(f"define internal {{ double, i64 }} @first_guard({given}) #0")
+        f = Function(f"define internal {{ double, i64, double }} @first_guard({given}) #0")
         rows, layout = self.rows, self.layout
         earliest, which = f.variable(f.constant(NONE)), f.variable(f.count(0))
         reach = f.variable(Real(f, "%h"))
 
         def look(row: Pointer, start: Real, side: Real, fresh: Bit, j: Integer) -> None:
+            reach.set(f.call(Real, "known", row, reach.get()))
             given = row, reach.get(), start, side, fresh, f.pointer("%scratch")
             found = f.call(Real, "first_root", *given)
             with f.when(found < earliest.get()):
@@ -75,7 +76,7 @@ class GuardCode:
                     look(self._series(f, multiplier), Real(f, "%unit"), f.constant(side), Bit(f, "false"), j)
             with f.otherwise():
                 look(self._series(f, j + rows.first), f.constant(0.0), mode, fresh, j)
-        f.give(earliest.get(), which.get())
+        f.give(earliest.get(), which.get(), reach.get())
         return f
 
     def _flip(self) -> Function:

@@ -12,13 +12,16 @@ from collections.abc import Callable
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_roughly, log2_roughly
 from lagrange_cli.records import dataclass
 
 NOTHING = 2.0**-50
 """A coefficient that is this small beside the others is rounding, where the argument begins at 0."""
 FINEST = 2.0**-48
 """Pieces of a step are not made smaller than this part of it."""
+CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
+"""A series has converged where its last terms are this part of the sum of all; else less of the step is
+looked at, so much less, so often."""
 ITERATIONS, CLOSE = 200, 2.0**-52
 """Improvements of a root at most; it is found when one changes it by no more than this part of it."""
 NONE, BACK = float("inf"), -1.0
@@ -52,7 +55,8 @@ class Roots:
         inverse = [1.0 / math.comb(self.degree, m) for m in range(self.degree + 1)]
         listed = ", ".join(f"double {operand(literal(x))}" for x in inverse)
         table = f"@inverse_binomials = private constant [{len(inverse)} x double] [{listed}]\n"
-        return table + self._value().text() + self._bernstein().text() + self._first_root().text()
+        own = self._value(), self._bernstein(), self._known(), self._first_root()
+        return table + "".join(f.text() for f in own)
 
     def _each(self, f: Function, body: Callable[[Integer], None], first: Integer | int = 0) -> None:
         with f.loop(first, self.degree + 1, tested=not isinstance(first, int)) as m:
@@ -65,6 +69,31 @@ class Roots:
         for m in reversed(range(self.degree)):
             total = f.fused(total, Real(f, "%s"), f.load("%p", m))
         f.give(total)
+        return f
+
+    def _known(self) -> Function:
+        """``@known(row, h)``: the part of a step of ``h`` in which the series of an argument, whose
+        quadrature the ``row`` is, has converged. It may do so more slowly than the motion's."""
+        f = Function("define internal double @known(ptr noalias %row, double %h) #0")
+        length = f.variable(Real(f, "%h"))
+        with f.loop(0, SHORTENINGS, tested=False), f.section() as shorter:
+            power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
+            last, before = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))
+
+            def add(m: Integer) -> None:
+                one = f.magnitude(f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get())
+                before.set(last.get())
+                last.set(one)
+                total.set(total.get() + one)
+                power.set(power.get() * length.get())
+
+            self._each(f, add)
+            least, tail = total.get() * CONVERGED, f.larger(last.get(), before.get())
+            with f.when(~(tail > least)):
+                shorter.leave()
+            factor = exp2_roughly(log2_roughly(least / tail) * (1.0 / (self.degree - 1)))
+            length.set(length.get() * f.smaller(factor, f.constant(SHORTER)))
+        f.give(length.get())
         return f
 
     def _bernstein(self) -> Function:
