@@ -285,7 +285,14 @@ class DoubleDoubleSteps(Steps):
                     fail()
                 again(used * NARROWER)
                 rounds.go_on()
-            scaled = f.smaller(scaled, f.constant(LONGEST))
+            longest = f.constant(LONGEST)
+            if self.guards:  # their series need not be as slow as the motion's
+                left = (Real(f, "%stop") - now.t) - now.low
+                longest = f.smaller(longest, left * (f.constant(1.0) / used))
+                with f.when(~(self.guards.largest(f) < ENDLESS) & (used > NARROWEST)):
+                    again(used * NARROWER)
+                    rounds.go_on()
+            scaled = f.smaller(scaled, longest)
             length = scaled * used
             with f.when((scaled > WIDE) & (length < LONGEST) & fresh.get()):
                 again((length.bits() & EXPONENT).number())

@@ -43,6 +43,15 @@ class GuardCode:
         root, known = (Real(f, f.define(f"extractvalue {together} {made}, {i}")) for i in (0, 2))
         return root, Integer(f, f.define(f"extractvalue {together} {made}, 1"), 1), known
 
+    def largest(self, f: Function) -> Real:
+        """The sum of the last coefficients of all arguments: not finite where one of these is not."""
+        total = f.variable(f.constant(0.0))
+        with f.loop(0, self.rows.count, tested=False) as j:
+            row = self._series(f, j + self.rows.first)
+            for m in (self.lengths.order - 2, self.lengths.order - 1):
+                total.set(total.get() + f.magnitude(f.load(row, m * self.lengths.term)))
+        return total.get()
+
     def _series(self, f: Function, row: Integer | int) -> Pointer:
         """Where the series of a row is."""
         lengths = self.lengths
