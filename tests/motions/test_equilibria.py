@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import math
+
+import h5py
 import numpy as np
 import pytest
 
+from tests.support.command import lagrange
 from tests.support.motion import follow
 
 LAGRANGE_POINT = """
@@ -45,3 +49,24 @@ def test_stable_equilibria_stay_where_they_are() -> None:
     circle = follow("central_force", 100.0, 11, sets={"r": 1.1, "r_dot": 0.0, "theta_dot": 1.1**-1.5})
     assert np.ptp(circle["q/r"]) < 1e-13
     assert abs(circle["q/theta"] - 1.1**-1.5 * circle.t).max() < 1e-11
+
+
+DECAYING = """
+coordinates: {x: {initial: 1, velocity: 1}, z: {initial: 1}}
+masses: {p: 1, r: 1}
+embedding: {p: [x], r: [z]}
+potential: z**2/2
+dissipation: x_dot**2/2
+"""
+
+
+@pytest.mark.parametrize("options", [(), ("--precision", "double-double")])
+def test_what_has_decayed_below_the_smallest_numbers_does_not_end_the_motion(tmp_path, options):
+    """At t = 750 the velocity of x is less than any number; z moves on."""
+    (tmp_path / "decaying.yaml").write_text(DECAYING)
+    run = lagrange("solve", "decaying.yaml", "--stop", "1000", "--samples", "3", *options, cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    with h5py.File(tmp_path / "decaying.h5") as file:
+        assert abs(file["q/x"][-1] - 2) < 1e-14
+        assert abs(file["q/z"][-1] - math.cos(1000)) < 1e-12
+        assert file.attrs["steps"] < 1500

@@ -343,7 +343,7 @@ def advance(steps: Steps) -> str:
             f.select(seen, usually.change, zero), f.select(seen, usually.speed, passing), usually.place
         )
         farthest = steps.move(f, now, step, final, allowed)
-        uneven.set(f.select(seen, farthest * usually.place, zero))
+        uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
         if steps.quadratures:
             rough = steps.rough(f, now, step) & seen & sound
             settled.set(rough | ~seen | ~sound)

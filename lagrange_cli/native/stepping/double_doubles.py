@@ -26,6 +26,8 @@ from lagrange_cli.native.stepping.quadratures import Part, Places, Time, differe
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, StepSize, chosen_step
 from lagrange_cli.records import replace
 
+GONE = 2.0**-1060
+"""What has decayed to less does not limit the steps: numbers as small as that are rounded to some digits."""
 LONGEST = 1e30
 """The longest step: what a motion without forces gets."""
 WIDE = 2.0**12
@@ -84,7 +86,7 @@ class DoubleDoubleSteps(Steps):
             self.quadratures = PairQuadratures(
                 self.lengths, first, extra, rows.width, tolerance, self.bounds, rows.beyond, self.state.third
             )
-        self.sizes = StepSize(self.lengths, tolerance, fades=False)
+        self.sizes = StepSize(self.lengths, tolerance, GONE, fades=False)
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._low, self._width = rows.beyond, rows.width
         self._work = work

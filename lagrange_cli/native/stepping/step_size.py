@@ -40,6 +40,8 @@ They serve to find series with gaps, and are often larger than the last coeffici
 """
 FEW_TERMS = 8
 """From this order of the velocities on, the last coefficient is not used, so that the step is known early."""
+LARGEST = 2.0**1023
+"""In place of the inverse of a size that has no inverse: that of what has almost decayed to nothing."""
 LARGEST_GUESS = 1e60
 """No change of a velocity is measured over longer times."""
 LEAP = 4.0
@@ -113,7 +115,8 @@ class StepSize:
             moving = row.moving(size > self.rest)
             if lengths.followed[1]:
                 moving = moving & self.heard(row)
-            inverse = f.select(moving, lengths.wide(f, f.constant(1.0)) / size, zero)
+            inverse = f.smaller(lengths.wide(f, f.constant(1.0)) / size, lengths.wide(f, f.constant(LARGEST)))
+            inverse = f.select(moving, inverse, zero)
             for block, so_far in zip(blocks, most):
                 largest = f.magnitude(c[block[-1]])
                 for m in reversed(block[:-1]):
