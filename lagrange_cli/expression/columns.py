@@ -46,7 +46,7 @@ class Column:
         return Column(other - self.values, self.failed)
 
     def __mul__(self, other: Column | float) -> Column:
-        return Column(self.values * numbers(other), self.failed)
+        return self._kept(np.asarray(self.values * numbers(other)), self.values, numbers(other))
 
     def __truediv__(self, other: Column | float) -> Column:
         if not isinstance(other, Column) and other == 0:
@@ -57,10 +57,12 @@ class Column:
         return self._quotient(other, self.values)
 
     def __pow__(self, other: Column | float) -> Column:
-        return self.each(pow, (self, other))
+        power = self.each(pow, (self, other))
+        return self._kept(power.values, self.values, 1.0)
 
     def __rpow__(self, other: float) -> Column:
-        return self.each(pow, (other, self))
+        power = self.each(pow, (other, self))
+        return self._kept(power.values, other, 1.0)
 
     def __neg__(self) -> Column:
         return Column(-self.values, self.failed)
@@ -69,7 +71,12 @@ class Column:
 
     def _quotient(self, left: Array | float, right: Array | float) -> Column:
         self.failed |= right == 0
-        return Column(np.asarray(left / right), self.failed)
+        return self._kept(np.asarray(left / right), left, 1.0)
+
+    def _kept(self, values: Array, left: Array | float, right: Array | float) -> Column:
+        """A product or quotient; it fails where it is 0 and neither of the numbers is."""
+        self.failed |= (values == 0) & (left != 0) & (right != 0)
+        return Column(values, self.failed)
 
     def each(self, function: Callable[..., Any], arguments: Sequence[Column | float]) -> Column:
         """A function of Python's floats applied member by member."""
@@ -108,7 +115,10 @@ class ColumnAlgebra(NumberAlgebra):
         column = next((x for x in arguments if isinstance(x, Column)), None)
         if column is None:
             return super().function(name, arguments)
-        return column.each(self.FUNCTIONS[name], arguments)
+        found = column.each(self.FUNCTIONS[name], arguments)
+        if name == "exp":
+            self.failed |= found.values == 0
+        return found
 
     def side(self, u: Any, at: int) -> int | None:
         return None if isinstance(u, Column) else super().side(u, at)

@@ -18,7 +18,8 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.numbers import NumberAlgebra
-from lagrange_cli.expression.syntax import Tree
+from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL
+from lagrange_cli.expression.syntax import ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import NON_SMOOTH
 
 DIGITS = 70
@@ -170,6 +171,8 @@ class LongNumberAlgebra(NumberAlgebra):
         if isinstance(value, _CONTEXT.mpc):  # a power of a negative number
             value = math.nan
         rounded = super().finite(tree, value)
+        if rounded == 0 and value != 0:
+            raise ExpressionError(tree.span, TOO_SMALL, SMALLEST)
         return value if isinstance(value, _CONTEXT.mpf) else _CONTEXT.mpf(rounded)
 
 

@@ -7,6 +7,7 @@ import re
 from lagrange_cli.expression.confusions import FUNCTIONS, NOT_SUPPORTED, PRIMES, decimal_comma
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
 from lagrange_cli.expression.near import near_hint, shown
+from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.sums import Sums
 from lagrange_cli.expression.syntax import Call, Comparison, Logic, Name, Number, Span, Tree, Vector
@@ -25,6 +26,8 @@ class Operands(Sums):
         elif float(token.text) == float("inf"):
             self.error(token.span, "number too large", "the largest is about 1.8e308")
             return Number("1", token.span)
+        elif underflows(token.text):
+            self.error(token.span, TOO_SMALL, SMALLEST)
         return Number(token.text, token.span)
 
     def name(self) -> Tree:

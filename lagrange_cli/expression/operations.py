@@ -9,6 +9,8 @@ from typing import Any
 
 from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, known_indices
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, Underflow
 from lagrange_cli.expression.syntax import Binary, Call, ExpressionError, Tree
 from lagrange_cli.expression.vocabulary import VECTOR_FUNCTIONS
 
@@ -55,7 +57,8 @@ def call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
                 "write a vector as (x, y, z)",
             )
     if tree.function not in VECTOR_FUNCTIONS:
-        return algebra.function(tree.function, arguments)
+        value = algebra.function(tree.function, arguments)
+        return kept(value) if tree.function == "exp" else value
     if tree.function == "norm":
         return norm(arguments[0], algebra)
     left, right = arguments
@@ -80,6 +83,20 @@ def _same_length(tree: Tree, left: tuple[Any, ...], right: tuple[Any, ...]) -> N
         )
 
 
+def kept(value: Any, *operands: Any) -> Any:
+    """``value``. Raises ``Underflow`` where it is 0 and none of ``operands`` is."""
+    if nothing(value) and not any(map(nothing, operands)):
+        raise Underflow
+    return value
+
+
+def nothing(value: Any) -> bool:
+    """Whether an element is a number, and its double is 0."""
+    if isinstance(value, Node):
+        return value.kind is Kind.NUMBER and float(value.data) == 0.0
+    return isinstance(value, float) and value == 0.0
+
+
 def _sum(operation: Callable[[Any, Any], Any]) -> Callable[[Value, Value, Binary], Value]:
     def combine(left: Value, right: Value, tree: Binary) -> Value:
         if isinstance(left, tuple) and isinstance(right, tuple):
@@ -102,18 +119,18 @@ def _product(left: Value, right: Value, tree: Binary) -> Value:
             tree.span, "two vectors cannot be multiplied by '*'", "write dot(a, b) or cross(a, b)"
         )
     if isinstance(left, tuple):
-        return tuple(item * right for item in left)
+        return tuple(kept(item * right, item, right) for item in left)
     if isinstance(right, tuple):
-        return tuple(left * item for item in right)
-    return left * right
+        return tuple(kept(left * item, left, item) for item in right)
+    return kept(left * right, left, right)
 
 
 def _quotient(left: Value, right: Value, tree: Binary) -> Value:
     if isinstance(right, tuple):
         raise ExpressionError(tree.right.span, "division by a vector", "divide by its norm()")
     if isinstance(left, tuple):
-        return tuple(truediv(item, right) for item in left)
-    return left / right
+        return tuple(kept(truediv(item, right), item) for item in left)
+    return kept(left / right, left)
 
 
 def _power(left: Value, right: Value, tree: Binary) -> Value:
@@ -122,7 +139,7 @@ def _power(left: Value, right: Value, tree: Binary) -> Value:
     power = left**right
     if isinstance(power, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")
-    return power
+    return kept(power, left)
 
 
 def joined(tree: Call, one: Value, other: Value, function: Callable[[Any, Any], Any]) -> Value:
@@ -150,6 +167,8 @@ def arithmetic(tree: Tree, error: ArithmeticError, indices: Indices) -> Expressi
     where = known_indices(tree, indices)
     if isinstance(error, ZeroDivisionError):
         return ExpressionError(tree.span, f"division by zero{where}", "the divisor must not be 0")
+    if isinstance(error, Underflow):
+        return ExpressionError(tree.span, f"{TOO_SMALL}{where}", SMALLEST)
     if isinstance(error, OverflowError):
         return ExpressionError(tree.span, f"number too large{where}", "the largest is about 1.8e308")
     return ExpressionError(tree.span, f"{error}{where}", "write it another way")

@@ -5,6 +5,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+TOO_SMALL, SMALLEST = "number too small", "the smallest is about 4.9e-324"
+
+
+class Underflow(ArithmeticError):
+    """A product, a quotient or a power that is so small that it would be 0."""
+
+
+def underflows(text: str) -> bool:
+    """Whether the number that is written is not 0, but its double is."""
+    return float(text) == 0.0 and any(digit in "123456789" for digit in text.lower().partition("e")[0])
+
 
 def tidy(exponent: float) -> int | float:
     """A whole exponent as an int, any other as a float."""

@@ -33,7 +33,9 @@ def with_times(
 def time_of(name: str, text: str, spec: Spec, parameters: Mapping[str, float], *, exact: bool) -> float:
     """The value of one of them."""
     try:
-        return float(text)  # nan and infinities are refused with the other settings
+        value = float(text)  # nan and infinities are refused with the other settings
+        if value:
+            return value
     except ValueError:
         pass
     from lagrange_cli.expression.parse import parse

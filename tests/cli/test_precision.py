@@ -64,6 +64,8 @@ def test_double_is_the_default_and_leaves_no_trace(folder):
         (("--set", "g=(-1)**0.5"), "--set g=(-1)**0.5: the value is not a finite number"),
         (("--set", "g=1e300*1e300"), "--set g=1e300*1e300: the value is not a finite number"),
         (("--set", "g=exp(exp(exp(9)))"), "--set g=exp(exp(exp(9))): number too large"),
+        (("--set", "g=1e-400"), "number too small"),
+        (("--set", "theta1=1e-200*1e-200"), "number too small"),
     ],
 )
 def test_what_is_refused(folder, options, message, capsys):

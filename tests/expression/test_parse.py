@@ -153,6 +153,8 @@ REFUSED = [
     ("−x", 0, 1, "minus", "write -"),
     ("007", 0, 3, "leading zero", "write 7"),
     ("1e999", 0, 5, "too large", ""),
+    ("2*1e-400", 2, 8, "too small", "4.9e-324"),
+    ("x + .0001E-330", 4, 14, "too small", "4.9e-324"),
     ("__import__('os').system('x')", 11, 12, "quotation marks", ""),
     ("__import__(os)", 0, 10, "unknown function", ""),
     ("x := 1", 2, 3, "':'", ""),

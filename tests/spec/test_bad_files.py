@@ -114,6 +114,7 @@ BAD = [
     ("m: 1", "m: -.inf", [(3, "-.inf", "not a finite number", "")]),
     ("m: 1", "m: nan", [(3, "nan", "'nan' is not a finite number", "")]),
     ("m: 1", "m: 1e999", [(3, "1e999", "too large", "")]),
+    ("m: 1", "m: 1e-400", [(3, "1e-400", "too small", "4.9e-324")]),
     ("m: 1", "m:", [(3, "", "missing value in parameter 'm'", "")]),
     ("m: 1", "m: [1, 2]", [(9, "m", "missing index on", "m[i]"), (12, "m", "missing index on", "m[i]")]),
     ("m: 1", "m: {unit: kg}", [(3, "m", "parameter 'm' has no value", "value: 1.0")]),

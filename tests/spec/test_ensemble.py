@@ -67,7 +67,7 @@ def test_functions_are_those_of_single_numbers_wherever_they_have_a_value(name, 
         except (ValueError, OverflowError):
             assert failed
         else:
-            assert not failed and bits([expected]) == bits([value])
+            assert failed == (name == "exp" and expected == 0) and bits([expected]) == bits([value])
 
 
 @given(rows=st.lists(st.tuples(REALS, REALS), min_size=1, max_size=5), number=REALS)
@@ -88,7 +88,7 @@ def test_operators_are_those_of_single_numbers_wherever_they_have_a_value(rows, 
             except ArithmeticError:
                 assert failed
             else:
-                assert failed == isinstance(expected, complex)
+                assert failed == isinstance(expected, complex) or expected == 0  # some underflow
                 assert failed or np.array_equal(expected, value, equal_nan=True)
 
 
@@ -99,10 +99,12 @@ def test_operators_are_those_of_single_numbers_wherever_they_have_a_value(rows, 
         ("l", [1, 1, 0], "member 2 cannot be run: --set l=0.0: division by zero in parameter 'w'"),
         ("l", [-1, 1, 1], "member 0 cannot be run: --set l=-1.0: log(-1) is not a real number"),
         ("l", [1, 1e-9, 1], "member 1 cannot be run: --set l=1e-09: number too large"),
+        ("l", [1, 1, -1e-9], "member 2 cannot be run: --set l=-1e-09: number too small"),
+        ("m", [1, 1e-200, 1], "member 1 cannot be run: --set m=1e-200: number too small"),
     ],
 )
 def test_the_first_member_that_cannot_be_run_is_named(column, values, message) -> None:
-    text = changed("m: 1", "m: 1\n  w: exp(1/l) + log(l)")
+    text = changed("m: 1", "m: 1\n  w: exp(1/l) + log(l)\n  s: m*m")
     with pytest.raises(UsageError) as raised:
         resolve_ensemble(read_spec(text, "file.yaml"), {}, {column: np.array(values, dtype=float)})
     assert message in str(raised.value)

@@ -85,6 +85,10 @@ def test_wrong_overrides_are_wrong_usage(name: str, value: str, message: str) ->
         ("m: 1", "m: (0 - l)**l", 3, "(0 - l)**l", "not a real number"),
         ("m: 1", "m: 1e308*g*g*g", 3, "1e308*g*g*g", "not a finite number"),
         ("m: 1", "m: exp(1000*g)", 3, "exp(1000*g)", "too large"),
+        ("m: 1", "m: 1 + exp(-1000*g)", 3, "exp(-1000*g)", "too small"),
+        ("m: 1", "m: 1 + 1e-200*g/1e200", 3, "1e-200*g/1e200", "too small"),
+        ("m: 1", "m: 1 + (g*1e-100)**4", 3, "(g*1e-100)**4", "too small"),
+        ("initial: 0.1", "initial: 1e-300*m*1e-300", 7, "1e-300*m*1e-300", "too small"),
         ("{initial: 0.1}", "{}", 7, "theta", "coordinate 'theta' has no initial value"),
         (
             "initial: 0.1",

@@ -13,6 +13,7 @@ from lagrange_cli.cli.options.table import read_table
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
+from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.limits import way_out
 from lagrange_cli.records import dataclass
@@ -188,6 +189,8 @@ def number(text: str, asked: str, hint: str = "") -> float:
     """A finite number, or an expression of numbers such as ``-pi/2``; else a message ends with ``hint``."""
     try:
         value = float(text)
+        if underflows(text):
+            raise UsageError(f"{asked}: {TOO_SMALL}: {text.strip()}; {SMALLEST}")
     except ValueError:
         try:
             tree = parse(text)

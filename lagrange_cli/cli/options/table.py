@@ -13,6 +13,7 @@ import numpy as np
 
 from lagrange_cli.cli.console import STANDARD_INPUT, count_of, display_name
 from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.limits import way_out, whole
 
 if TYPE_CHECKING:
@@ -105,4 +106,6 @@ def number(cell: str, where: str) -> float:
         raise UsageError(f"{where}: expected a number, not {cell.strip()!r}") from error
     if not math.isfinite(value):
         raise UsageError(f"{where}: {cell.strip()} is not a finite number")
+    if underflows(cell):
+        raise UsageError(f"{where}: {TOO_SMALL}: {cell.strip()}; {SMALLEST}")
     return value
