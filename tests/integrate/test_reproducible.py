@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from unittest import mock
 
 import numpy as np
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress, Schedule
@@ -15,6 +15,7 @@ from lagrange_cli.integrate.methods import taylor
 from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
+from tests.support.draws import examples
 from tests.support.motion import prepared, values_of
 
 SYSTEMS = {
@@ -75,7 +76,7 @@ class Run:
     size=st.integers(1, 300),
     sense=st.sampled_from([1, -1]),
 )
-@settings(max_examples=25, deadline=None)
+@examples(10)
 def test_interruptions_and_pieces_change_no_bit(system, samples, looks, size, sense):
     """Forward and backward."""
     whole, pieces = Run(system, samples, 0, sense=sense), Run(system, samples, looks, size, sense)
@@ -91,7 +92,7 @@ def test_a_run_is_really_taken_to_pieces():
 
 
 @given(system=st.sampled_from(list(SYSTEMS)), samples=st.integers(2, 200), finer=st.integers(1, 5))
-@settings(max_examples=25, deadline=None)
+@examples(10)
 def test_the_samples_asked_for_change_neither_steps_nor_samples(system, samples, finer):
     """At the instants that both have; a power of two makes them the same to the last bit."""
     coarse, fine = Run(system, samples, 0), Run(system, (samples - 1) * 2**finer + 1, 0)

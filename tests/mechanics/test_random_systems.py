@@ -123,7 +123,7 @@ def close(found: np.ndarray, known: list[mpmath.mpf], slack: float) -> bool:
 
 
 @pytest.mark.exhaustive
-@examples(3)
+@examples(2)
 @given(systems())
 def test_accelerations_momenta_and_h_are_those_of_euler_and_lagrange(system: str) -> None:
     values = values_of(system)

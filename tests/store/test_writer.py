@@ -19,6 +19,7 @@ from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.layout import MEMORY, ROWS, Layout, Series
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.writer import Writer
+from tests.support.draws import examples
 
 LAYOUT = Layout(
     (
@@ -83,7 +84,7 @@ def test_whole_chunks_of_the_file_and_parts_of_them_follow_one_another(tmp_path,
 
 
 @given(st.lists(st.integers(0, 11), min_size=1, max_size=8), st.integers(1, 7))
-@settings(suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(examples(30), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_the_bytes_do_not_depend_on_how_many_samples_are_appended_at_a_time(tmp_path, pieces, rows):
     found = []
     for each in (pieces, (sum(pieces),)):
