@@ -27,6 +27,7 @@ from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.routh import routh
+from lagrange_cli.mechanics.saturation import saturated, saturated_rows
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.series.lowering import lower
@@ -58,10 +59,11 @@ def derive(model: Model[Node]) -> Residual:
     chosen = min(costs, key=lambda name: costs[name])
     velocities = numbered(model.v)
     slopes = graph.gradient(model.potential, velocities).values()
+    rows = saturated_rows(graph, forms[chosen].residual, variables(model))
     return Residual(
-        model=model,
+        model=saturated(model),
         graph=graph,
-        **vars(forms[chosen]),
+        **{**vars(forms[chosen]), "residual": rows},
         definite=model.lagrangian is None
         and not any(graph.gradient(p, velocities) for p in slopes)
         and symmetric(forms[chosen].mass_matrix),

@@ -26,6 +26,9 @@ from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
+ROUNDED = 2.0**-45
+"""What is left of constants that cancel but for rounding is at most so large a part of them."""
+
 
 @dataclass(frozen=True)
 class Guard:
@@ -343,7 +346,15 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
     if argument.kind is not Kind.SUM:
         return substituted(graph, [node], {argument: graph.zero})[0].is_zero
     for term, coefficient in zip(argument.arguments, argument.data[1]):
-        others = graph.sum([(argument, -1.0 / coefficient), (term, 1.0)])
-        if term not in reachable([others]) and substituted(graph, [node], {term: others})[0].is_zero:
-            return True
+        rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
+        others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
+        if term not in reachable([others]):
+            left = substituted(graph, [node], {term: others})[0]
+            if left.is_zero or (left.kind is Kind.NUMBER and abs(left.data) <= ROUNDED * largest(node)):
+                return True
     return False
+
+
+def largest(node: Node) -> float:
+    """The largest constant of sums below ``node``: what is left of a rounded one is a small part of it."""
+    return max((abs(float(one.data[0])) for one in reachable([node]) if one.kind is Kind.SUM), default=0.0)

@@ -147,6 +147,20 @@ def test_a_force_with_a_high_power_of_a_sine_begins_from_rest(power):
     assert abs(motion["v/x"][-1] - impulse) <= 1e-13
 
 
+@pytest.mark.parametrize("width", [1e-2, 1e-5, 1e-9])
+@pytest.mark.parametrize(
+    "form",
+    ["0.3/cosh(x/{w})**2", "0.6*exp(x/{w})/(1 + exp(x/{w}))**2", "0.5/(exp(x/{w}) + exp(-x/{w}))"],
+)
+def test_exponentials_that_overflow_where_nothing_else_does(form, width):
+    """cosh(x/w) is infinite at the start, and the force 0."""
+    motion = follow(LINE.format(initial=-10, velocity=1, potential=form.format(w=width)), 15.0, 2)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion.outcome.h_drift <= 1e-14
+    assert abs(motion["v/x"][-1] - 1) <= 1e-14
+    assert 0 < 5 - motion["q/x"][-1] < 3 * width
+
+
 @pytest.mark.parametrize("power", range(24, 66, 8))
 def test_a_well_of_a_high_power_confines(power):
     motion = follow(LINE.format(initial=0, velocity=1, potential=f"0.6*sin(x)**{power}"), 60.0, 601)
