@@ -57,7 +57,6 @@ def _energy(model: Model[Node], energetics: Energetics) -> Conserved:
         positions = [x for p in model.particles for x in p.position]
         plain = all(independent(graph, [model.potential], v) for v in model.v)
         if plain and independent(graph, positions, model.time):
-            return Conserved(
-                "h", "T + U", f"{because}; h = T + U, as neither positions depend on t nor U on velocities"
-            )
+            plainly = "h is the energy T + U, since the positions do not depend on t, nor U on velocities"
+            return Conserved("h", "T + U", f"{because}; {plainly}")
     return Conserved("h", "sum_k q_dot_k p_k - L", because)
