@@ -314,7 +314,8 @@ class DoubleDoubleSteps(Steps):
             length.set(needed * 0.25)
         if self._proof is None:
             return length.get()
-        return proven(f, now, length.get(), left, free, self.places(f))
+        beyond = f.constant(float(self.lengths.order - 1))
+        return proven(f, now, length.get(), left, free, self.places(f), beyond)
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards

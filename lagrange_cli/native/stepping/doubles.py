@@ -103,12 +103,26 @@ class DoubleSteps(Steps):
             h.set(f.call(Real, "shortened_step", *self.places(f), usual))
             with f.when(~(h.get() > 0.0)):
                 fail()
+        self._sound = sound
         return now, h.get(), sound
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
         if self._proof is None:
             return h
-        return proven(f, now, h, left, free, self.places(f))
+        beyond = f.select(self._sound, f.count(self.lengths.order - 1), self._cut(f))
+        return proven(f, now, h, left, free, self.places(f), beyond.to_real())
+
+    def _cut(self, f: Function) -> Integer:
+        """The order of the accelerations from which on there are none, where the series were cut."""
+        m, lengths = f.variable(f.count(self.lengths.order)), self.lengths
+        with f.when(~self._sound), f.section() as found, f.forever():
+            total = f.variable(f.zero(lengths.lanes))
+            with lengths.each(f) as row:
+                total.set(total.get() + f.magnitude(row.series()[m.get()]))
+            with f.when((lengths.gather(f, "fadd", total.get()) > 0.0) | (m.get() < 3)):
+                found.leave()
+            m.set(m.get() - 1)
+        return m.get() - 1
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards

@@ -16,6 +16,7 @@ K. R. Jackson and G. F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
 from __future__ import annotations
 
 from collections.abc import Mapping
+from math import log
 from typing import TypeAlias
 
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -67,9 +68,10 @@ class Proof:
     parts: int = 1
 
     def function(self) -> Function:
-        """``@proven(constants, t, state, work, h, unit)``, in the ``unit`` of time that the series have."""
+        """``@proven(constants, t, state, work, h, unit, beyond)``, in the ``unit`` of time that the series
+        have; ``beyond`` is the first order of the accelerations that they do not reach."""
         places = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
-        given = f"{places}, double %h, double %unit"
+        given = f"{places}, double %h, double %unit, double %beyond"
         f = Function(f"define internal i1 @proven({given}) #0")
         emitter = Emitter()
         emitter.lines = f.sink
@@ -81,7 +83,8 @@ class Proof:
         self._without_cancelling(disks, rows, moving)
         emit_values(disks, rows, moving, self.constants)
         allowed = self._allowed(f, emitter, moving)
-        weights = f.vector([k ** -float(self.lengths.order - 1) / (1 - 1 / k) for k in RATIOS])
+        logarithms, sums = f.vector([-log(k) for k in RATIOS]), f.vector([k / (k - 1) for k in RATIOS])
+        weights = disks.exp(logarithms * f.splat(Real(f, "%beyond"), LANES)) * sums
         unlimited = disks.all(float("inf"))
         for row, most in zip(self.defect.terms, allowed):
             total = f.constant(0.0)
@@ -192,14 +195,16 @@ class Proof:
         return found
 
 
-def proven(f: Function, now: Now, h: Real, left: Real, free: Bit, places: tuple[Pointer, Pointer]) -> Real:
+def proven(
+    f: Function, now: Now, h: Real, left: Real, free: Bit, places: tuple[Pointer, Pointer], beyond: Real
+) -> Real:
     """The step ``h``, of which no more than what is ``left`` is needed, or as much of it as is proven; 0 if
     nothing is. In front of a critical point (not ``free``) steps are parts of one that was proven."""
     length = f.variable(h)
     before = f.select(now.previous > 0.0, now.previous * REGAINED, h)
     with f.when(free), f.section() as sound, f.forever():
         needed = f.smaller(length.get(), left)
-        given = f.pointer("%constants"), now.t + now.low, *places, needed, now.unit
+        given = f.pointer("%constants"), now.t + now.low, *places, needed, now.unit, beyond
         with f.when(f.call(Bit, "proven", *given)):
             sound.leave()
         length.set(f.smaller(needed * SHORTER, before))
