@@ -281,7 +281,7 @@ def compare(
     ]
     if direct is None:
         return found
-    accelerations = [each.value for _, each in exact[: len(state.q)]]
+    accelerations = [mpmath.re(each.value) for _, each in exact[: len(state.q)]]
     zero = Measured(mpmath.mpf(0), mpmath.mpf(0))
     others = [
         *exact[len(state.q) :],
