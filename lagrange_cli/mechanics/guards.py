@@ -97,13 +97,15 @@ class _Freezing:
         residual, found = self.residual, set[Node]()
         entries = [entry for row in residual.mass_matrix for entry in (*row, *residual.inertias)]
         entries += [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
-        accelerated = set[Node]()
+        inside, accelerated = [*self.merged(entries)], set[Node]()
         for node in reachable(self.merged(residual.residual)):
             if node.kind is Kind.DDT or not accelerated.isdisjoint(node.arguments):
                 accelerated.add(node)
+                if node.kind is Kind.SWITCH:
+                    found.add(node)
                 if node.kind is not Kind.SUM:
-                    entries += [a for a in node.arguments if node.kind is Kind.DDT or a not in accelerated]
-        found.update(switches(self.merged(entries), self.moving))
+                    inside += [a for a in node.arguments if node.kind is Kind.DDT or a not in accelerated]
+        found.update(switches(inside, self.moving))
         return found
 
     def frozen(self, nodes: Sequence[Node]) -> tuple[Node, ...]:

@@ -7,8 +7,11 @@ changes may depend on the values of parameters; here is refused what jumps with 
 from __future__ import annotations
 
 import math
+import random
+from collections.abc import Mapping
 
 from lagrange_cli.errors import InfiniteForce
+from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.substitution import substituted
@@ -17,6 +20,8 @@ from lagrange_cli.model.model import Model
 
 ROUNDING = 1e-9
 """A jump this small beside the terms that it is the difference of is rounding."""
+POINTS = 5
+"""Random arguments at which there must be a jump."""
 
 
 def refuse_jumps(model: Model[Node]) -> None:
@@ -26,10 +31,9 @@ def refuse_jumps(model: Model[Node]) -> None:
     energy = ("potential", model.potential) if model.lagrangian is None else ("lagrangian", model.lagrangian)
     for key, node, symbols in ((*energy, by_place), ("dissipation", model.dissipation, model.v)):
         for u in arguments(node):
-            if any(u.symbols & symbol.symbols for symbol in symbols):
-                jump = difference(graph, node, u)
-                if is_certain(graph, jump, u, variables(model)):
-                    raise InfiniteForce(key)
+            changes = any(u.symbols & symbol.symbols for symbol in symbols)
+            if changes and is_certain(graph, *sides(graph, node, u), u, variables(model)):
+                raise InfiniteForce(key)
 
 
 def arguments(node: Node) -> list[Node]:
@@ -37,39 +41,56 @@ def arguments(node: Node) -> list[Node]:
     return list(dict.fromkeys(one.arguments[0] for one in reachable([node]) if one.kind is Kind.SWITCH))
 
 
-def difference(graph: Graph, node: Node, u: Node) -> Node:
-    """What ``node`` is more on the side u > 0 than on the other."""
+def sides(graph: Graph, node: Node, u: Node) -> tuple[Node, Node]:
+    """``node`` where u > 0, and where u < 0."""
     switches = [one for one in reachable([node]) if one.kind is Kind.SWITCH and one.arguments[0] is u]
     above, below = (
         substituted(graph, [node], {one: one.arguments[side] for one in switches})[0] for side in (1, 2)
     )
-    return above - below
+    return above, below
 
 
-def is_certain(graph: Graph, jump: Node, u: Node, moving: int) -> bool:
-    """Whether a difference is not 0 where u is 0, unless a parameter is."""
+def is_certain(graph: Graph, above: Node, below: Node, u: Node, moving: int) -> bool:
+    """Whether both sides differ where u is 0, unless a parameter is 0."""
+    jump = above - below
     if not jump.symbols & moving:
-        return not jump.is_zero
+        return not jump.is_zero and differ(graph, above, below, {})
     terms = terms_of(graph, u)
-    for term, coefficient in terms:
+    for term, coefficient in sorted(terms, key=lambda one: not one[0].symbols & moving):
         rest = graph.sum([*terms, (term, -coefficient)])
         if term.kind is Kind.SYMBOL and not rest.symbols & term.symbols:
-            (left,) = substituted(graph, [jump], {term: -1.0 / coefficient * rest})
-            return stays(graph, left, max(abs(c) for _, c in terms_of(graph, jump)), moving)
+            at = {term: -1.0 / coefficient * rest}
+            (left,) = substituted(graph, [jump], at)
+            return stays(graph, left, moving) and differ(graph, above, below, at)
     return False
 
 
-def stays(graph: Graph, left: Node, scale: float, moving: int) -> bool:
-    """Whether a sum is more than rounding, whatever its parameters are: a product of what moves has one term,
-    which no other cancels."""
+def stays(graph: Graph, left: Node, moving: int) -> bool:
+    """Whether a sum is not 0, whatever its parameters are: a product of what moves has one term, which no
+    other cancels."""
     found: dict[Node, int] = {}
     for term, coefficient in terms_of(graph, left):
         if not math.isfinite(coefficient):
             return False  # a pole
-        if abs(coefficient) > ROUNDING * scale:
-            _, factor = graph.split_parameters(term, moving)
-            found[factor] = found.get(factor, 0) + 1
+        _, factor = graph.split_parameters(term, moving)
+        found[factor] = found.get(factor, 0) + (coefficient != 0)
     return 1 in found.values()
+
+
+def differ(graph: Graph, above: Node, below: Node, at: Mapping[Node, Node]) -> bool:
+    """Whether the sides differ by more than rounding at random arguments, ``at`` which u is 0."""
+    nodes, source, count = [above, below, *at.values()], random.Random(0), 0
+    symbols = [one for node in nodes for one in graph.symbols_of(node)]
+    for _ in range(POINTS):
+        values = {str(one.data): source.uniform(0.2, 1.3) for one in symbols}
+        for symbol, node in at.items():
+            values[str(symbol.data)] = evaluate([node], values)[0][node]
+        value, size = evaluate([above, below], values)
+        if math.isfinite(value[above]) and math.isfinite(value[below]):
+            count += 1
+            if abs(value[above] - value[below]) <= ROUNDING * max(size[above], size[below]):
+                return False
+    return count > 0
 
 
 def terms_of(graph: Graph, node: Node) -> list[tuple[Node, float]]:

@@ -47,6 +47,8 @@ def test_a_jump_is_refused(potential: str) -> None:
         "abs(x - y)*y",
         "k/abs(x - y) + 1/sqrt(x**2) + abs(y)**-0.5*m",
         "log(abs(x))",
+        "(y/max(k + cosh(x), 6*k, 0.2**x))**3",
+        "where(x > 0, 0.1 + 0.2, 0.3)",
         "max(0, x - k)**2 + min(x, y, 1)",
         "where(x > 1, x**2, 1)",
         "where(x > 1, x**2, 2*x - 1)",

@@ -71,11 +71,22 @@ dissipation: abs(x_dot)
 """
 
 
-def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink():
+KINKED = """
+parameters: {k: 0.3}
+definitions: {u: "max(k + cosh(x), 6*k, 0.2**x)"}
+coordinates: {x: {initial: -1, velocity: 0.1}, y: {initial: 0.1}}
+masses: {p: 1, q: 1}
+embedding: {p: [y, sqrt(u)], q: [x, y]}
+potential: (1/(1 + t)*y/u)**3
+"""
+
+
+@pytest.mark.parametrize("text", [WALLS, KINKED])
+def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink(text):
     """The compiled program as well as the Python module."""
-    values = values_of(WALLS)
-    equations = derive_equations(build_model(system_of(WALLS), SympyAlgebra()))
-    for compiled in (compiled_values(residual_of(WALLS)), stand_in(equations)):
+    values = values_of(text)
+    equations = derive_equations(build_model(system_of(text), SympyAlgebra()))
+    for compiled in (compiled_values(residual_of(text)), stand_in(equations)):
         found = verify(equations, compiled, State(values.parameters, 0.0, tuple(values.q), tuple(values.v)))
         assert found.agrees, str(found)
 
