@@ -8,8 +8,9 @@ from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.defect import Defect, defect, may_hide
-from lagrange_cli.mechanics.guards import Guarded, guarded, switches
+from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, MORE

@@ -71,8 +71,8 @@ def test_what_is_sampled_changes_nothing():
         np.testing.assert_array_equal(few[name], many[name][::1024])
 
 
-def test_a_force_that_holds_the_motion_where_it_jumps_ends_it():
-    """Dry friction brings a body to rest where the other force is smaller: from there there is no motion."""
+def test_friction_that_is_written_as_a_quotient_holds_as_well():
+    """Dry friction brings a body to rest where the other force is smaller: there it stays."""
     text = """
         coordinates: {x: {initial: 1.7, velocity: 0.3}}
         masses: {p: 1}
@@ -81,10 +81,11 @@ def test_a_force_that_holds_the_motion_where_it_jumps_ends_it():
         generalized_forces: {x: -0.2*x_dot/sqrt(x_dot**2)}
         """
     motion = follow(text, 50.0, 501)
-    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
-    deceleration, frequency = 0.2, math.sqrt(0.02)  # x'' = -0.2 - 0.02 x: at rest where tan = v/...
-    amplitude = 1.7 + deceleration / frequency**2
-    assert math.isclose(motion.outcome.t, math.atan(0.3 / (amplitude * frequency)) / frequency, rel_tol=1e-9)
+    assert motion.outcome.ending is Ending.COMPLETE
+    # x'' = -(0.2 + 0.02 x): the amplitude about x = -10 is reached
+    amplitude = math.hypot(1.7 + 10, 0.3 / math.sqrt(0.02))
+    assert math.isclose(motion["q/x"][-1], amplitude - 10, rel_tol=1e-14)
+    assert abs(motion["v/x"][-1]) <= 1e-15
 
 
 def test_a_pole_between_two_steps_is_no_kink():

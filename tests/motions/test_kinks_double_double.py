@@ -89,13 +89,14 @@ def ended(folder, system, stop):
     return json.loads(run.stdout)
 
 
-def test_a_force_that_holds_the_motion_where_it_jumps_ends_it(tmp_path):
-    """Dry friction brings a body to rest where the other force is smaller: from there there is no motion."""
-    found = ended(tmp_path, FRICTION, "50")
-    assert "a discontinuity of the force at which the motion sticks" in found["message"]
-    frequency = MP.sqrt(MP.mpf("0.02"))  # x'' = -0.2 - 0.02 x
-    at_rest = MP.atan(MP.mpf("0.3") / ((MP.mpf("1.7") + 10) * frequency)) / frequency
-    assert abs(found["t"] - at_rest) < 1e-15
+def test_dry_friction_brings_a_body_to_rest_and_holds_it(tmp_path):
+    """x'' = -0.2 - 0.02 x until x' = 0: the amplitude about x = -10."""
+    _, found = solved(tmp_path, FRICTION, *LONG, "--stop", "50", "--samples", "6")
+    numbers = [MP.mpf(one) for one in ("1.7", "0.2", "0.3", "0.02")]
+    x, friction, v, stiffness = numbers
+    at_rest = MP.sqrt((x + friction / stiffness) ** 2 + v**2 / stiffness) - friction / stiffness
+    assert abs(found["q/x"][-1] - at_rest) < 1e-28
+    assert abs(found["v/x"][-1]) < 1e-28
 
 
 def test_a_collision_is_no_kink_and_is_met_in_time(tmp_path):

@@ -1,0 +1,180 @@
+"""Switches that stand together: one in place of several by the same argument.
+
+Terms of a sum, or factors of a product, may jump where their sum or product does not. And a power of a switch
+is a switch between powers, each of which has a series where it is taken."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.substitution import rebuilt, substituted
+
+ROUNDED = 2.0**-45
+"""What is left of constants that cancel but for rounding is at most so large a part of them."""
+
+
+def switches(nodes: Iterable[Node], moving: int) -> list[Node]:
+    """The switches below ``nodes`` whose arguments move."""
+    found = reachable(nodes)
+    return [node for node in found if node.kind is Kind.SWITCH and node.arguments[0].symbols & moving]
+
+
+def has_rates(node: Node, multiplier: Node | None = None) -> bool:
+    """Whether a time derivative stands in it, of something that contains the multiplier."""
+    inside = reachable([node], lambda one: multiplier is None or bool(one.symbols & multiplier.symbols))
+    return any(one.kind is Kind.DDT for one in inside)
+
+
+def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
+    """Whether ``node`` is 0 wherever ``argument`` is, by its normal form: one term of the argument is put in
+    terms of the others."""
+    if node.is_zero:
+        return True
+    _, argument = graph.split_coefficient(argument)
+    if argument.kind is not Kind.SUM:
+        return substituted(graph, [node], {argument: graph.zero})[0].is_zero
+    for term, coefficient in zip(argument.arguments, argument.data[1]):
+        rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
+        others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
+        if term not in reachable([others]):
+            left = substituted(graph, [node], {term: others})[0]
+            if left.is_zero or (left.kind is Kind.NUMBER and abs(left.data) <= ROUNDED * largest(node)):
+                return True
+    return False
+
+
+def largest(node: Node) -> float:
+    """The largest constant of sums below ``node``: what is left of a rounded one is a small part of it."""
+    return max((abs(float(one.data[0])) for one in reachable([node]) if one.kind is Kind.SUM), default=0.0)
+
+
+class Merging:
+    """Merges switches whose arguments are among what is ``moving``, a bit set of symbols."""
+
+    def __init__(self, graph: Graph, moving: int) -> None:
+        self.graph, self.moving = graph, moving
+        self._made: dict[Node, Node] = {}
+
+    def merged(self, nodes: Sequence[Node]) -> tuple[Node, ...]:
+        """``nodes`` with one switch in place of several by the same argument, where these are terms of a sum
+        or factors of a product: what jumps in each of them may cancel."""
+        made = self._made
+        for node in reachable(nodes, lambda node: node not in made):
+            arguments = [made[argument] for argument in node.arguments]
+            if node.kind is Kind.SUM:
+                terms = [(self.graph.constant(node.data[0]), 1.0), *zip(arguments, node.data[1])]
+                made[node] = self.graph.sum(self._united(terms, self.graph.sum))
+            elif node.kind is Kind.PRODUCT:
+                factors = [
+                    (a if e == 1 and not any(map(self._switches, arguments)) else self._lifted(a), e)
+                    for a, e in zip(arguments, node.data)
+                ]
+                parts = [part for factor in factors for part in self._without_scale(*factor)]
+                made[node] = self.graph.product(self._united(parts, self.graph.product))
+            elif node.kind in (Kind.FUNCTION, Kind.POWER):
+                made[node] = self._applied(node, [*map(self._lifted, arguments)])
+            elif node.kind is Kind.DDT:
+                made[node] = self.graph.ddt(arguments[0])
+            elif node.kind is Kind.SWITCH:
+                made[node] = self._switched(node.data, *arguments)
+            else:
+                made[node] = rebuilt(self.graph, node, arguments)
+        return tuple(made[node] for node in nodes)
+
+    def _switches(self, node: Node) -> bool:
+        """Whether it is a switch that changes."""
+        return node.kind is Kind.SWITCH and bool(node.arguments[0].symbols & self.moving)
+
+    def _without_scale(self, node: Node, exponent: float) -> list[tuple[Node, float]]:
+        """A power of a number times a switch as powers of both."""
+        scale, inner = self.graph.split_coefficient(node)
+        if scale == 1.0 or not self._switches(inner) or (scale < 0.0 and exponent != int(exponent)):
+            return [(node, exponent)]
+        return [(self.graph.constant(scale), exponent), (inner, exponent)]
+
+    def _lifted(self, node: Node) -> Node:
+        """A sum that contains switches as a switch between sums, unless it contains rates."""
+        if node.kind is not Kind.SUM or has_rates(node):
+            return node
+        found = next((one for one in node.arguments if self._switches(one)), None)
+        if found is None:
+            return node
+        place = node.arguments.index(found)
+        rest = node - node.data[1][place] * found
+        first, second = (self._lifted(rest + node.data[1][place] * one) for one in found.arguments[1:])
+        return self._between(found.arguments[0], first, second)
+
+    def _applied(self, node: Node, arguments: list[Node]) -> Node:
+        """A function of switches as a switch between functions."""
+        found = next((i for i, one in enumerate(arguments) if self._switches(one)), None)
+        if found is None:
+            return rebuilt(self.graph, node, arguments)
+        first, second = (
+            self._applied(node, [*arguments[:found], one, *arguments[found + 1 :]])
+            for one in arguments[found].arguments[1:]
+        )
+        return self._between(arguments[found].arguments[0], first, second)
+
+    def _switched(self, at: int, argument: Node, above: Node, below: Node) -> Node:
+        """A switch; one whose argument is a switch is one by what that depends on."""
+        scale, inner = self.graph.split_coefficient(argument)
+        if inner.kind is not Kind.SWITCH or not inner.arguments[0].symbols & self.moving:
+            return self._between(argument, above, below, at)
+        first, second = (self._switched(at, scale * one, above, below) for one in inner.arguments[1:])
+        return self._between(inner.arguments[0], first, second, inner.data)
+
+    def _between(self, argument: Node, above: Node, below: Node, at: int = 0) -> Node:
+        """A switch in whose branches no other one by the same argument stands: its side is known there."""
+        above, below = self._on_side(above, argument, 1), self._on_side(below, argument, 2)
+        return self.graph.switch(argument, above, below, at)
+
+    def _on_side(self, node: Node, argument: Node, side: int) -> Node:
+        """``node`` where its switches by ``argument`` take the branch ``side``."""
+
+        def by_argument(one: Node) -> bool:
+            return one.kind is Kind.SWITCH and one.arguments[0] is argument
+
+        inner = reachable([node])
+        if not any(map(by_argument, inner)):
+            return node
+        made: dict[Node, Node] = {}
+        for one in inner:
+            arguments = [made[a] for a in one.arguments]
+            if by_argument(one):
+                made[one] = arguments[side]
+            else:
+                made[one] = (
+                    self.graph.ddt(arguments[0])
+                    if one.kind is Kind.DDT
+                    else rebuilt(self.graph, one, arguments)
+                )
+        return made[node]
+
+    def _united(
+        self, parts: list[tuple[Node, float]], total: Callable[[Iterable[tuple[Node, float]]], Node]
+    ) -> list[tuple[Node, float]]:
+        """Terms with coefficients, or factors with exponents: of switches by one argument one each."""
+        grouped: dict[Node, list[tuple[Node, float]]] = {}
+        for node, number in parts:
+            if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
+                grouped.setdefault(node.arguments[0], []).append((node, number))
+        plain = [node for node, _ in parts if node.symbols & self.moving]
+        if all(len(group) == 1 for group in grouped.values()) and total == self.graph.sum and len(plain) > 1:
+            return parts
+        united = {node for group in grouped.values() for node, _ in group}
+        rest = [(node, number) for node, number in parts if node not in united]
+        if total == self.graph.sum and len(grouped) == 1 and len(plain) == len(united):  # constants go along
+            grouped = {argument: [*group, *rest] for argument, group in grouped.items()}
+            rest = []
+        for argument, group in grouped.items():
+            if total == self.graph.product:  # u/|u| has its value on either side
+                group += [(node, number) for node, number in rest if node is argument]
+                rest = [(node, number) for node, number in rest if node is not argument]
+            above, below = (
+                total([(node.arguments[i] if node in united else node, number) for node, number in group])
+                for i in (1, 2)
+            )
+            rest.append((self._between(argument, above, below), 1))
+        return rest

@@ -1,0 +1,66 @@
+"""Equations with modes in place of what changes in switches."""
+
+from __future__ import annotations
+
+import pytest
+
+from lagrange_cli.expression.node import Kind, reachable
+from lagrange_cli.mechanics.guards import guarded
+from lagrange_cli.mechanics.switches import switches, vanishes_with
+from tests.support.motion import residual_of
+
+LINE = """
+name: a line
+coordinates: {{x: {{initial: 1, velocity: 0}}}}
+masses: {{p: 1}}
+embedding: {{p: [x]}}
+potential: {potential}
+generalized_forces: {{x: "{force}"}}
+"""
+
+
+def of(potential: str = "0", force: str = "0"):
+    residual = residual_of(LINE.format(potential=potential, force=force))
+    return residual, guarded(residual, {})
+
+
+def test_a_system_without_switches_stays_as_it_is():
+    residual, found = of("x**2/2", "-x_dot")
+    assert found.residual is residual
+    assert not found.guards
+
+
+@pytest.mark.parametrize(
+    ("potential", "force", "guards", "auxiliary"),
+    [
+        ("abs(x)", "0", 1, 1),  # the force jumps: it may hold the motion
+        ("max(0, x)**2", "0", 1, 0),  # it does not
+        ("((x + abs(x))/2)**2.5", "0", 1, 0),
+        ("0", "-sign(x_dot)", 1, 1),
+        ("0", "-x_dot/abs(x_dot)", 1, 1),
+        ("0", "where(t > 1 and t < 2, 1, 0)", 2, 0),  # time is not held
+        ("0", "where(x > 1, -sign(x_dot), 0)", 2, 1),
+        ("0", "max(0, sign(1 - x_dot))", 1, 1),  # one guard, not one within the other
+        ("0", "where(x_dot > 0, 1, where(x_dot < 0, -1, 0))", 1, 1),
+        ("0", "sign(x_dot) - 2*sign(x_dot - 1)", 2, 2),
+        ("0", "x*sign(x) - abs(x)", 0, 0),
+    ],
+)
+def test_each_argument_has_one_guard(potential, force, guards, auxiliary):
+    residual, found = of(potential, force)
+    assert len(found.guards) == guards
+    assert found.auxiliary == auxiliary
+    assert not switches(found.residual.residual, residual.variables)
+    assert len(found.residual.residual) == 1 + auxiliary
+    inside = {node for one in found.guards for node in reachable([one.argument])}
+    assert not any(node.kind is Kind.SWITCH and node.arguments[0] in inside for node in inside)
+
+
+def test_what_vanishes_with_an_argument():
+    residual, _ = of()
+    graph, x = residual.graph, residual.model.q[0]
+    a = graph.symbol("a")
+    assert vanishes_with(graph, (x - a) * x, x - a)
+    assert vanishes_with(graph, (x**2 + a**2 - 4.0) ** 3, a**2 + x**2 - 4.0)
+    assert not vanishes_with(graph, x, x - a)
+    assert not vanishes_with(graph, graph.one, x)

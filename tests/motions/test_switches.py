@@ -1,0 +1,92 @@
+"""Motions through kinks and jumps of the force, against closed forms: one step more at each; and friction."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.ending import Ending
+from tests.support.motion import follow
+
+LINE = """
+name: a line
+coordinates: {{x: {{initial: {x}, velocity: {v}}}}}
+masses: {{p: 1}}
+embedding: {{p: [x]}}
+potential: {potential}
+generalized_forces: {{x: "{force}"}}
+"""
+
+
+def line(x: float, v: float, potential: str = "0", force: str = "0") -> str:
+    return LINE.format(x=repr(x), v=repr(v), potential=potential, force=force)
+
+
+@pytest.fixture
+def source(request) -> random.Random:
+    return random.Random(request.config.option.seed)
+
+
+@pytest.mark.parametrize(
+    "wall", ["K/2*max(0, x - A)**2", "K/2*((x - A + abs(x - A))/2)**2", "where(x > A, K/2*(x - A)**2, 0)"]
+)
+def test_a_ball_meets_a_one_sided_spring(wall, source):
+    a, v, k = source.uniform(0.5, 2), source.uniform(0.5, 3), 10 ** source.uniform(1, 6)
+    text = line(0.0, v, wall.replace("K", repr(k)).replace("A", repr(a)))
+    stay = math.pi / math.sqrt(k)
+    motion = follow(text, a / v + stay + 1, 11)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][-1] == pytest.approx(a - v, abs=1e-13 * (a + v) * (1 + math.sqrt(k)))
+    assert motion["v/x"][-1] == pytest.approx(-v, rel=1e-13)
+    smooth = follow(line(a, v, f"{k!r}/2*(x - {a!r})**2"), stay, 3)
+    assert motion.outcome.steps <= smooth.outcome.steps + 4
+
+
+def test_dry_friction_stops_an_oscillation(source):
+    """x'' = -x - mu sign(x'): each swing ends 2 mu nearer to the centre, until |x| <= mu."""
+    mu, x = source.uniform(0.05, 0.3), source.uniform(1, 3)
+    rest = x
+    while abs(rest) > mu:
+        rest = 2 * mu * math.copysign(1, rest) - rest
+    motion = follow(line(x, 0.0, "x**2/2", f"-{mu!r}*sign(x_dot)"), 400.0, 5)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][-1] == pytest.approx(rest, abs=1e-12)
+    assert abs(motion["v/x"][-1]) <= 1e-14
+
+
+def test_a_block_sticks_until_the_force_exceeds_the_friction(source):
+    """x'' = c t - mu from t = mu/c on."""
+    mu, c = source.uniform(0.2, 1), source.uniform(0.05, 0.2)
+    motion = follow(line(0.0, 0.0, "0", f"{c!r}*t - {mu!r}*sign(x_dot)"), mu / c + 3, 11)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][-1] == pytest.approx(c * 3**3 / 6, rel=1e-12)
+
+
+def test_a_force_is_switched_on_and_off(source):
+    on, off = source.uniform(1, 2), source.uniform(3, 4)
+    motion = follow(line(0.0, 0.0, "0", f"where(t >= {on!r} and t < {off!r}, 1, 0)"), 6.0, 7)
+    speed = off - on
+    assert motion["v/x"][-1] == pytest.approx(speed, rel=1e-14)
+    assert motion["q/x"][-1] == pytest.approx(speed**2 / 2 + speed * (6 - off), rel=1e-14)
+    assert motion.outcome.steps == 3
+
+
+def test_a_fast_switch_is_not_missed():
+    """The motion is slow, what switches it is not: a square wave of the force, from its zero on."""
+    omega = 37.3
+    motion = follow(line(0.0, 0.0, "0", f"sign(sin({omega}*t))"), 20 * 2 * math.pi / omega, 5)
+    half = math.pi / omega
+    assert motion["v/x"][-1] == pytest.approx(0.0, abs=1e-13)
+    assert motion["q/x"][-1] == pytest.approx(20 * half**2, rel=1e-12)
+
+
+def test_a_motion_comes_to_rest_where_two_jumps_meet():
+    """-sign(x) - 0.2 sign(x'): infinitely many swings in a finite time, each 2/3 as wide as the last."""
+    motion = follow(line(1.0, 0.0, "abs(x)", "-0.2*sign(x_dot)"), 30.0, 31)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert abs(motion["q/x"][-1]) <= 1e-12
+    still = np.abs(motion["q/x"]) <= 1e-12
+    assert np.all(still[np.argmax(still) :])
