@@ -57,6 +57,8 @@ def options_given(request: Request) -> dict[str, str]:
     shown = {name: f"--{name} {value}" for name, value in given.items() if value is not None}
     if request.portable:
         shown["portable"] = "--portable"
+    if request.proven:
+        shown["proven"] = "--proven"
     for option, pairs in (("set", request.overrides), ("size", request.sizes)):
         shown |= {f"{option} {name}": f"--{option} {name}={text}" for name, text in pairs.items()}
     return shown

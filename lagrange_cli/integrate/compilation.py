@@ -15,7 +15,8 @@ class Compilation:
     motions at once, where that suits the system, and none alone. ``precision`` is that of the numbers. A
     ``portable`` program computes the same bits on every machine, if the numbers in the equations are such.
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance. Motions that stop
-    before they start need a program that is compiled ``backward``.
+    before they start need a program that is compiled ``backward``. Steps are ``proven`` for every system, not
+    only where a force may hide.
     """
 
     method: str
@@ -26,3 +27,4 @@ class Compilation:
     portable: bool = False
     order: int | None = None
     backward: bool = False
+    proven: bool = False

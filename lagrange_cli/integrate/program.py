@@ -60,16 +60,28 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
 
         order = double_double_order(tolerance)
         return write_program(
-            residual, order, plan.integrands, plan.observed, tolerance=tolerance, kind=DoubleDouble
+            residual,
+            order,
+            plan.integrands,
+            plan.observed,
+            tolerance=tolerance,
+            kind=DoubleDouble,
+            proven=compilation.proven,
         )
-    if compilation.ensemble and needs is Needs.SERIES:
+    if compilation.ensemble and needs is Needs.SERIES and not compilation.proven:
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual):
             return with_lanes(program, residual, tolerance)
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
         return write_program(
-            residual, order, plan.integrands, plan.observed, tolerance=tolerance, store_momenta=True
+            residual,
+            order,
+            plan.integrands,
+            plan.observed,
+            tolerance=tolerance,
+            store_momenta=True,
+            proven=compilation.proven,
         )
     if needs is Needs.JACOBIAN:
         linear = linearize(residual)

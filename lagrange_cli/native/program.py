@@ -125,17 +125,19 @@ def write_program(
     tolerance: float = 2.0**-52,
     store_momenta: bool = False,
     kind: Callable[[], Written[Any]] = Emitter,
+    proven: bool = False,
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``, in numbers of a ``kind``.
 
     ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
-    there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``.
+    there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are
+    ``proven`` where a force may hide, and wherever that is asked for.
     """
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
     residual, modes = smooth.residual, [one.mode for one in smooth.guards]
-    proven = order >= STEPPING and may_hide(residual)
+    proven = order >= STEPPING and (proven or may_hide(residual))
     named = {f"guard {i}": one.argument for i, one in enumerate(smooth.guards)}
     integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(

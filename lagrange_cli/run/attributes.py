@@ -46,6 +46,7 @@ def origin(
         "tolerance": settings.tolerance,
         **({} if settings.precision == DOUBLE else {"precision": settings.precision}),
         **({"portable": 1} if settings.portable else {}),
+        **({"proven": 1} if settings.proven else {}),
         "run": json.dumps({**asked, "outputs": sorted(settings.outputs), "initial": initial}),
     }
 

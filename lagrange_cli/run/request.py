@@ -30,7 +30,8 @@ class Request:
     ``times`` (``start``, ``stop``, ``step``), ``overrides`` (parameters and initial values) and ``sizes`` are
     texts by name: numbers, or expressions in parameters. With ``cache``, the code compiled by an earlier run
     is used. ``resume`` continues an earlier run. A checkpoint is written every ``checkpoint`` seconds, and
-    after ``checkpoint_count`` steps, or members of a sweep. ``format`` is that of the output.
+    after ``checkpoint_count`` steps, or members of a sweep. Steps are ``proven`` whatever the
+    system. ``format`` is that of the output.
     """
 
     options: SolveDefaults = SolveDefaults()
@@ -43,6 +44,7 @@ class Request:
     checkpoint_count: int = COUNT
     precision: str = DOUBLE
     portable: bool = False
+    proven: bool = False
     format: str = HDF5
 
     def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
@@ -56,4 +58,4 @@ class Request:
             from lagrange_cli.run.times import with_times
 
             asked = with_times(asked, self.times, spec, parameters, exact=exact)
-        return resolve_settings(spec, asked, self.precision, self.portable)
+        return resolve_settings(spec, asked, self.precision, self.portable, self.proven)

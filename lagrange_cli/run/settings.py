@@ -41,6 +41,7 @@ class Settings:
     outputs: frozenset[str]
     precision: str = DOUBLE
     portable: bool = False
+    proven: bool = False
 
     @property
     def backward(self) -> bool:
@@ -60,6 +61,7 @@ class Settings:
             portable=self.portable,
             order=order,
             backward=self.backward,
+            proven=self.proven,
         )
 
 
@@ -81,7 +83,11 @@ def merge(defaults: SolveDefaults, options: SolveDefaults) -> SolveDefaults:
 
 
 def resolve_settings(
-    spec: Spec, options: SolveDefaults, precision: str = DOUBLE, portable: bool = False
+    spec: Spec,
+    options: SolveDefaults,
+    precision: str = DOUBLE,
+    portable: bool = False,
+    proven: bool = False,
 ) -> Settings:
     """The settings of a run: the options of the command line over the file's ``solve`` section.
 
@@ -96,6 +102,8 @@ def resolve_settings(
     check_method(method, f"--precision {precision}", lambda row: precision in row.tolerances)
     if portable:
         check_method(method, "--portable", lambda row: row.portable)
+    if proven:
+        check_method(method, "--proven", lambda row: row.proves)
     return Settings(
         start=start,
         stop=asked.stop,
@@ -109,6 +117,7 @@ def resolve_settings(
         ),
         precision=precision,
         portable=portable,
+        proven=proven,
     )
 
 

@@ -412,6 +412,23 @@ def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, poten
         assert (f"{method} does not detect narrow forces" in run.stderr) is warned
 
 
+def test_steps_are_proven_where_it_is_asked_for(tmp_path):
+    """Polar coordinates near a weak pole, which a step would leap over."""
+    (tmp_path / "a.yaml").write_text(
+        "coordinates: {x: {initial: 1, velocity: -0.5}}\nlagrangian: x_dot**2/2 + 1e-30/x\n"
+    )
+    given = ("solve", "a.yaml", "--stop", "5", "--force", "--json")
+    assert lagrange(*given, cwd=tmp_path).returncode == 0
+    run = lagrange(*given, "--proven", cwd=tmp_path)
+    assert run.returncode == 4
+    assert abs(json.loads(run.stdout)["t"] - 2) <= 1e-9
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert file.attrs["proven"] == 1
+    run = lagrange(*given, "--proven", "--method", "DOP853", cwd=tmp_path)
+    assert run.returncode == 2
+    assert "--proven" in run.stderr
+
+
 def test_an_h_that_is_kept_is_not_warned_of(tmp_path):
     (tmp_path / "step.yaml").write_text(STEP)
     run = lagrange("solve", "step.yaml", "--json", cwd=tmp_path)

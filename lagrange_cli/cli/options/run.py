@@ -44,6 +44,12 @@ OPTIONS = (
         help=f"The integration method: one of {', '.join(METHODS)} [{TAYLOR}].",
     ),
     click.option(
+        "--proven",
+        is_flag=True,
+        help="Prove that each step satisfies the equations all through, also where nothing can hide. Without "
+        "it, this is done for systems in which a narrow force may hide.",
+    ),
+    click.option(
         "--resume",
         is_flag=True,
         help="Continue an earlier run that was killed or interrupted, or extend one to a later --stop. The "
@@ -88,7 +94,7 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
         def gathered(
             output: str | None, force: bool, no_cache: bool, timings: bool, overrides: dict[str, str],
             sizes: dict[str, str], as_json: bool, quiet: bool, resume: bool, checkpoint: float,
-            checkpoint_count: int, **given: Any,
+            checkpoint_count: int, proven: bool, **given: Any,
         ) -> Any:  # fmt: skip
             names = ("samples", "method", "tolerance", "outputs")
             times = {name: text for name in TIMES if (text := given.pop(name)) is not None}
@@ -104,6 +110,7 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
                 resume=resume,
                 checkpoint=checkpoint,
                 checkpoint_count=checkpoint_count,
+                proven=proven,
             )
             asked = Invocation(request, output, force=force, as_json=as_json, quiet=quiet, timings=timings)
             return command(asked=asked, **given)
