@@ -4,6 +4,8 @@ And whether it has to be bounded, since something may hide between the places th
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.residual import Residual
@@ -31,6 +33,13 @@ class Defect:
 def defect(residual: Residual) -> Defect:
     """The terms of the equations."""
     accelerations, rows = expanded(residual)
+    return Defect(accelerations, terms_of(rows, residual, accelerations))
+
+
+def terms_of(
+    rows: Iterable[Node], residual: Residual, accelerations: Sequence[Node] = ()
+) -> tuple[tuple[Node, ...], ...]:
+    """The terms of each row that are not linear in time and accelerations, nor constant."""
     moving, exact = residual.variables, residual.model.time.symbols
     for one in accelerations:
         moving |= one.symbols
@@ -49,13 +58,13 @@ def defect(residual: Residual) -> Defect:
                 return terms(changing[0][0], factor * node.graph.product(fixed))
         return [factor * node]
 
-    one = residual.graph.one
-    return Defect(accelerations, tuple(tuple(terms(row, one)) for row in rows))
+    return tuple(tuple(terms(row, residual.graph.one)) for row in rows)
 
 
-def may_hide(residual: Residual) -> bool:
-    """Whether something in the equations may hide from the series of a step."""
-    nodes, variables = reachable(residual.residual), residual.variables
+def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
+    """Whether something in the equations, or in other expressions, may hide from the series of a step."""
+    nodes = reachable(residual.residual if roots is None else roots)
+    variables = residual.variables
     degrees = growth(nodes)
     for node in nodes:
         if not node.symbols & variables:

@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.mechanics.defect import Defect, defect, may_hide
+from lagrange_cli.mechanics.defect import Defect, defect, may_hide, terms_of
 from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
@@ -41,6 +41,8 @@ class Program(Interface):
     text: str
     series: SeriesProgram
     operations: Mapping[str, int]
+    hiding: bool
+    """Whether steps are proven, of the motion or of its integrals."""
 
 
 @dataclass(frozen=True)
@@ -55,6 +57,8 @@ class Equations:
     tolerance: float
     proven: bool
     guards: GuardRows | None
+    integrands: Sequence[Node]
+    """Those of quadratures that are followed, if any of them has to be proven."""
 
 
 @dataclass(frozen=True)
@@ -72,6 +76,14 @@ def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | Non
     """What steps are proven by, if they are."""
     residual = equations.residual
     return (residual, defect(residual), equations.constants) if equations.proven else None
+
+
+def integrands_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
+    """What integrals are proven by, if they are."""
+    residual, integrands = equations.residual, equations.integrands
+    if not integrands:
+        return None
+    return residual, Defect((), terms_of(integrands, residual)), equations.constants
 
 
 def double(equations: Equations) -> Motion:
@@ -92,7 +104,8 @@ def double(equations: Equations) -> Motion:
     parts += expansion.factorization.functions
     degrees = equations.state.degrees
     if order >= STEPPING:
-        given = equations.tolerance, proving_of(equations), equations.guards
+        proving = proving_of(equations), integrands_of(equations)
+        given = equations.tolerance, proving, equations.guards
         parts.append(stepper(layout, equations.state, work, *given))
     parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
     return Motion(parts, work, emitter.operations, (0, 1, layout.width))
@@ -109,7 +122,8 @@ def double_double(equations: Equations) -> Motion:
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
     work = LANES * -(-work // LANES)
-    given = equations.tolerance, proving_of(equations), equations.guards
+    proving = proving_of(equations), integrands_of(equations)
+    given = equations.tolerance, proving, equations.guards
     stepping = stepper(rows, equations.state, work, *given)
     parts = [MORE, *operations(), *functions(), jet, *stepping]
     return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
@@ -137,7 +151,10 @@ def write_program(
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
     residual, modes = smooth.residual, [one.mode for one in smooth.guards]
-    proven = order >= STEPPING and (proven or may_hide(residual))
+    stepping = order >= STEPPING
+    hiding = stepping and (proven or may_hide(residual, smooth.integrands.values()))
+    proven = stepping and (proven or may_hide(residual))
+    followed = [*smooth.integrands.values()] if hiding else []
     named = {f"guard {i}": one.argument for i, one in enumerate(smooth.guards)}
     integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
@@ -160,7 +177,9 @@ def write_program(
         series_at=(0, 0, 0),
     )
     rows = interface.rows_of_guards if modes else None
-    equations = Equations(residual, series, interface.inner, constants, order, tolerance, proven, rows)
+    equations = Equations(
+        residual, series, interface.inner, constants, order, tolerance, proven, rows, followed
+    )
     made = (double if kind is Emitter else double_double)(equations)
     symbols = [*model.q, *model.v]
 
@@ -176,15 +195,16 @@ def write_program(
     text = "\n".join([DECLARATIONS, GLOBALS, *texts, prepare, ATTRIBUTES])
     return Program(
         **{**vars(interface), "constants": size, "work": made.work, "series_at": made.series_at},
-        text=with_lane_functions(text) if proven else text,
+        text=with_lane_functions(text) if proven or hiding else text,
         series=series,
+        hiding=proven or hiding,
         operations={"jet": made.operations, "observe": observing},
     )
 
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
     """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
-    if may_hide(residual) or switches(residual.residual, residual.variables):
+    if program.hiding or switches(residual.residual, residual.variables):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]

@@ -121,3 +121,15 @@ def test_many_pulses_within_a_step():
     motion = follow(FREE.format("- 1/(1 + 1e3*sin(3*t)**2)"), 10.0, 3, outputs=("q", "action"))
     one = mpmath.quad(lambda t: 1 / (1 + 1000 * mpmath.sin(3 * t) ** 2), mpmath.linspace(0, 10, 121))
     assert abs(motion["diagnostics/action"][-1] - (5 - float(one))) <= 1e-13
+
+
+@pytest.mark.parametrize(("width", "place"), [(0.011, 2.9), (0.3, 8.1), (1e-3, 0.7)])
+def test_a_pulse_of_which_nothing_is_seen_before(width, place):
+    """exp(-u^2) is 0 to the last bit, with all its derivatives, where the step begins."""
+    text, sets = PULSE % "- height*exp(-((t - place)/width)**2)", {"place": place, "width": width}
+    motion = follow(text, 10.0, 41, outputs=OUTPUTS, sets=sets)
+    both = np.array([math.erf((t - place) / width) + math.erf(place / width) for t in motion.t])
+    known = motion.t / 2 - width * math.sqrt(math.pi) / 2 * both
+    assert motion.outcome.steps == 1
+    assert np.max(np.abs(motion["diagnostics/action"] - known)) <= 1e-13
+    assert np.max(np.abs(motion["diagnostics/ledger/h"])) <= 1e-12

@@ -117,8 +117,8 @@ class Steps(ABC):
         """Whether the integrals' series do not hold all through the step of ``h`` just taken."""
 
     @abstractmethod
-    def surprising(self, f: Function, now: Now) -> Bit:
-        """Whether the integrands are not those expected."""
+    def surprising(self, f: Function, now: Now, h: Real) -> Bit:
+        """Whether the integrands are not those expected after a step of ``h``."""
 
     @abstractmethod
     def resume(self, f: Function, before: Now) -> None:
@@ -221,7 +221,7 @@ def advance(steps: Steps) -> str:
                     due.set(f.count(NO_GUARD))
                 rounds.go_on()
             if steps.quadratures:
-                with f.when(~settled.get()), f.when(steps.surprising(f, now)):
+                with f.when(~settled.get()), f.when(steps.surprising(f, now, length.get())):
                     start = f.load(trial, layout.at(Clock.TIME)), f.load(trial, layout.at(Clock.TIME_LOW))
                     before_it = Now(*start, zero, unit_before.get())
                     steps.resume(f, before_it)

@@ -38,9 +38,9 @@ class PairQuadratures(Quadratures):
 
     def __init__(
         self, lengths: Lengths, first: int, count: int, low: int, tolerance: float, bounds: Bounds,
-        beyond: int, third: int,
+        beyond: int, third: int, rest: float,
     ) -> None:  # fmt: skip
-        super().__init__(lengths, first, count, low, tolerance, bounds, fades=False)
+        super().__init__(lengths, first, count, low, tolerance, bounds, fades=False, rest=rest)
         self._beyond, self._third = beyond, third
 
     @property
@@ -101,6 +101,7 @@ class PairQuadratures(Quadratures):
             rate = f.magnitude(self.known(f, self.rate(f, row, at)))
             lesser = f.smaller(f.magnitude(new[0]), f.magnitude(old[0]))
             most = allowed.of(f, self.own, f.magnitude(speed[0]) + rate, lesser)
+            most = most + self.nothing(f, part.h[0])
             most = f.select(part.short, rate, most)
             arrays = (self.array(f, at, number) for number in (4, 5, 6))
             for array, value in zip(arrays, (speed[0], most, speed[1])):
@@ -110,19 +111,23 @@ class PairQuadratures(Quadratures):
 
     def confirmed(self) -> Function:
         given = ", ".join(f"ptr %{name}" for name in ("work", "rates", "allowed", "low", "integrals"))
-        f = Function(f"define internal i1 @integrals_confirmed({given}, double %inverse) #0")
+        f = Function(f"define internal i1 @integrals_confirmed({given}, double %inverse, double %nothing) #0")
         bad, inverse = f.variable(Bit(f, "false")), Real(f, "%inverse")
         with self.own.velocities(f) as row:
             rate, low = (row.series()[1 + shift] * inverse for shift in (0, self._beyond))
             apart = f.magnitude((row.at("%rates") - rate) + (row.at("%low") - low))
             new = row.at("%integrals")
-            bad.set(bad.get() | (apart.compared("ugt", row.at("%allowed")) & new.equals(new)))
+            bad.set(
+                bad.get()
+                | (apart.compared("ugt", row.at("%allowed") + Real(f, "%nothing")) & new.equals(new))
+            )
         f.give(~bad.get())
         return f
 
     def confirm(self, f: Function, at: Places) -> Bit:
         arrays = (self.array(f, at, number) for number in (4, 5, 6, 2))
-        return f.call(Bit, "integrals_confirmed", at.there, *arrays, f.constant(1.0) / self.unit.get())
+        inverse = f.constant(1.0) / self.unit.get()
+        return f.call(Bit, "integrals_confirmed", at.there, *arrays, inverse, f.constant(0.0))
 
     def rate(self, f: Function, row: Row, at: Places) -> Real:
         return self.first(f, row, at.there)[0]

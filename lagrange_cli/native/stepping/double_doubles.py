@@ -8,6 +8,7 @@ underflow.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -18,6 +19,7 @@ from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance, accepted
 from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
 from lagrange_cli.native.stepping.double_double_quadratures import PairQuadratures, apply
+from lagrange_cli.native.stepping.doubles import AT_REST
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.polynomial import polynomial
@@ -52,7 +54,7 @@ def stepper(
     state: StateLayout,
     work: int,
     tolerance: float,
-    proving: Proving | None = None,
+    proving: tuple[Proving | None, Proving | None] = (None, None),
     guards: GuardRows | None = None,
 ) -> list[str]:
     """IR of ``@advance``, ``@accelerate`` and their helpers, for ``work`` doubles of ``%work``."""
@@ -71,7 +73,7 @@ class DoubleDoubleSteps(Steps):
         state: StateLayout,
         work: int,
         tolerance: float,
-        proving: Proving | None,
+        proving: tuple[Proving | None, Proving | None],
         guards: GuardRows | None,
     ) -> None:
         self.state, degrees, count = state, state.degrees, len(rows.state)
@@ -83,18 +85,22 @@ class DoubleDoubleSteps(Steps):
         first, extra = followed(state, guards)
         if extra:
             self.lengths = replace(self.lengths, apart=True)
-            self.quadratures = PairQuadratures(
-                self.lengths, first, extra, rows.width, tolerance, self.bounds, rows.beyond, self.state.third
-            )
+            rest = AT_REST if proving[1] else 0.0
+            given = self.lengths, first, extra, rows.width, tolerance, self.bounds
+            self.quadratures = PairQuadratures(*given, rows.beyond, self.state.third, rest)
         self.sizes = StepSize(self.lengths, tolerance, GONE, fades=False)
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
         self._low, self._width = rows.beyond, rows.width
         self._work = work
-        self._proof = None
-        if proving:
-            small = SMALL * max(1.0, tolerance / self.bounds.precision)
-            nothing = self.bounds.nothing_much
-            self._proof = Proof(*proving, self.lengths, self.state.width, nothing, small, parts=2)
+        self._proof: Proof | None = None
+        self._integrands: Proof | None = None
+        small = SMALL * max(1.0, tolerance / self.bounds.precision)
+        nothing = self.bounds.nothing_much
+        proof = partial(Proof, lengths=self.lengths, low=rows.width, nothing=nothing, small=small, parts=2)
+        if proving[0]:
+            self._proof = proof(*proving[0])
+        if proving[1]:
+            self._integrands = proof(*proving[1], integrals=(first, extra))
 
     def functions(self) -> list[str]:
         half = self.lengths.order // 2
@@ -102,6 +108,7 @@ class DoubleDoubleSteps(Steps):
         own = *sums, self.sample_at(), self.update(), self.expect(), self.holds()
         made = [*self.sizes.functions(), accepted(self.lengths, self._low), *own]
         made += [self._proof.function()] if self._proof else []
+        made += [self._integrands.function()] if self._integrands else []
         if self.quadratures:
             made += [*self.quadratures.functions(), self.expect_integrals(), self.divide()]
         guards = self.guards.functions() if self.guards else []
@@ -376,13 +383,19 @@ class DoubleDoubleSteps(Steps):
         return f
 
     def rough(self, f: Function, now: Now, h: Real) -> Bit:
-        given = f.pointer("%trial"), f.pointer("%work"), *self.scaled(f, now, h)
-        return f.call(Bit, "rough", *given)
+        given = f.pointer("%trial"), f.pointer("%work")
+        rough = f.call(Bit, "rough", *given, *self.scaled(f, now, h))
+        if self._integrands is None:
+            return rough
+        places = f.pointer("%constants"), now.t + now.low, *given
+        beyond = f.constant(float(self.lengths.order - 1))
+        return rough | ~f.call(Bit, "integrands_proven", *places, h, now.unit, beyond)
 
-    def surprising(self, f: Function, now: Now) -> Bit:
+    def surprising(self, f: Function, now: Now, h: Real) -> Bit:
+        assert self.quadratures
         rates, allowed, low = self.expected(f)
         given = f.pointer("%work"), rates, allowed, low, f.pointer("%state"), f.constant(1.0) / now.unit
-        return ~f.call(Bit, "integrals_confirmed", *given)
+        return ~f.call(Bit, "integrals_confirmed", *given, self.quadratures.nothing(f, h))
 
     def resume(self, f: Function, before: Now) -> None:
         given = before.t, before.low, before.unit, f.pointer("%trial"), f.pointer("%work")
@@ -435,8 +448,13 @@ class DoubleDoubleSteps(Steps):
                 rounds.go_on()
             return lambda good: index.set(f.select(good, reached.get(), index.get()))
 
-        made.again = compute
-        whole = made.divide(f, at, t, (h, hl), yes, expand, sample)
+        def prove(place: Time, length: Real) -> Bit:
+            given = f.pointer("%constants"), (t + low) + place[0], arrays, series, length, made.unit.get()
+            beyond = f.constant(float(self.lengths.order - 1))
+            return f.call(Bit, "integrands_proven", *given, beyond)
+
+        made.again, proof = compute, prove if self._integrands else None
+        whole = made.divide(f, at, t, (h, hl), yes, expand, sample, proof)
         made.give(f, at, f.pointer("%state"), yes, whole)
         f.give()
         return f

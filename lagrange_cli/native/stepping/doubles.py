@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -34,7 +35,7 @@ def stepper(
     state: StateLayout,
     work: int,
     tolerance: float,
-    proving: Proving | None = None,
+    proving: tuple[Proving | None, Proving | None] = (None, None),
     guards: GuardRows | None = None,
 ) -> str:
     """IR of ``@advance`` and its helpers for ``work`` doubles of ``%work``."""
@@ -52,7 +53,7 @@ class DoubleSteps(Steps):
         state: StateLayout,
         work: int,
         tolerance: float,
-        proving: Proving | None,
+        proving: tuple[Proving | None, Proving | None],
         guards: GuardRows | None,
     ) -> None:
         self.state, degrees = state, state.degrees
@@ -63,20 +64,29 @@ class DoubleSteps(Steps):
         self.quadratures = None
         if count:
             self.lengths = replace(self.lengths, apart=True)
-            self.quadratures = Quadratures(self.lengths, first, count, width, tolerance, self.bounds)
-        self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving else 0.0)
+            rest = AT_REST if proving[1] else 0.0
+            self.quadratures = Quadratures(
+                self.lengths, first, count, width, tolerance, self.bounds, rest=rest
+            )
+        self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving[0] else 0.0)
         self.guards = GuardCode(guards, state, self.lengths) if guards else None
-        self._work, self._proof = work, None
+        self._work = work
+        self._proof: Proof | None = None
+        self._integrands: Proof | None = None
         self._series = self.state.memory + width + LANES
-        if proving:
-            small = SMALL * max(1.0, tolerance / self.bounds.precision)
-            self._proof = Proof(*proving, self.lengths, self.state.width, self.bounds.nothing_much, small)
+        small = SMALL * max(1.0, tolerance / self.bounds.precision)
+        proof = partial(Proof, lengths=self.lengths, low=width, nothing=self.bounds.nothing_much, small=small)
+        if proving[0]:
+            self._proof = proof(*proving[0])
+        if proving[1]:
+            self._integrands = proof(*proving[1], integrals=(first, count))
 
     def functions(self) -> list[str]:
         """See ``Steps``."""
         lengths = self.lengths
         made = [*self.sizes.functions(), self.sizes.shortened_step(), accepted(lengths)]
         made += [self._proof.function()] if self._proof else []
+        made += [self._integrands.function()] if self._integrands else []
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide()]
         guards = self.guards.functions() if self.guards else []
@@ -165,11 +175,21 @@ class DoubleSteps(Steps):
         return f.call(Bit, "accepted", *given)
 
     def rough(self, f: Function, now: Now, h: Real) -> Bit:
-        return f.call(Bit, "rough", f.pointer("%trial"), f.pointer("%work"), h)
+        given = f.pointer("%trial"), f.pointer("%work"), h
+        rough = f.call(Bit, "rough", *given)
+        if self._integrands is None:
+            return rough
+        return rough | ~self.has_proven(f, now.t + now.low, *given)
 
-    def surprising(self, f: Function, now: Now) -> Bit:
-        rates, allowed = self.expected(f)
-        return ~f.call(Bit, "integrals_confirmed", f.pointer("%work"), rates, allowed, f.pointer("%state"))
+    def has_proven(self, f: Function, t: Real, state: Pointer, work: Pointer, h: Real) -> Bit:
+        """Whether the integrands have nothing to hide within ``h``."""
+        given = f.pointer("%constants"), t, state, work, h, f.constant(1.0)
+        return f.call(Bit, "integrands_proven", *given, f.constant(float(self.lengths.order - 1)))
+
+    def surprising(self, f: Function, now: Now, h: Real) -> Bit:
+        assert self.quadratures
+        given = f.pointer("%work"), *self.expected(f), f.pointer("%state"), self.quadratures.nothing(f, h)
+        return ~f.call(Bit, "integrals_confirmed", *given)
 
     def resume(self, f: Function, before: Now) -> None:
         self.forget(f)
@@ -210,7 +230,11 @@ class DoubleSteps(Steps):
                 rounds.go_on()
             return lambda good: index.set(f.select(good, reached.get(), index.get()))
 
-        whole = made.divide(f, at, t, (h, f.constant(0.0)), yes, expand, sample)
+        def prove(place: Time, length: Real) -> Bit:
+            return self.has_proven(f, (t + low) + place[0], arrays, series, length)
+
+        step, proof = (h, f.constant(0.0)), prove if self._integrands else None
+        whole = made.divide(f, at, t, step, yes, expand, sample, proof)
         made.give(f, at, f.pointer("%state"), yes, whole)
         f.give()
         return f

@@ -66,13 +66,21 @@ class Proof:
     nothing: float
     small: float
     parts: int = 1
+    integrals: tuple[int, int] = (0, 0)
+    """The first row and the number of integrals whose integrands the terms are, if it is not the equations
+    that are looked at."""
+
+    @property
+    def name(self) -> str:
+        """What the function is called."""
+        return "integrands_proven" if self.integrals[1] else "proven"
 
     def function(self) -> Function:
         """``@proven(constants, t, state, work, h, unit, beyond)``, in the ``unit`` of time that the series
         have; ``beyond`` is the first order of the accelerations that they do not reach."""
         places = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
         given = f"{places}, double %h, double %unit, double %beyond"
-        f = Function(f"define internal i1 @proven({given}) #0")
+        f = Function(f"define internal i1 @{self.name}({given}) #0")
         emitter = Emitter()
         emitter.lines = f.sink
         disks = Disks(f, emitter, LANES)
@@ -102,7 +110,8 @@ class Proof:
         each acceleration may be off, doubles at ``%scales``."""
         lengths, n = self.lengths, self.lengths.degrees
         f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n}, align {8 * LANES}")
-        f.line(f"  %scales = alloca double, i64 {n}, align 8")
+        first_rate, rates = self.integrals if self.integrals[1] else (n, n)
+        f.line(f"  %scales = alloca double, i64 {rates}, align 8")
         h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
         scaled = h * inverse
         r = f.splat(scaled, LANES) * f.vector([k * WIDER for k in RATIOS])
@@ -126,14 +135,15 @@ class Proof:
             last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
             f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
         nothing = f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
-        with f.loop(n, 2 * n, tested=False) as i:
+        with f.loop(first_rate, first_rate + rates, tested=False) as i:
             row = row_of(i)
-            slopes = sum_of(row, f.count(lengths.top), 2, r) * f.splat(inverse, LANES)
-            f.store_row(slopes, "%extents", (i + n) * LANES, aligned=True)
+            if not self.integrals[1]:
+                slopes = sum_of(row, f.count(lengths.top), 2, r) * f.splat(inverse, LANES)
+                f.store_row(slopes, "%extents", (i + n) * LANES, aligned=True)
             first = f.magnitude(f.load(row, lengths.term))
             size = (sum_of(row, f.count(lengths.top), 2, scaled) + first) * inverse
             speed = f.magnitude(f.load("%state", i)) / h
-            f.store(f.fused(size + speed, self.small, nothing), "%scales", i - n)
+            f.store(f.fused(size + speed, self.small, nothing), "%scales", i - first_rate)
 
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
         """What the terms are made of, as far as they contain it."""
@@ -181,6 +191,8 @@ class Proof:
 
     def _allowed(self, f: Function, emitter: Emitter, moving: dict[Node, Disk | None]) -> list[Real]:
         """How large the defect of each row may be: by the masses, as an error of the accelerations."""
+        if self.integrals[1]:
+            return [f.load("%scales", i) for i in range(self.integrals[1])]
         known = centres(moving)
         matrix = self.residual.mass_matrix
         emit_values(emitter, [one for row in matrix for one in row if not one.is_zero], known, self.constants)

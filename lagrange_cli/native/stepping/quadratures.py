@@ -11,6 +11,7 @@ integral is not a number. The motion itself stays the same to the last bit.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, constant
@@ -37,6 +38,8 @@ CROWDED = 2.0**6
 CLOSE = 2.0**-16
 """Parts of a step so short, close to a kink, need not be as short as the series ask for: rounding errors make
 these short there, and what is expected at the end of a part is sound if it is confirmed."""
+SHORTER = 0.7
+"""A part that is not proven is tried again so many times as long."""
 NEARBY = 2.0**-30
 """Parts of a step that begin within this of each other are at the same place."""
 STRETCHES = 16.0
@@ -94,11 +97,11 @@ class Quadratures:
 
     def __init__(
         self, lengths: Lengths, first: int, count: int, low: int, tolerance: float, bounds: Bounds,
-        *, fades: bool = True,
+        *, fades: bool = True, rest: float = 0.0,
     ) -> None:  # fmt: skip
         self.lengths, self.bounds, self.low, self.tolerance = lengths, bounds, low, tolerance
         self.own = replace(lengths, followed=(first, count), apart=True)
-        self.sizes = StepSize(self.own, tolerance, fades=fades, prefix="integral_")
+        self.sizes = StepSize(self.own, tolerance, rest, fades=fades, prefix="integral_")
         self._chains = 4 if lengths.together > 1 else 1
 
     @property
@@ -176,14 +179,15 @@ class Quadratures:
         return f
 
     def confirmed(self) -> Function:
-        """``@integrals_confirmed(work, rates, allowed, integrals)``: whether the integrands are those
-        expected, but for integrals that are no numbers."""
+        """``@integrals_confirmed(work, rates, allowed, integrals, nothing)``: whether the integrands are
+        those expected, but for integrals that are no numbers. They may be off by ``nothing`` more."""
         given = ", ".join(f"ptr %{name}" for name in ("work", "rates", "allowed", "integrals"))
-        f = self.function(f"define internal BIT @integrals_confirmed({given}) #0")
+        f = self.function(f"define internal BIT @integrals_confirmed({given}, REAL %nothing) #0")
+        nothing = self.own.wide(f, Real(f, "%nothing"))
         bad = f.variable(self.flag(f, "false"))
         with self.own.velocities(f) as row:
             apart = f.magnitude(row.at("%rates") - row.series()[1])
-            off = apart.compared("ugt", row.at("%allowed"))
+            off = apart.compared("ugt", row.at("%allowed") + nothing)
             new = row.at("%integrals")
             bad.set(bad.get() | row.moving(off & new.equals(new)))
         f.give(~self.of_motions(f, bad.get()))
@@ -237,20 +241,29 @@ class Quadratures:
             row.put(error, ended, self.low)
             speed, lesser = rate(f, c, h, self._chains), f.smaller(f.magnitude(new), f.magnitude(old))
             most = allowed.of(f, own, f.magnitude(speed) + f.magnitude(c[0]), lesser)
+            most = most + own.wide(f, self.nothing(f, part.h[0]))
             row.put(speed, self.array(f, at, 4))
             row.put(f.select(short, f.magnitude(slope), most), self.array(f, at, 5))
+
+    def nothing(self, f: Function, h: Real) -> Real:
+        """How far off an integrand may be in any case: where it is proven, what it is next to nothing of
+        before a pulse does not matter."""
+        if not self.sizes.rest:
+            return f.constant(0.0)
+        return f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
 
     def known(self, f: Function, rate: Real) -> Real:
         """A rate, or 0 where it is not finite: what lies beyond tells whether it may be."""
         return f.select(f.magnitude(rate) < ENDLESS, rate, f.zero(rate.lanes))
 
-    def lose(self, f: Function, at: Places, part: Part, blind: Bit, noisy: Bit) -> Bit:
+    def lose(self, f: Function, at: Places, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals of what is too steep to be passed over are no numbers from here on, nor are those of what
         is not finite beyond, if that is not looked for further away (``blind``), or far from what was
-        expected although nothing else is left (``noisy``). Whether it is to be looked for."""
+        expected although nothing else is left (``noisy``), or ``unproven``. Whether it is to be looked
+        for."""
         own, ended = self.own, self.array(f, at, 2)
-        h, conditions = own.wide(f, part.h[0]), self.wide(f, part.short, part.steep, blind, noisy)
-        short, steep, last, lax = conditions
+        h, conditions = own.wide(f, part.h[0]), self.wide(f, part.short, part.steep, blind, noisy, unproven)
+        short, steep, last, lax, unknown = conditions
         none = f.splat(Real(f, NAN, 1), own.lanes)
         unseen = f.variable(self.flag(f, "false"))
         with own.velocities(f) as row:
@@ -259,7 +272,7 @@ class Quadratures:
             little, finite = both * h <= f.magnitude(old) * self.bounds.almost, both < ENDLESS
             apart = f.magnitude(found - row.at(self.array(f, at, 4)))
             wrong = lax & ~short & apart.compared("ugt", allowed * NOISY)
-            lost = row.moving(wrong | (short & ((~finite & last) | (finite & steep & ~little))))
+            lost = row.moving(wrong | (short & (unknown | (~finite & last) | (finite & steep & ~little))))
             row.put(f.select(lost, none, row.at(ended)), ended)
             unseen.set(unseen.get() | row.moving(short & ~finite & ~last & old.equals(old)))
         return self.of_motions(f, unseen.get())
@@ -304,6 +317,17 @@ class Quadratures:
             value = self.value(f, Row(one, f, i), at, part, dt)
             f.store(value, "%out", i * Integer(f, "%stride") + index)
 
+    def proven(self, f: Function, length: Real, least: Real, free: Bit, prove: Callable[[Real], Bit]) -> Real:
+        """A length, or as much of it as is proven, but for what is hardly more than nothing. Close to a
+        kink (not ``free``) parts are confirmed only."""
+        found = f.variable(length)
+        with f.when(free), f.section() as sound, f.forever() as rounds:
+            with f.when(prove(found.get())):
+                sound.leave()
+            found.set(found.get() * SHORTER)
+            rounds.repeat(found.get() > least)
+        return found.get()
+
     def choice(self, f: Function, where: Bit, yes: Time, no: Time) -> Time:
         """One time or the other."""
         return f.select(where, yes[0], no[0]), f.select(where, yes[1], no[1])
@@ -315,7 +339,7 @@ class Quadratures:
     def confirm(self, f: Function, at: Places) -> Bit:
         """Whether the series at the end of a part confirm what was expected."""
         arrays = (self.array(f, at, number) for number in (4, 5, 2))
-        return f.call(Bit, "integrals_confirmed", at.there, *arrays)
+        return f.call(Bit, "integrals_confirmed", at.there, *arrays, f.constant(0.0))
 
     def divide(
         self,
@@ -326,12 +350,14 @@ class Quadratures:
         live: Bit,
         expand: Callable[[Time], None],
         sample: Callable[[Part], Callable[[Bit], None]],
+        prove: Callable[[Time, Real], Bit] | None = None,
     ) -> Bit:
         """Write the loop over the parts of a ``step`` at about ``t``, of motions that are ``live``.
 
         ``expand`` is to compute the series at a place of the step, where the state is already; ``sample`` to
-        give the integrals of samples within a part, and what is to be done if that is confirmed. It returns
-        whether the end of the step was reached.
+        give the integrals of samples within a part, and what is to be done if that is confirmed; ``prove``
+        whether integrands have nothing to hide within some length of a place. It returns whether the end of
+        the step was reached.
         """
         zero, one = f.constant(0.0), f.constant(1.0)
         reached, beyond, gap, usual, last, repeats = (f.variable(zero) for _ in range(6))
@@ -352,6 +378,10 @@ class Quadratures:
             usual.set(f.larger(own, usual.get() * LAG))
             resolved = ((f.magnitude(t) + tau[0]) * bounds.ulp + step[0] * bounds.grain) * stretch.get()
             crowded, noisy = resolved * CROWDED, repeats.get() >= REPEATS
+            unproven = f.variable(Bit(f, constant("i1", f.lanes, "false"), f.lanes))
+            if prove is not None:
+                own = self.proven(f, own, crowded, ~near, partial(prove, tau))
+                unproven.set(~near & (own <= crowded) & (own < left[0]))
             steep = (own <= crowded) & (own < left[0])
             at_gap = near & (gap.get() <= resolved) & ~noisy
             half = gap.get() * 0.5
@@ -367,7 +397,7 @@ class Quadratures:
             self.add(f, at, part, usual.get(), f.magnitude(t))
             kept = sample(part)
             go(part.end)
-            unseen = self.lose(f, at, part, stretch.get() >= STRETCHES, noisy)
+            unseen = self.lose(f, at, part, stretch.get() >= STRETCHES, noisy, unproven.get())
             good = (self.confirm(f, at) | short | noisy) & ~unseen
             less = f.larger(push.get() * 0.5, one)
             push.set(f.select(short, f.select(steep, push.get() * 2.0, push.get()), less))
