@@ -204,7 +204,7 @@ def write_program(
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
     """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
-    if program.hiding or switches(residual.residual, residual.variables):
+    if program.hiding or program.guards or switches(residual.residual, residual.variables):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]
@@ -226,7 +226,9 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     jet = write_paired_jet(Memory(expansion, emitter, layout))
     parameters = residual.model.parameters
     prepare, size = write_prepare(Emitter(), constants, parameters, "internal void @prepare_lane")
-    pack = Pack(program.degrees, program.rows, width, layout.span, size, layout.vectors)
+    pack = Pack(
+        program.degrees, program.rows, width, layout.span, size, layout.vectors, program.state.quadratures
+    )
     stepping = follow(pack, order, tolerance, len(program.parameters))
     text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, stepping])
     text = with_lane_functions(text) + ATTRIBUTES.replace("#0", "#1") + "\n"

@@ -28,6 +28,7 @@ from lagrange_cli.native.stepping.advance import LAG, SMALLEST
 from lagrange_cli.native.stepping.doubles import moved
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import polynomial
+from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
 from lagrange_cli.records import dataclass
 
@@ -38,7 +39,8 @@ ALL = 2**LANES - 1
 
 @dataclass(frozen=True)
 class Pack:
-    """What eight lanes work on, in vectors: places of each part and ``size``, that of all."""
+    """What eight lanes work on, in vectors: places of each part and ``size``, that of all. So many of
+    the rows are ``quadratures``."""
 
     degrees: int
     rows: int
@@ -46,6 +48,7 @@ class Pack:
     span: int
     constants: int
     work: int
+    quadratures: int = 0
 
     @property
     def places(self) -> dict[str, int]:
@@ -84,11 +87,16 @@ class Follower:
             pack.degrees, pack.rows, pack.width, order, LANES, 1, LANES, row=LANES * pack.span, term=LANES
         )
         self.sizes, self.bounds = StepSize(self.lengths, tolerance), DOUBLE.coarser(tolerance)
+        first = 2 * pack.degrees
+        given = first, pack.quadratures, pack.width, tolerance, self.bounds
+        self.quadratures = Quadratures(self.lengths, *given) if pack.quadratures else None
 
     def text(self) -> str:
         """All of them."""
         own = self.admit(), self.retire(), self.ahead(), self.record(), self.follow()
-        return "".join(f.text() for f in (*self.sizes.functions(), accepted(self.lengths), *own))
+        rough = [self.quadratures.rough()] if self.quadratures else []
+        made = *self.sizes.functions(), accepted(self.lengths), *rough, *own
+        return "".join(f.text() for f in made)
 
     def column(self, f: Function, lane: Integer) -> Pointer:
         """The first double of a lane, from which others are ``LANES`` doubles apart."""
@@ -235,6 +243,8 @@ class Follower:
             left, passed = (stop - t) - low, f.magnitude(t)
             stuck = (h <= passed * bounds.shortest + SMALLEST) & (h < left)
             moving = live & regular & (met < ENDLESS) & ~(stuck | finishing | refused)
+            if self.quadratures:  # steps are divided by single motions only
+                moving = moving & ~f.call(Bit, "rough", state, work, f.smaller(h, left))
             final = (left <= h) & moving
             step = f.select(moving, f.smaller(h, left), zero)
             with f.when(~count.equals(0)), f.forever() as sampling:
