@@ -7,7 +7,7 @@ from dataclasses import replace
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
 from benchmarks.truth.families.line import line
-from benchmarks.truth.families.pulses import SHAPES, marks, push, pushed, shaped, start, written
+from benchmarks.truth.families.pulses import ROUNDED, SHAPES, marks, push, pushed, shaped, start, written
 from benchmarks.truth.reference import Linear, integral
 
 OUTPUTS = ("q", "v", "h", "action", "ledger")
@@ -65,7 +65,8 @@ def total_derivative_in_space(d: Draw) -> Case:
             for t in times
         ]
         truth = replace(truth, values={**truth.values, ACTION: action})
-        return balanced(truth, p.A * p.v0, p.A)
+        steep = 1 + ROUNDED * p.a / p.w
+        return balanced(truth, p.A * p.v0 * steep, p.A * steep)
 
     return line(
         d, reference, 4, outputs=OUTPUTS, h=True, lagrangian=[f"x_dot*{A}*{written(text, f'(x - {a})/{w}')}"]
