@@ -10,7 +10,7 @@ import pytest
 
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.mechanics.defect import may_hide
-from tests.support.motion import NAMES, SYSTEMS, follow, residual_of
+from tests.support.motion import NAMES, SYSTEMS, follow, prepared, residual_of
 
 LINE = """
 coordinates:
@@ -76,6 +76,11 @@ def test_where_a_particle_comes_from_does_not_change_how_it_is_scattered(potenti
         found.append(follow(text, way + 3, 2)["v/y"][-1])
     assert abs(found[0]) > 0.1
     np.testing.assert_allclose(found, found[0], rtol=0, atol=1e-14)
+
+
+def test_members_of_a_sweep_do_not_leap_over_narrow_forces():
+    text = LINE.format(initial=-1, velocity=1, potential="0.8*exp(-(x/1e-3)**2)")
+    assert prepared(text, ensemble=True).machine.program.lanes == 0
 
 
 def test_a_row_of_narrow_bumps():
