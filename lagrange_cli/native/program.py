@@ -152,7 +152,8 @@ def write_program(
     smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
     residual, modes = smooth.residual, [one.mode for one in smooth.guards]
     stepping = order >= STEPPING
-    hiding = stepping and (proven or may_hide(residual, smooth.integrands.values()))
+    hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
+    hiding = stepping and hides
     proven = stepping and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []
     named = {f"guard {i}": one.argument for i, one in enumerate(smooth.guards)}
@@ -197,19 +198,14 @@ def write_program(
         **{**vars(interface), "constants": size, "work": made.work, "series_at": made.series_at},
         text=with_lane_functions(text) if proven or hiding else text,
         series=series,
-        hiding=proven or hiding,
+        hiding=hides,
         operations={"jet": made.operations, "observe": observing},
     )
 
 
 def suits_lanes(program: Program, residual: Residual) -> bool:
     """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
-    if (
-        may_hide(residual)
-        or program.hiding
-        or program.guards
-        or switches(residual.residual, residual.variables)
-    ):
+    if program.hiding or program.guards or switches(residual.residual, residual.variables):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]
