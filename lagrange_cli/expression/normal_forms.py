@@ -14,7 +14,7 @@ from typing import Any
 
 from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
-from lagrange_cli.expression.node import Kind, Node, bits
+from lagrange_cli.expression.node import Kind, Node, bits, in_order
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, root_of_square, signs
 
@@ -66,7 +66,7 @@ class NormalForms:
         return value if isinstance(value, Node) else self.constant(value)
 
     def _make(self, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int | None = None) -> Node:
-        key = (kind, data, tuple(argument.number for argument in arguments))
+        key = (kind, data, arguments)
         node = self._table.get(key)
         if node is None:
             if symbols is None:
@@ -104,7 +104,8 @@ class NormalForms:
             else:
                 collected[node] = collected.get(node, 0.0) + coefficient
         self.work.charge(count)
-        collected = {node: c for node, c in collected.items() if c != 0.0}
+        if 0.0 in collected.values():
+            collected = {node: c for node, c in collected.items() if c != 0.0}
         constant += self._fold_squares(collected)
         if not collected:
             return self.constant(constant)
@@ -112,9 +113,8 @@ class NormalForms:
             ((node, coefficient),) = collected.items()
             if coefficient == 1.0:
                 return node
-        ordered = sorted(collected.items(), key=lambda item: item[0].number)
-        data = (constant + 0.0, tuple(coefficient for _, coefficient in ordered))
-        return self._make(Kind.SUM, data, tuple(node for node, _ in ordered))
+        ordered = tuple(in_order(collected))
+        return self._make(Kind.SUM, (constant + 0.0, tuple(map(collected.__getitem__, ordered))), ordered)
 
     def _fold_squares(self, collected: dict[Node, float]) -> float:
         """Replace c R cos(u)^2 + c R sin(u)^2 by c R in place; returns what became a constant."""
@@ -200,14 +200,12 @@ class NormalForms:
         self.work.charge(count)
         if coefficient == 0.0:
             return self.zero
-        parts = [(a, self.tidy(e)) for a, e in collected.items() if e != 0]
-        if not parts:
+        bases = [node for node, exponent in collected.items() if exponent != 0]
+        if not bases:
             return self.constant(coefficient)
-        parts.sort(key=lambda part: part[0].number)
-        if len(parts) == 1 and parts[0][1] == 1:
-            node = parts[0][0]
-        else:
-            node = self._make(Kind.PRODUCT, tuple(e for _, e in parts), tuple(a for a, _ in parts))
+        bases = in_order(bases)
+        exponents = tuple([self.tidy(collected[base]) for base in bases])
+        node = bases[0] if exponents == (1,) else self._make(Kind.PRODUCT, exponents, tuple(bases))
         return node if coefficient == 1.0 else self.sum([(node, coefficient)])
 
     def _even_roots(self, node: Node, exponent: float) -> list[tuple[Node, int | float]]:

@@ -19,6 +19,8 @@ def underflows(text: str) -> bool:
 
 def tidy(exponent: float) -> int | float:
     """A whole exponent as an int, any other as a float."""
+    if type(exponent) is int:
+        return exponent
     return int(exponent) if math.isfinite(exponent) and exponent == int(exponent) else float(exponent)
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
-from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, Needs
-from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE
-from lagrange_cli.limits import way_out, whole
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
@@ -17,9 +16,6 @@ from lagrange_cli.native.program import Program, suits_lanes, with_lanes, write_
 from lagrange_cli.outputs.plan import Plan, make_plan
 from lagrange_cli.outputs.recording import Recording
 from lagrange_cli.records import replace
-
-LONGER = 4
-"""How many times as much code a convolution of double-doubles takes."""
 
 RATES = 2
 """The order of q's series that gives the accelerations alone."""
@@ -35,8 +31,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
         TooLarge: where the code would be too large to be compiled.
     """
     method, precision = METHODS[compilation.method], compilation.precision
-    if method.needs is Needs.SERIES:
-        check_convolutions(residual, precision)
+    check_convolutions(residual, compilation.method, precision)
     plan = make_plan(residual, compilation.outputs)
     if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
@@ -88,20 +83,6 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
         nodes = jacobian_nodes(residual, linear, plan)
         return write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
     return write_program(residual, RATES, plan.integrands, plan.observed)
-
-
-def check_convolutions(residual: Residual, precision: str) -> None:
-    """Refuse a system whose Taylor series take minutes and gigabytes to compile, before code is written."""
-    most = whole("convolutions") // (1 if precision == DOUBLE else LONGER)
-    found = residual.costs[residual.formulation]
-    if found > most:
-        without = next(name for name, row in METHODS.items() if row.needs is Needs.RATES)
-        another = f"choose --method {without}, which needs none, " if precision == DOUBLE else ""
-        raise TooLarge(
-            f"the Taylor series of this system take {found} convolutions per order; "
-            f"at most {most} are compiled",
-            f"{another}make the system smaller, {way_out('convolutions')}",
-        )
 
 
 def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.monitor import Stage, untimed
-from lagrange_cli.run.settings import ALL, default_outputs, resolve_outputs
+from lagrange_cli.run.settings import ALL, default_outputs, resolve_method, resolve_outputs
 
 if TYPE_CHECKING:
     from lagrange_cli.errors import Problem
@@ -34,12 +35,15 @@ class Classification:
 def classify(spec: Spec, stage: Stage = untimed) -> Classification:
     """Derive the equations of motion of a system, and say what follows from them.
 
-    Raises ``SpecError`` where none can be derived.
+    Raises ``SpecError`` where none can be derived, or where the method of the file cannot follow them.
     """
+    from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
     from lagrange_cli.mechanics.omitted_work import engine, skipped
 
-    with stage("derive"):
-        residual = derive_system(spec)
+    method = resolve_method(spec.solve.method)
+    with stage("derive"), located(spec):
+        residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
+        check_convolutions(residual, method, DOUBLE)
     warnings = contradicting_units(spec)
     return Classification(spec, residual, skipped(residual, left_out_of(spec)), engine(residual), warnings)
 

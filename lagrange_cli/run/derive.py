@@ -21,7 +21,9 @@ from lagrange_cli.errors import (
 from lagrange_cli.run.settings import check_defaults
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.node import Node
     from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.model.model import Model
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import Expression, Spec
 
@@ -61,10 +63,17 @@ def read_run(
     return spec, found
 
 
-def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) -> Residual:
+def derive_system(
+    spec: Spec,
+    *,
+    exact: bool = False,
+    portable: bool = False,
+    foresee: Callable[[Model[Node]], object] | None = None,
+) -> Residual:
     """The equations of motion over the expression graph.
 
     If ``exact``, no number in them is rounded; if ``portable``, all are rounded alike on every machine.
+    ``foresee`` may refuse a model before its equations are derived.
 
     Raises ``SpecError`` if there are none, as where the kinetic energy does not depend on a velocity.
     """
@@ -84,7 +93,10 @@ def derive_system(spec: Spec, *, exact: bool = False, portable: bool = False) ->
     with located(spec):
         count = len(spec.coordinates)
         algebra.graph.work.charge(count**2, f"a mass matrix of {count} coordinates")
-        return derive(build_model(spec, algebra))
+        model = build_model(spec, algebra)
+        if foresee is not None:
+            foresee(model)
+        return derive(model)
 
 
 @contextmanager

@@ -11,13 +11,22 @@ from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.node import Node
     from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.model.model import Model
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
 
 
 def nothing() -> None:
     """Load nothing."""
+
+
+def foresee(settings: Settings, model: Model[Node]) -> None:
+    """Refuse at once what would be refused after its equations have been derived."""
+    from lagrange_cli.integrate.convolutions import foresee_convolutions
+
+    foresee_convolutions(model, settings.method, settings.precision)
 
 
 def prepare_run(
@@ -43,7 +52,12 @@ def prepare_run(
     with located(spec):
         return prepare_system(
             spec,
-            partial(derive_system, exact=settings.precision != DOUBLE, portable=settings.portable),
+            partial(
+                derive_system,
+                exact=settings.precision != DOUBLE,
+                portable=settings.portable,
+                foresee=partial(foresee, settings),
+            ),
             find_cache(wanted=cached),
             settings.compilation(ensemble=ensemble, order=order),
             stage=stage,
