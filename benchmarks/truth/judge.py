@@ -26,6 +26,8 @@ END = 1e-6
 """How well the time must be known at which a motion ends; it is said with nine digits."""
 DIFFERENCE, ROUGHLY = "1e-13", 28
 """By which part of itself each number is changed to find out what comes of it, and the digits for that."""
+NOTHING = 2.0**-1000
+"""So small an error is nothing: doubles have no smaller numbers that are known to all their digits."""
 SECONDS = 60.0
 """Processor time after which a run hangs."""
 MEMBERS = 9
@@ -355,6 +357,8 @@ def false_reason(message: str) -> bool:
 def part_of(error: Number, tolerance: Number, known: Known, path: str, k: int) -> float:
     """An error relative to what is allowed; the condition is computed only where it matters."""
     size = known.size(path)
+    if error < NOTHING:
+        return 0.0
     if error <= tolerance * size:
         return float(error / (tolerance * size)) if size else 0.0
     bound = tolerance * known.allowed(path, k)

@@ -42,7 +42,8 @@ def function_of_time(d: Draw) -> Case:
         truth = uniform(p, times)
         h = [p.v0**2 / 2 - f(t) for t in times]
         truth = replace(truth, values={**truth.values, ACTION: action, "diagnostics/h": h})
-        return balanced(replace(truth, sizes={ACTION: p.A * p.w, "diagnostics/h": p.A}), p.A, p.v0)
+        sizes = {ACTION: p.A * p.w, "diagnostics/h": p.A}
+        return balanced(replace(truth, sizes=sizes), p.A * (1 + ROUNDED * p.T / p.w), p.v0)
 
     return line(
         d, reference, far, outputs=OUTPUTS, momentum=True,
