@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.native.interface import Stop
 from lagrange_cli.native.state import CHANGES, Clock
 
 if TYPE_CHECKING:
@@ -24,6 +25,13 @@ HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 DERIVATIVES = 6
 """Derivatives of u that are looked at."""
+WAY, FELT, FARTHER = (2.0**-40, 2.0**-80), (2.0**-50, 2.0**-98), 6
+"""The way across u = 0 as a part of the coordinates, and the change of velocities that is not felt on it, in
+doubles and in double-double; how often it is made longer."""
+BRIEF = 2.0**-20
+"""What is a short part of all the time since t = 0."""
+BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
+"""What is forgotten where other equations begin to hold."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 ROUNDS = 8
@@ -46,6 +54,7 @@ class Settling:
         marks = self._rows.fresh(self._layout)
         self._marks = memory[marks : marks + count]
         self._attempts, self._latest = 0, np.nan
+        self._crossed: tuple[float, ...] = ()
 
     @property
     def count(self) -> int:
@@ -80,6 +89,12 @@ class Settling:
         """Go on with the modes that are in the memory."""
         self._prepare()
 
+    def goes_on(self, stop: Stop, due: int) -> bool:
+        """Whether the motion goes on from where compiled code has stopped."""
+        if stop is Stop.GUARD:
+            return self.settle(due) or self.cross()
+        return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and self.cross()
+
     def settle(self, due: int) -> bool:
         """Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound;
         whether one was found with which the motion goes on."""
@@ -89,7 +104,7 @@ class Settling:
         if self._attempts > ATTEMPTS * (self.count + 1):
             return False
         before = float(self._modes[due])
-        for number in (Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES):
+        for number in BEGINNING:
             self._memory[self._layout.at(number)] = 0.0
         marked = [j for j in range(self.count) if j != due and self._marks[j] > 0.0 and self._modes[j] != 0.0]
         if self._memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.multipliers[due]:
@@ -98,6 +113,71 @@ class Settling:
             side = 1.0 if self._multiplier(due) > 0.0 else -1.0
             return self._choose([due, *marked], {due: side}, held=False)
         return self._choose([due, *marked], {due: -before})
+
+    def cross(self) -> bool:
+        """Take the motion a little way across u = 0, where u has a power that has no series there, as
+        |u|^1.5; whether that could be done. The force must change too little on this way to be felt.
+
+        It is taken with the acceleration on the side from which the motion comes.
+        """
+        now = tuple(self._memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+        if now == self._crossed:
+            return False
+        self._crossed = now
+        self._series()
+        free = [j for j in range(self.count) if self._modes[j] != 0.0]
+        u = {j: self._coefficients(self._rows.first + j)[:2] for j in free}
+        marked = [j for j in free if self._marks[j] > 0.0]
+        ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self._modes[j] < 0.0}
+        if marked:
+            return self._crossed_by(marked[0], 0.0, float(self._modes[marked[0]]))
+        if not ahead:
+            return False
+        j = min(ahead, key=lambda j: abs(ahead[j]))
+        return self._crossed_by(j, abs(float(ahead[j])), -float(self._modes[j]))
+
+    def _crossed_by(self, j: int, left: float, mode: float) -> bool:
+        """Move on by the time ``left`` until u = 0, and a little more, to where the mode is another one."""
+        layout, memory, parts = self._layout, self._memory.copy(), self.machine.program.parts
+        q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
+        if not v > 0.0:
+            return False
+        usual = max(q / v, abs(memory[layout.time]) * BRIEF)
+        for k in range(FARTHER):
+            self._memory[:] = memory
+            self._modes[j] = -mode
+            if self._moved(left + float(usual) * WAY[parts - 1] * 16.0**k, mode, j):
+                self._marks[:] = 0.0
+                for number in BEGINNING:
+                    self._memory[layout.at(number)] = 0.0
+                return True
+        self._memory[:] = memory
+        return False
+
+    def _moved(self, length: float, mode: float, j: int) -> bool:
+        """Move by a time so short that the force hardly changes, and set the mode; whether it does not."""
+        layout = self._layout
+        self._series()
+        before = np.array(
+            [self._coefficients(row)[0] for row in range(layout.rates.start, layout.rates.stop)]
+        )
+        high, low = (self._memory[layout.part(part)] for part in (0, 1))
+        speeds = np.concatenate([high[layout.v], before])
+        speeds[layout.q] += before[: layout.degrees] * length / 2
+        change = speeds * length
+        total = high + change
+        low += change - (total - high)
+        high[:] = total
+        time = self._memory[layout.at(Clock.TIME) : layout.at(Clock.TIME_LOW) + 1]
+        later = time[0] + length
+        time[:] = later, time[1] + (length - (later - time[0]))
+        self._modes[j] = mode
+        self._series()
+        series = [self._coefficients(row) for row in range(layout.v.start, layout.v.stop)]
+        after = np.array([one[0] for one in series])
+        felt = np.abs(after - before[: layout.degrees]) * length
+        least = FELT[self.machine.program.parts - 1] * np.max(np.abs(high[layout.v]))
+        return bool(np.all(np.isfinite(series)) and np.all(felt <= least))
 
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried

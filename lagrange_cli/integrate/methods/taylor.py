@@ -246,10 +246,10 @@ class Stepper:
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])
-            if stop is Stop.GUARD and self._settling is not None:
-                if self._settling.settle(int(self._info[3])) and not interrupt(self.t):
+            if self._settling is not None and self._settling.goes_on(stop, int(self._info[3])):
+                if not interrupt(self.t):
                     continue
-                return stop, done
+                stop = Stop.PAUSE
             if stop is not Stop.PAUSE or interrupt(self.t):
                 return stop, done
             spent = time.perf_counter() - began
