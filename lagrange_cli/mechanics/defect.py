@@ -14,6 +14,9 @@ from lagrange_cli.records import dataclass
 SINGULAR = frozenset({"exp", "tanh", "sinh", "cosh", "tan", "atan", "asin", "acos", "log", "atan2"})
 """Functions that change by orders of magnitude where their argument does, or that have singularities, which
 may be off the real line and as near to it as they like. (Sine and cosine show everywhere what they are.)"""
+MANY = 1000
+"""Terms and factors of a system from which on softened distances count as distances: to enclose all of them
+would take more time than their motion."""
 STEEP, HIGH = 4, 8
 """Powers of large coordinates: from the first one on, what falls so fast, and from the second one on, what
 grows so fast, may be nothing to the last bit where a step begins. Gravity and rotation are below."""
@@ -78,7 +81,9 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
                 steepness = abs(exponent) * degrees[base]
                 if steepness >= (HIGH if exponent > 0 else STEEP):
                     return True
-                if (exponent < 0 or exponent != int(exponent)) and not is_distance(base, variables):
+                softened = len(nodes) > MANY and base.kind is Kind.SUM
+                singular = exponent < 0 or exponent != int(exponent)
+                if singular and not softened and not is_distance(base, variables):
                     return True
     return False
 

@@ -88,6 +88,8 @@ def run(
     many = prepared(system, ensemble=True, backward=times.backward)
     alone = prepared(system, backward=times.backward).follower
     method = OneByOne(alone) if single else ensemble_method(many, lambda: alone)
+    missing = many.machine.program.rows - states.shape[1]  # integrals, which begin with 0
+    states = np.pad(states, ((0, 0), (0, missing)))
     batches = []
     going = method.follow(Starts(parameters, states, times, sampled), batches.append, watch, threads)
     index = np.concatenate([batch.index for batch in batches])
