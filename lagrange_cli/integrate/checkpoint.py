@@ -60,7 +60,7 @@ class Progress:
             final = None if data["final"] is None else State(**data["final"])
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
-        if memory is None or memory.shape != (program.state.memory,) or memory.dtype != np.float64:
+        if memory is None or memory.shape != (program.inner.memory,) or memory.dtype != np.float64:
             raise ValueError("not of this program")
         within = min(times.start, times.stop) <= t <= max(times.start, times.stop)
         within &= abs(float(memory[program.state.time])) == abs(t)  # backward it is -t

@@ -8,6 +8,7 @@ from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.defect import Defect, defect, may_hide, terms_of
+from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
@@ -83,7 +84,8 @@ def integrands_of(equations: Equations) -> tuple[Residual, Defect, Constants] | 
     residual, integrands = equations.residual, equations.integrands
     if not integrands:
         return None
-    return residual, Defect((), terms_of(integrands, residual)), equations.constants
+    accelerations, rows = expanded(residual, integrands)
+    return residual, Defect(accelerations, terms_of(rows, residual, accelerations)), equations.constants
 
 
 def double(equations: Equations) -> Motion:

@@ -26,6 +26,8 @@ INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
 LIBM = re.compile(rf"@(?:llvm\.({'|'.join(INTRINSICS)})\.f64|({'|'.join(LIBRARY)}))\(")
 TURNING = re.compile(r"  (%[\w.]+) = call double @llvm\.(sin|cos)\.f64\(double ([%\w.]+)\)")
 PAIR = elementary.result_type("sin_cos", 1)
+ELEMENTARY = re.compile(r"^define [^@]*@(?:sin_cos|exp|log|pow)\.\d+\(.*?^}$", re.MULTILINE | re.DOTALL)
+"""Functions of ``elementary``, which call the C library's beyond their range."""
 DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
 CALLED = re.compile(r"@([\w.]+)\(")
 
@@ -35,7 +37,8 @@ def portable(text: str) -> str:
     text = fused(text)
     known = library(double_double=f"{TYPE} = type" not in text)
     lines = [line for line in text.split("\n") if not (line.startswith("declare") and LIBM.search(line))]
-    text = LIBM.sub(_own, "\n".join(together(lines)))
+    text = ELEMENTARY.sub(lambda found: LIBM.sub(_beyond, found[0]), "\n".join(lines))
+    text = LIBM.sub(_own, "\n".join(together(text.split("\n"))))
     parts, found, pending = [text], set(DEFINED.findall(text)), [text]
     while pending:
         for name in sorted(set(CALLED.findall(pending.pop())) & known.keys() - found):
