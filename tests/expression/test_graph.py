@@ -58,7 +58,7 @@ def test_sums_that_differ_by_sign_or_powers_of_two_are_one_factor() -> None:
     assert node_of("(3*x - 3*y)**2", algebra) is not node_of("9*(x - y)**2", algebra)  # 3 may round
 
 
-@pytest.mark.exhaustive(keep=9)
+@pytest.mark.exhaustive(keep=6)
 @examples(100)
 @given(texts(NAMES), SIGNED)
 @example("(x**2)**0.5", {"x": -1.5, "y": 1.0, "z": 1.0})
@@ -79,7 +79,7 @@ def test_a_graph_has_the_value_of_its_expression(text: str, values: dict[str, fl
     assert close(node, value, values)
 
 
-@pytest.mark.exhaustive(keep=9)
+@pytest.mark.exhaustive(keep=6)
 @examples(75)
 @given(texts(NAMES), POINTS)
 @example("x**y", {"x": 0.7, "y": 1.1, "z": 1.0})
@@ -103,7 +103,7 @@ def test_a_derivative_is_the_limit_of_differences(text: str, values: dict[str, f
     assert close(derivative, slope, values, 1e-10)
 
 
-@pytest.mark.exhaustive(keep=9)
+@pytest.mark.exhaustive(keep=6)
 @examples(25)
 @given(texts(NAMES))
 def test_equal_expressions_are_one_node(text: str) -> None:

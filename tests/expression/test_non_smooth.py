@@ -97,7 +97,7 @@ def test_a_member_fails_where_its_own_branch_does() -> None:
     assert algebra.failed.tolist() == [False, False, True, True]
 
 
-@pytest.mark.exhaustive(keep=9)
+@pytest.mark.exhaustive(keep=6)
 @examples(60)
 @given(texts(NAMES), VALUES, VALUES)
 def test_graph_sympy_and_numbers_agree(text: str, x: float, y: float) -> None:

@@ -55,7 +55,7 @@ def cache(tmp_path):
     return Cache(str(tmp_path / "cache"))
 
 
-@pytest.mark.exhaustive(keep=10)
+@pytest.mark.exhaustive(keep=7)
 @pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
 @pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
 def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):

@@ -75,7 +75,7 @@ ENDINGS = {
 }
 
 
-@pytest.mark.exhaustive(keep=8)
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("name", ENDINGS)
 @pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
 def test_a_motion_that_cannot_go_on_says_so(name, method):

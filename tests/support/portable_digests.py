@@ -7,6 +7,7 @@ systems, it takes all that there are.
 
 import hashlib
 import json
+import os
 import sys
 from pathlib import Path
 
@@ -77,4 +78,5 @@ def all_digests(folder: Path, cpu: str, features: str, systems: list[str]) -> di
 if __name__ == "__main__":
     folder, cpu, features, *systems = sys.argv[1:]
     place = Path(folder)
-    print(json.dumps(all_digests(place, cpu, features, systems or all_systems(place))))
+    print(json.dumps(all_digests(place, cpu, features, systems or all_systems(place))), flush=True)
+    os._exit(0)  # as the command does: better code may still be compiling

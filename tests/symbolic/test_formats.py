@@ -21,7 +21,7 @@ def test_the_command_offers_the_forms_there_are():
     assert FORMS == report.FORMS
 
 
-@pytest.mark.exhaustive(keep=8)
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("name", NAMES)
 def test_data_is_read_back_by_sympy_and_by_the_file_grammar(name):
     equations = equations_of(name)
@@ -56,7 +56,7 @@ def test_data_has_the_keys_of_the_contract(name):
         assert set(each) == {"quantity", "expression", "because"}
 
 
-@pytest.mark.exhaustive(keep=8)
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("form", ["lagrange", "hamilton"])
 @pytest.mark.parametrize("name", NAMES)
 def test_the_python_module_runs_and_agrees(name, form):

@@ -28,7 +28,7 @@ def settable(formula):
         PARSER.parse(f"${text.strip()}$")
 
 
-@pytest.mark.exhaustive(keep=12)
+@pytest.mark.exhaustive(keep=8)
 @pytest.mark.parametrize("form", FORMS)
 @pytest.mark.parametrize("name", NAMES)
 def test_every_formula_can_be_set_and_fits_a_line(name, form):

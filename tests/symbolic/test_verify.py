@@ -174,7 +174,7 @@ FUNCTIONS = (
 )
 
 
-@pytest.mark.exhaustive(keep=8)
+@pytest.mark.exhaustive(keep=6)
 @pytest.mark.parametrize("text", FUNCTIONS.split())
 def test_direct_differentiation_is_that_of_the_printed_equations(text):
     """With the function in T, in U and in a force."""
