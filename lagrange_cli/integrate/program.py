@@ -65,7 +65,7 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
         )
     if compilation.ensemble and needs is Needs.SERIES and not compilation.proven:
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
-        if suits_lanes(program, residual):
+        if suits_lanes(program, residual, plan.integrands.values()):
             return with_lanes(program, residual, tolerance)
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order

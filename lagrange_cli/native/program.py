@@ -205,9 +205,9 @@ def write_program(
     )
 
 
-def suits_lanes(program: Program, residual: Residual) -> bool:
+def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node] = ()) -> bool:
     """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
-    if program.hiding or program.guards or switches(residual.residual, residual.variables):
+    if program.hiding or switches([*residual.residual, *integrands], residual.variables):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]
