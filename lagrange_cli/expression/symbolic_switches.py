@@ -2,6 +2,9 @@
 
 sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols are real, which is not said of
 them. Derivatives are those on both sides of a jump, as in the expression graph.
+
+``eval`` is sympy's name for the method by which a function class simplifies its arguments. These are sympy
+expressions that ``expression.build`` has made of a checked tree: no text is ever evaluated.
 """
 
 from __future__ import annotations
@@ -14,6 +17,13 @@ import sympy
 def decided(u: sympy.Expr) -> bool:
     """Whether it is a real number."""
     return bool(u.is_number and u.is_extended_real)
+
+
+def sign_of(u: sympy.Expr) -> int | None:
+    """That of a constant; None where none is found, as for cos(1)**2 + sin(1)**2 - 1, which no digits decide."""
+    if not decided(u):
+        return None
+    return 1 if u.is_positive else -1 if u.is_negative else 0 if u.is_zero else None
 
 
 class Absolute(sympy.Function):  # type: ignore[misc]
@@ -46,8 +56,8 @@ class Sign(sympy.Function):  # type: ignore[misc]
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """That of a number, and of a factor, comes out of it."""
         number, rest = u.as_coeff_Mul()
-        if rest is sympy.S.One and decided(number):
-            return sympy.sign(number)
+        if rest is sympy.S.One and (sign := sign_of(number)) is not None:
+            return sympy.Integer(sign)
         if number != 1 and decided(number):
             return sympy.sign(number) * cls(rest)
         return -cls(-u) if u.could_extract_minus_sign() else None
@@ -64,12 +74,13 @@ class Extremum(sympy.Function):  # type: ignore[misc]
     @classmethod
     def eval(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
         """Numbers are compared; what is equal is one."""
-        if all(decided(argument) for argument in arguments):
-            return max(arguments) if cls.SIGN > 0 else min(arguments)
         distinct = tuple(dict.fromkeys(arguments))
-        if len(distinct) == 1:
-            return distinct[0]
-        return cls(*distinct) if len(distinct) < len(arguments) else None
+        constants = [one for one in distinct if decided(one)]
+        beaten = {one for one in constants for other in constants if sign_of(other - one) == cls.SIGN}
+        kept = tuple(one for one in distinct if one not in beaten)
+        if len(kept) == 1:
+            return kept[0]
+        return cls(*kept) if len(kept) < len(arguments) else None
 
     def _eval_derivative(self, symbol: sympy.Symbol) -> sympy.Expr:
         first, *others = self.args
@@ -96,9 +107,10 @@ class Switch(sympy.Function):  # type: ignore[misc]
         """A number decides."""
         if above == below:
             return above
-        if decided(u):
-            return above if u > 0 or (u.is_zero and at >= 0) else below
-        return None
+        sign = sign_of(u)
+        if sign is None:
+            return None
+        return above if sign > 0 or (sign == 0 and at >= 0) else below
 
     def where_nonzero(self, factor: sympy.Expr) -> sympy.Expr | None:
         """The branch that is taken where ``factor``, an extremum of 0 and another, is not 0; or None."""

@@ -145,14 +145,20 @@ def test_the_command_prints_the_script(shell, capsys):
     assert main(["completion", "tcsh"]) == 2
 
 
+def installed(folder):
+    """The command ``lagrange`` in a new folder."""
+    folder.mkdir()
+    command = folder / "lagrange"
+    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lagrange_cli "$@"\n')
+    command.chmod(0o755)
+    return command
+
+
 def test_a_round_trip_in_bash(tmp_path):
     """Tab in an interactive bash in a pseudo-terminal: the words that it makes of what is typed."""
     if shutil.which("bash") is None:
         pytest.skip("there is no bash")
-    (tmp_path / "bin").mkdir()
-    command = tmp_path / "bin" / "lagrange"
-    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lagrange_cli "$@"\n')
-    command.chmod(0o755)
+    command = installed(tmp_path / "bin")
     (tmp_path / "my hoop.yaml").write_text((SYSTEMS / "rotating_hoop.yaml").read_text(encoding="utf-8"))
     (tmp_path / "my notes.txt").touch()
     (tmp_path / "folder").mkdir()
@@ -196,11 +202,8 @@ def test_a_round_trip_in_bash(tmp_path):
 def test_fish_completes_what_is_typed(tmp_path):
     """As at the Tab key: fish is asked what it would offer."""
     if shutil.which("fish") is None:
-        pytest.skip("there is no fish")
-    (tmp_path / "folder").mkdir()
-    command = tmp_path / "folder" / "lagrange"
-    command.write_text(f'#!/bin/sh\nexec "{sys.executable}" -m lagrange_cli "$@"\n')
-    command.chmod(0o755)
+        pytest.skip("fish is not installed; what the command answers to it is tested above")
+    command = installed(tmp_path / "folder")
     (tmp_path / "my hoop.yaml").write_text((SYSTEMS / "rotating_hoop.yaml").read_text(encoding="utf-8"))
     for name in ("my notes.txt", "other.yml", "my.csv"):
         (tmp_path / name).touch()

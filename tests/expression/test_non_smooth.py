@@ -97,6 +97,23 @@ def test_a_member_fails_where_its_own_branch_does() -> None:
     assert algebra.failed.tolist() == [False, False, True, True]
 
 
+@pytest.mark.parametrize(
+    ("text", "kept"),
+    [
+        ("min(1, sin(1)**2 + cos(1)**2)", "min(1, cos(1)**2 + sin(1)**2)"),
+        ("max(1/2, sin(1)**2 + cos(1)**2, 1)", "max(cos(1)**2 + sin(1)**2, 1)"),
+        ("sign(sin(1)**2 + cos(1)**2 - 1)", "sign(-1 + cos(1)**2 + sin(1)**2)"),
+        ("where(sin(1)**2 + cos(1)**2 > 1, 3, 5)", "where(-1 + cos(1)**2 + sin(1)**2, 3, 5, -1)"),
+        ("where(sqrt(2) > 1, x, y)", "x"),
+        ("min(x, 2, pi, x)", "min(x, 2)"),
+    ],
+)
+def test_constants_are_compared_where_sympy_can(text: str, kept: str) -> None:
+    """It raises where it is asked which of two equal ones is greater."""
+    symbolic = SympyAlgebra()
+    assert str(build(parse(text), symbolic.symbol, symbolic)) == kept
+
+
 @pytest.mark.exhaustive(keep=6)
 @examples(60)
 @given(texts(NAMES), VALUES, VALUES)

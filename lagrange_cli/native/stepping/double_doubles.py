@@ -24,7 +24,7 @@ from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.proof import Proof, Proving, proven
-from lagrange_cli.native.stepping.quadratures import Part, Places, Time, difference, followed
+from lagrange_cli.native.stepping.quadratures import Part, Places, Time, difference, followed, sampling
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, StepSize, chosen_step
 from lagrange_cli.records import replace
 
@@ -435,18 +435,14 @@ class DoubleDoubleSteps(Steps):
             rest.set(to[1])
             compute()
 
-        def sample(part: Part) -> Callable[[Bit], None]:
-            reached = f.variable(index.get())
-            with f.section() as done, f.forever() as rounds:
-                with f.when(reached.get() >= Integer(f, "%last")):
-                    done.leave()
-                dt = self.since(f.load("%times", reached.get()), begin)
-                with f.when(~((difference(dt, part.end)[0] <= 0.0) | part.last)):
-                    done.leave()
-                made.sample_at(f, at, part, dt, reached.get())
-                reached.set(reached.get() + 1)
-                rounds.go_on()
-            return lambda good: index.set(f.select(good, reached.get(), index.get()))
+        def write(part: Part, dt: Time, reached: Integer) -> None:
+            made.sample_at(f, at, part, dt, reached)
+
+        def within(dt: Time, part: Part) -> Bit:
+            return difference(dt, part.end)[0] <= 0.0
+
+        last = Integer(f, "%last")
+        sample = sampling(f, index, last, lambda instant: self.since(instant, begin), within, write)
 
         def prove(place: Time, length: Real) -> Bit:
             given = f.pointer("%constants"), (t + low) + place[0], arrays, series, length, made.unit.get()

@@ -16,7 +16,7 @@ from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import Proof, Proving, proven
-from lagrange_cli.native.stepping.quadratures import Part, Places, Quadratures, Time, followed
+from lagrange_cli.native.stepping.quadratures import Part, Places, Quadratures, Time, followed, sampling
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
 from lagrange_cli.records import replace
 
@@ -217,18 +217,13 @@ class DoubleSteps(Steps):
             f.call(None, "clear", series, f.count(self._work))
             f.call(Bit, "jet", f.pointer("%constants"), (t + low) + place[0], arrays, series)
 
-        def sample(part: Part) -> Callable[[Bit], None]:
-            reached = f.variable(index.get())
-            with f.section() as done, f.forever() as rounds:
-                with f.when(reached.get() >= end):
-                    done.leave()
-                dt = (f.load("%times", reached.get()) - t) - low
-                with f.when(~((dt <= part.end[0]) | part.last)):
-                    done.leave()
-                made.sample(f, at, part, dt, reached.get())
-                reached.set(reached.get() + 1)
-                rounds.go_on()
-            return lambda good: index.set(f.select(good, reached.get(), index.get()))
+        def write(part: Part, dt: Real, reached: Integer) -> None:
+            made.sample(f, at, part, dt, reached)
+
+        def since(instant: Real) -> Real:
+            return (instant - t) - low
+
+        sample = sampling(f, index, end, since, lambda dt, part: dt <= part.end[0], write)
 
         def prove(place: Time, length: Real) -> Bit:
             return self.has_proven(f, (t + low) + place[0], arrays, series, length)

@@ -12,8 +12,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import TypeVar
 
-from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.function import Function, Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, constant
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
@@ -47,6 +48,7 @@ STRETCHES = 16.0
 MOST = 2**18
 """Parts of one step."""
 NAN = "0x7FF8000000000000"
+T = TypeVar("T")
 Time = tuple[Real, Real]
 """A time with its low part."""
 
@@ -87,6 +89,33 @@ class Part:
     short: Bit
     steep: Bit
     last: Bit
+
+
+def sampling(
+    f: Function,
+    index: Variable[Integer],
+    last: Integer,
+    since: Callable[[Real], T],
+    within: Callable[[T, Part], Bit],
+    write: Callable[[Part, T, Integer], None],
+) -> Callable[[Part], Callable[[Bit], None]]:
+    """What samples a part: it writes those from ``index`` to before ``last`` that are ``within`` it, at the
+    times ``since`` the beginning of the step, and returns what keeps them if the part is good."""
+
+    def sample(part: Part) -> Callable[[Bit], None]:
+        reached = f.variable(index.get())
+        with f.section() as done, f.forever() as rounds:
+            with f.when(reached.get() >= last):
+                done.leave()
+            dt = since(f.load("%times", reached.get()))
+            with f.when(~(within(dt, part) | part.last)):
+                done.leave()
+            write(part, dt, reached.get())
+            reached.set(reached.get() + 1)
+            rounds.go_on()
+        return lambda good: index.set(f.select(good, reached.get(), index.get()))
+
+    return sample
 
 
 class Quadratures:
