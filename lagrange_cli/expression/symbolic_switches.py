@@ -20,7 +20,7 @@ def decided(u: sympy.Expr) -> bool:
 
 
 def sign_of(u: sympy.Expr) -> int | None:
-    """That of a constant; None where none is found, as for cos(1)**2 + sin(1)**2 - 1, which no digits decide."""
+    """That of a constant; None where none is found, as for cos(1)**2 + sin(1)**2 - 1."""
     if not decided(u):
         return None
     return 1 if u.is_positive else -1 if u.is_negative else 0 if u.is_zero else None
