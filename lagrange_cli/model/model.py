@@ -24,6 +24,22 @@ class Particle(Generic[E]):
 
 
 @dataclass(frozen=True)
+class Event(Generic[E]):
+    """What happens where the ``argument`` g(q, q_dot, t) becomes 0.
+
+    ``direction`` is +1 where g must rise, -1 where it must fall, 0 where either counts. The motion ends there
+    if it ``stops``. ``changes`` are new values of coordinates, velocities or parameters by name, functions of
+    the state before.
+    """
+
+    name: str
+    argument: E
+    direction: int = 0
+    stops: bool = False
+    changes: Mapping[str, E] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class Model(Generic[E]):
     """A mechanical system over the algebra ``algebra``.
 
@@ -48,3 +64,4 @@ class Model(Generic[E]):
     dissipation: E
     observables: Mapping[str, E]
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
+    events: tuple[Event[E], ...] = ()
