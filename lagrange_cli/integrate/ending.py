@@ -19,6 +19,7 @@ class Ending(Enum):
         "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
     )
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
+    OVERFLOW = "a coordinate or a velocity outgrows the largest number, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
@@ -41,6 +42,7 @@ WAYS_OUT = {
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",
+    Ending.OVERFLOW: "{before}",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol
 
+import numpy as np
+
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 Interrupt = Callable[[float], bool]
 """Told the time reached, several times a second; True to stop there."""
@@ -34,9 +36,18 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
+class Cause:
+    """What in the system file ended a motion, as a sentence, and at which time."""
+
+    text: str
+    t: float
+
+
+@dataclass(frozen=True)
 class End:
     """Why a method stopped, at which time and state (q, v), after how many steps and evaluations, and the
-    snapshot that the motion can be continued from, if there is one."""
+    snapshot that the motion can be continued from, if there is one. Where the motion could not go on,
+    ``accelerations`` (n,) are those there, and ``cause`` is what stopped it, as far as they are known."""
 
     ending: Ending
     t: float
@@ -45,6 +56,8 @@ class End:
     evaluations: int
     detail: str = ""
     snapshot: Snapshot | None = None
+    accelerations: Array = field(default_factory=lambda: np.zeros(0))
+    cause: Cause | None = None
 
 
 @dataclass(frozen=True)

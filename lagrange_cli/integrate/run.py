@@ -13,7 +13,7 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Pipelined
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
 from lagrange_cli.integrate.ending import Ending, State
-from lagrange_cli.integrate.method import CheckpointSink, End, Snapshot
+from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Snapshot
 from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.samples import samples_of
@@ -36,6 +36,7 @@ def integrate(
     progress: Callable[[float], None] = lambda t: None,
     checkpointing: Checkpointing[Progress] | None = None,
     certificate: Certificate | None = None,
+    explain: Callable[[End], Cause | None] = lambda end: None,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
@@ -44,7 +45,8 @@ def integrate(
     called in another thread, one chunk at a time, while the next one is computed; the arrays are valid during
     the call only. However the motion ends, all samples up to then have been emitted. With ``checkpointing``
     the motion goes on where an earlier run has got to. With a ``certificate`` its estimates are emitted, too,
-    and the motion ends where that misses its target.
+    and the motion ends where that misses its target. ``explain`` says what in the system ended a motion that
+    could not go on.
     """
     assert prepared.compilation.backward == times.backward
     program = prepared.machine.program
@@ -89,7 +91,7 @@ def integrate(
     h_drift, p_drift = samples.drifts()
     return Outcome(
         ending=end.ending,
-        message=sentence(end, prepared.recording.coordinates, times.start),
+        message=sentence(replace(end, cause=explain(end)), prepared.recording.coordinates, times.start),
         t=end.t,
         steps=end.steps,
         evaluations=end.evaluations,
@@ -134,4 +136,6 @@ def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
     listed = ", ".join(shown[:8]) + (", ..." if len(shown) > 8 else "")
     detail = f" ({end.detail})" if end.detail else ""
     way_out = end.ending.way_out(at_start=end.t == start)
+    if end.cause is not None:
+        return f"{end.cause.text} at t = {end.cause.t:.9g}, where {listed}; {way_out}"
     return f"{end.ending.value} at t = {end.t:.9g}, where {listed}{detail}; {way_out}"

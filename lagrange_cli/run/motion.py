@@ -15,6 +15,7 @@ from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.certify.certificate import Certificate
+    from lagrange_cli.integrate.method import Cause, End
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.certify import Demand
@@ -32,6 +33,16 @@ class Motion:
     spec: Spec
     values: Values
     settings: Settings
+
+    def cause(self, end: End) -> Cause | None:
+        """What in the system ended the motion, if it could not go on."""
+        from lagrange_cli.integrate.ending import Ending
+
+        if end.ending not in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER):
+            return None
+        from lagrange_cli.run.causes import explained
+
+        return explained(self.spec, self.values.parameters, self.settings.start, end)
 
 
 @dataclass(frozen=True)

@@ -170,6 +170,7 @@ def record(
                     progress.show,
                     checkpointing,
                     certificate,
+                    ready.motion.cause,
                 )
             progress.clear()
             with stage("write"):

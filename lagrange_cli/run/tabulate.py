@@ -54,6 +54,7 @@ def tabulate(
                     lambda: interrupted() or table.gone,
                     progress.show,
                     certificate=certificate,
+                    explain=ready.motion.cause,
                 )
             progress.clear()
             with stage("write"):

@@ -17,7 +17,7 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import Interface, Stop
 from lagrange_cli.native.state import LANES, Clock
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -31,6 +31,8 @@ ENDINGS = {
     Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
     Stop.GUARD: Ending.STEP_UNDERFLOW,
 }
+GREAT = 1e280
+"""Where coordinates or velocities are as large as this, coefficients of their series overflow."""
 POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
 FIRST_STEPS = 0.5, 0.8
@@ -98,7 +100,8 @@ class TaylorMethod:
                     Stop.UNDERFLOW
                 )  # the equations are, but a singularity is so near that the series is not
             if stop in ENDINGS:
-                return End(ENDINGS[stop], stepper.t, stepper.state, stepper.steps, stepper.steps)
+                end = End(ENDINGS[stop], stepper.t, stepper.state, stepper.steps, stepper.steps)
+                return end if stop is Stop.END else stopped(end, stepper.accelerations())
             if stop is Stop.PAUSE or pause(stepper.t):
                 snapshot = stepper.snapshot(first)
                 if halted:
@@ -200,6 +203,10 @@ class Stepper:
         """Whether the accelerations are finite at the state reached."""
         return bool(np.all(np.isfinite(self._rates()[self._layout.q])))
 
+    def accelerations(self) -> Array:
+        """Those of the coordinates at the state reached."""
+        return self._rates()[: self._machine.program.degrees]
+
     def _rates(self) -> Array:
         """The rates of velocities and integrals there."""
         rates = np.empty(self._layout.rows)
@@ -259,6 +266,13 @@ class Stepper:
             self._pause = int(
                 max(FEWEST, min(4 * self._pause, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
+
+
+def stopped(end: End, accelerations: Array) -> End:
+    """How a motion ended that could not go on."""
+    if end.ending in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER) and np.max(np.abs(end.state)) > GREAT:
+        return replace(end, ending=Ending.OVERFLOW)
+    return replace(end, accelerations=accelerations)
 
 
 def outer_rows(program: Interface) -> NDArray[np.intp]:

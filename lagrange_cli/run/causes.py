@@ -1,0 +1,193 @@
+"""Why a motion ended: which expression of the system file has no value beyond that place.
+
+All expressions that the equations are made of are looked through for quotients, roots, logarithms and the
+like. The arguments of these are evaluated where the motion ended, with their first two derivatives along it.
+If an argument follows c (T - t)^alpha, then alpha = 1/(1 - u u''/u'^2) and T = t - alpha u/u'.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.indices import Indices, counted, holds, known_indices
+from lagrange_cli.expression.syntax import (
+    Binary,
+    Call,
+    Comparison,
+    ExpressionError,
+    Name,
+    Sum,
+    Tree,
+    children,
+)
+from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.integrate.method import Cause
+from lagrange_cli.model.scope import Scope
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.method import End
+    from lagrange_cli.spec.spec import Expression, Spec
+    from lagrange_cli.symbolic.direct import Dual
+
+SOON = 2.0**-30
+"""An argument that reaches its end within this part of the time is why the motion ended."""
+ALIKE = 4.0
+"""Of arguments that reach it so nearly at once, the first one counts."""
+MOST = 10_000
+"""Arguments that are looked at."""
+ALPHA = 0.125, 8.0
+"""Powers of the time that is left that an argument may follow."""
+
+
+@dataclass(frozen=True)
+class Border:
+    """An ``argument`` that may not pass one of its ``ends``, in ``whole``; of tan there are many ends."""
+
+    whole: Tree
+    argument: Tree
+    ends: tuple[float, ...] = (0.0,)
+
+
+def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: End) -> Cause | None:
+    """Why a motion that began at ``start`` could not go on, if an expression of ``spec`` ends there."""
+    if not len(end.accelerations):
+        return None
+    soon = SOON * max(abs(end.t), abs(end.t - start))
+    try:
+        numbers = along(spec, parameters, end)
+        found = [one for one in reached(spec, numbers) if abs(one[0]) <= soon]
+    except SpecError as error:
+        first = error.problems[0]  # it ended at the very place
+        return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
+    found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
+    if not found:
+        return None
+    least = min(abs(left) for left, _ in found)
+    left, text = next(one for one in found if abs(one[0]) <= ALIKE * least)
+    return Cause(text, end.t + left)
+
+
+def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Dual]:
+    """The values of all symbols, with their first two derivatives where the motion ended."""
+    from lagrange_cli.symbolic.direct import Dual
+
+    count = len(spec.coordinates)
+    values = {name: Dual((float(x), 0.0, 0.0)) for name, x in parameters.items()}
+    values[TIME] = Dual((end.t, 1.0, 0.0))
+    accelerations = [a if math.isfinite(a) else 0.0 for a in end.accelerations.tolist()]
+    for one, q, v, a in zip(spec.coordinates, end.state.tolist(), end.state[count:].tolist(), accelerations):
+        coordinate = Dual((q, v, a / 2))
+        values |= {one.name: coordinate, velocity_name(one.name): coordinate.rate()}
+    return values
+
+
+def reached(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:
+    """How long it takes until arguments reach their ends, and what is to be said of each."""
+    from lagrange_cli.symbolic.direct import DualAlgebra
+
+    scope = Scope(spec, DualAlgebra(values, exact=False))
+    looked = 0
+    for expression in written(spec):
+        known = {**spec.sizes, **expression.indices}
+        for border, indices in borders(expression.tree, known):
+            looked += 1
+            if looked > MOST:
+                return
+            try:
+                built = scope.builder.build(border.argument, indices)
+                if isinstance(border.whole, Binary) and border.whole.operator == "**":
+                    exponent = scope.builder.build(border.whole.right, indices)
+                    if exponent.fixed and exponent.value[0] >= 0 and exponent.value[0] % 1 == 0:
+                        continue
+            except (ExpressionError, ValueError, ArithmeticError):
+                continue
+            for one in border.ends or [nearest_pole(built.value[0])]:
+                left = time_left(built, one)
+                if left is not None:
+                    yield left, sentence(expression, border, one, indices)
+
+
+def written(spec: Spec) -> Iterator[Expression]:
+    """The expressions that equations of motion are made of; definitions come last."""
+    forces = chain.from_iterable(given.values() for given in spec.forces.values())
+    lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
+    yield from chain(lagrangian, spec.potential.values(), forces, spec.embedding.values())
+    yield from spec.definitions.values()
+
+
+def borders(tree: Tree, indices: Indices) -> Iterator[tuple[Border, Indices]]:
+    """All arguments in an expression that may reach an end, from the outside in."""
+    pending: list[tuple[Tree, Indices]] = [(tree, indices)]
+    while pending:
+        one, known = pending.pop()
+        if isinstance(one, Sum):
+            for index in counted(one, known):
+                inner = {**known, one.index: index}
+                if all(holds(condition, inner) for condition in one.conditions):
+                    yield from borders(one.body, inner)
+            continue
+        if isinstance(one, Name | Comparison):
+            continue
+        if isinstance(one, Binary) and one.operator in ("/", "**"):
+            yield Border(one, one.right if one.operator == "/" else one.left), known
+        if isinstance(one, Call) and one.function in ENDS:
+            yield Border(one, one.arguments[0], ENDS[one.function]), known
+        if isinstance(one, Call) and one.function == "norm":
+            yield Border(one, one), known
+        pending += ((child, known) for child in reversed(children(one)))
+
+
+ENDS = {"sqrt": (0.0,), "log": (0.0,), "asin": (1.0, -1.0), "acos": (1.0, -1.0), "tan": ()}
+"""Where the arguments of functions end."""
+
+
+def nearest_pole(u: float) -> float:
+    """The pole of tan that is nearest to u."""
+    return math.pi / 2 + math.pi * round(u / math.pi - 0.5)
+
+
+def time_left(argument: Dual, end: float) -> float | None:
+    """The time until an argument reaches its end; None if it never does."""
+    value, rate, half = map(float, argument.value)
+    u = value - end
+    if u == 0:
+        return 0.0
+    if not (math.isfinite(u) and rate):
+        return None
+    bend = 2.0 * half * u / rate / rate
+    alpha = 1.0 / (1.0 - bend) if bend < 1.0 else ALPHA[1]
+    return -u / rate * min(max(alpha, ALPHA[0]), ALPHA[1])
+
+
+def sentence(expression: Expression, border: Border, end: float, indices: Indices) -> str:
+    """What is said of an argument that reaches its end."""
+    whole, argument = (text(expression, one) for one in (border.whole, border.argument))
+    where = f"{known_indices(border.whole, indices)} (line {expression.at(border.whole.span).line})"
+    if isinstance(border.whole, Binary) and border.whole.operator == "/":
+        return f"the denominator {argument} reaches 0 in {whole}{where}"
+    if border.whole is border.argument:
+        return f"{argument} reaches 0{where}"
+    return f"{argument} reaches {end:g} in {whole}{where}"
+
+
+def text(expression: Expression, tree: Tree) -> str:
+    """A piece of an expression as it is written."""
+    return " ".join(expression.text[tree.span.start : tree.span.stop].split())
+
+
+def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:
+    """How long it takes until coordinates or velocities are infinite, and what is to be said of each."""
+    from lagrange_cli.symbolic.direct import power
+
+    for one in spec.coordinates:
+        for name in (one.name, velocity_name(one.name)):
+            value = values[name]
+            if value.value[0] and value.value[1]:
+                left = time_left(power(value, -1.0), 0.0)
+                if left is not None:
+                    yield left, f"{name} grows beyond all bounds"

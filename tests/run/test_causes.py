@@ -1,0 +1,76 @@
+"""Motions that end name the expression that ends them, its line, and the time: known in closed form."""
+
+import math
+import re
+
+import mpmath
+import pytest
+
+from tests.support.command import lagrange
+
+
+def fall(speed_squared, first: float, last: float) -> float:
+    """The time from one place to another, where the square of the speed is known."""
+    return abs(float(mpmath.quad(lambda x: 1 / mpmath.sqrt(speed_squared(x)), [first, last])))
+
+
+def line(velocity: float, lagrangian: str, initial: float = 0.0) -> str:
+    return f"coordinates: {{x: {{initial: {initial}, velocity: {velocity}}}}}\nlagrangian: {lagrangian}\n"
+
+
+PLANE = """
+coordinates: {x: {initial: 1}, y: {initial: 0}}
+definitions:
+  r: norm((x, y))
+masses: {p: 1}
+embedding: {p: [x, y]}
+potential: -1/r
+"""
+BODIES = """
+sizes: {N: 3}
+parameters: {m: {value: 1}}
+coordinates:
+  u[i in range(N)]: {initial: 10*i*(i + 1)}
+lagrangian: sum(u_dot[i]**2/2 for i in range(N)) + sum(m/(u[i] - u[j]) for i in range(2) for j in range(i))
+"""
+HALF_PI = mpmath.pi / 2
+LOG = fall(lambda x: 1 + mpmath.log(3 / (3 + mpmath.mpf("1.7") * x)) / 2, mpmath.mpf(-30) / 17, 0)
+ROOT = fall(lambda x: 1 + (mpmath.sqrt(2 - x) - mpmath.sqrt(2)) / 2, 0, 2)
+TAN = fall(lambda x: 1 + mpmath.tan(x) / 2, 0, HALF_PI)
+FREE_FALL = math.pi / math.sqrt(8)
+ENDS = {
+    "log": (line(-1, "x_dot**2/2 - log(3 + 1.7*x)/4"), "3 + 1.7*x reaches 0 in log(3 + 1.7*x) (line 2)", LOG),
+    "root": (line(1, "x_dot**2/2 + sqrt(2-x)/4"), "2-x reaches 0 in sqrt(2-x) (line 2)", ROOT),
+    "power": (line(-2, "x_dot**2/2 - x**1.5", 1), "x reaches 0 in x**1.5 (line 2)", None),
+    "asin": (line(1, "x_dot**2/2 - asin(x)/4"), "x reaches 1 in asin(x) (line 2)", None),
+    "tan": (line(1, "x_dot**2/2 + tan(x)/4"), "x reaches 1.5708 in tan(x) (line 2)", TAN),
+    "time": (line(1, "x_dot**2/2 + x/(t-2)"), "the denominator t-2 reaches 0 in x/(t-2) (line 2)", 2.0),
+    "definition": (PLANE, "the denominator r reaches 0 in -1/r (line 7)", FREE_FALL),
+    "family": (
+        BODIES,
+        "the denominator u[i] - u[j] reaches 0 in m/(u[i] - u[j]), for i = 1, j = 0 (line 6)",
+        20**1.5 * FREE_FALL / math.sqrt(2),
+    ),
+    "escape": (line(2, "x_dot**2/2 + 2*x**3", 1), "x grows beyond all bounds", 1.0),
+    "start": (line(0, "x_dot**2/2 - 1/x"), "the denominator x reaches 0 in 1/x (line 2)", 0.0),
+}
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+@pytest.mark.parametrize("case", ENDS)
+def test_the_expression_that_ends_a_motion_is_named(case, precision, tmp_path):
+    text, expected, end = ENDS[case]
+    (tmp_path / "a.yaml").write_text(text)
+    done = lagrange("solve", "a.yaml", "--stop", 80, "--step", 1, "--precision", precision, cwd=tmp_path)
+    assert done.returncode == 4
+    found = re.search(r"a: (.*) at t = (\S+), where", done.stderr)
+    assert found is not None and found[1] == expected
+    if end is not None:
+        assert float(found[2]) == pytest.approx(end, rel=1e-8)
+
+
+def test_what_outgrows_all_numbers_is_no_collision(tmp_path):
+    (tmp_path / "a.yaml").write_text(line(0, "x_dot**2/2 - x**2/2", 1) + "dissipation: x_dot**2/2\n")
+    done = lagrange("solve", "a.yaml", "--stop=-2000", "--step", 100, cwd=tmp_path)
+    assert done.returncode == 4
+    assert "a coordinate or a velocity outgrows the largest number, 1.8e308, at t = -141" in done.stderr
