@@ -42,7 +42,7 @@ def nothing() -> None:
     """Do nothing in the meantime."""
 
 
-def prepare(residual: Residual, compilation: Compilation) -> Prepared:
+def prepare(residual: Residual, compilation: Compilation, level: int = FULL) -> Prepared:
     """Compile the equations of motion. What is prepared for an ensemble is for ``integrate.ensemble`` alone.
 
     Raises ``TooLarge`` where the code would be too large to be compiled.
@@ -50,7 +50,7 @@ def prepare(residual: Residual, compilation: Compilation) -> Prepared:
     from lagrange_cli.integrate.program import write_run
 
     program, recording = write_run(residual, compilation)
-    machine = load_machine(compile_object(program), program)
+    machine = load_machine(compile_object(program, level), program)
     return Prepared(recording, machine, compilation, follower(machine, compilation))
 
 

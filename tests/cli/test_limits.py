@@ -118,12 +118,12 @@ def test_limits_that_make_no_sense(tmp_path, monkeypatch, limits):
 @pytest.mark.parametrize("gravity", ["9.81", "1e20"], ids=["far", "tiny steps"])
 def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
     settings = ("--set", f"g={gravity}", "--stop", "1e9", "--samples", "3", "-o", "out.h5")
-    lagrange_process("solve", PENDULUM, *settings, "--stop", "1e-3", cwd=tmp_path)  # compiles the program
+    lagrange_process("solve", PENDULUM, *settings, "--stop", "1e-8", cwd=tmp_path)  # compiles the program
     os.remove(tmp_path / "out.h5")
-    with_limits(monkeypatch, "seconds=3")
+    with_limits(monkeypatch, "seconds=2")
     run = lagrange_process("solve", PENDULUM, *settings, cwd=tmp_path)
     assert run.returncode == 130 and run.stderr.endswith(
-        "The time limit is reached: LAGRANGE_LIMITS=seconds=3\n"
+        "The time limit is reached: LAGRANGE_LIMITS=seconds=2\n"
     )
     with h5py.File(tmp_path / "out.h5") as file:
         assert file.attrs["status"] == "interrupted"

@@ -12,14 +12,14 @@ import random
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache, partial
+from functools import cache
 
 import numpy as np
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.method import Snapshot
 from lagrange_cli.integrate.methods.taylor import Stepper
-from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import FULL, QUICK, Machine, compile_program
 from lagrange_cli.native.interface import LANES, Stop
@@ -78,10 +78,8 @@ class Case:
 def machines(case: Case) -> tuple[Machine, Machine]:
     """Its program, compiled at every level."""
     spec, double_double = spec_of(case.system), case.precision != "double"
-    made = prepare_system(
-        spec,
-        partial(derive_system, exact=double_double, portable=case.portable),
-        None,
+    program, _ = write_run(
+        derive_system(spec, exact=double_double, portable=case.portable),
         Compilation(
             method="taylor",
             tolerance=2.0**-104 if double_double else 2.0**-52,
@@ -90,8 +88,7 @@ def machines(case: Case) -> tuple[Machine, Machine]:
             portable=case.portable,
         ),
     )
-    program = made.machine.program
-    return compile_program(program, QUICK), compile_program(program, FULL)  # type: ignore[arg-type]
+    return compile_program(program, QUICK), compile_program(program, FULL)
 
 
 def values_of(case: Case) -> Values:

@@ -12,11 +12,10 @@ from hypothesis import strategies as st
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods.equations import Equations
-from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.single_state import compiled_values
 from lagrange_cli.mechanics.residual import Residual
 from tests.support.draws import examples
-from tests.support.motion import FULL, Motion, each_formulation, follow, residual_of, run, values_of
+from tests.support.motion import FULL, Motion, each_formulation, follow, prepare, residual_of, run, values_of
 
 OUTPUTS = frozenset(("q", "v", "p", "h", "ledger"))
 TWO_BODIES = """

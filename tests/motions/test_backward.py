@@ -8,13 +8,13 @@ import pytest
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.records import replace
 from tests.support.motion import (
     FULL,
     each_formulation,
     error,
     follow,
+    prepare,
     prepared,
     run,
     samples_of,

@@ -16,9 +16,9 @@ from lagrange_cli.expression.build import build
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.parse import parse
+from lagrange_cli.integrate import prepare as compiled
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.outcome import Outcome
-from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
@@ -26,6 +26,7 @@ from lagrange_cli.mechanics.derive import derive, formulations
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
+from lagrange_cli.native.compilation.machine import QUICK
 from lagrange_cli.native.program import Program
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
@@ -80,6 +81,11 @@ def model_of(system: str) -> Model[Node]:
 def residual_of(system: str) -> Residual:
     """Its equations."""
     return derive(model_of(system))
+
+
+def prepare(residual: Residual, compilation: Compilation) -> Prepared:
+    """Its equations, compiled at the level that takes a third of the time and gives the same bits."""
+    return compiled.prepare(residual, compilation, QUICK)
 
 
 @cache

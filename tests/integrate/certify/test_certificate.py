@@ -16,13 +16,12 @@ from lagrange_cli.integrate.certify.companion import Companion
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.outcome import Outcome
-from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.certify import Demand, companion_settings
 from lagrange_cli.run.settings import resolve_settings
 from lagrange_cli.spec.spec import SolveDefaults
-from tests.support.motion import prepared, residual_of, spec_of, values_of
+from tests.support.motion import prepare, prepared, residual_of, spec_of, values_of
 
 Number = mpmath.mpf
 COVERAGE = 0.99

@@ -10,11 +10,10 @@ from lagrange_cli.integrate.certify.certificate import FOLDER
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.methods.perturbation import perturb
-from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 from tests.integrate.certify.test_certificate import Number, certified
-from tests.support.motion import residual_of, values_of
+from tests.support.motion import prepare, residual_of, values_of
 
 SPRING = """
 parameters: {m: 4.1, k: 4.2}

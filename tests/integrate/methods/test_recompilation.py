@@ -41,13 +41,11 @@ def test_every_level_gives_the_same_bits(path, monkeypatch):
     """Also where quickly compiled code is cut into short blocks."""
     monkeypatch.setattr(blocks, "LONGEST", 25)
     spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
-    residual, runs = residual_of(spec), []
-    for level in (machine.QUICK, machine.FULL):
-        monkeypatch.setattr(
-            module, "compile_object", lambda program, level=level: machine.compile_object(program, level)
-        )
-        runs.append(bytes_of(spec, prepare(residual, RUN), 3.0))
-    assert runs[0] == runs[1]
+    residual = residual_of(spec)
+    quick, full = (
+        bytes_of(spec, prepare(residual, RUN, level), 3.0) for level in (machine.QUICK, machine.FULL)
+    )
+    assert quick == full
 
 
 def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):

@@ -11,7 +11,7 @@ from lagrange_cli.expression.vocabulary import FUNCTIONS
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
-from lagrange_cli.native.compilation.machine import compile_program
+from lagrange_cli.native.compilation.machine import QUICK, compile_program
 from lagrange_cli.native.numbers.double_double import DoubleDouble
 from lagrange_cli.native.program import write_program
 from lagrange_cli.spec.read import read_spec
@@ -36,7 +36,7 @@ NODES = {
     "x^-7/2": X ** RESIDUAL.graph.constant(-3.5),
     "thirds": X / 3.0 + Y / 7.0,
 }
-MACHINE = compile_program(write_program(RESIDUAL, 20, {}, NODES, kind=DoubleDouble))
+MACHINE = compile_program(write_program(RESIDUAL, 20, {}, NODES, kind=DoubleDouble), QUICK)
 
 
 def long(pair) -> mpmath.mpf:
