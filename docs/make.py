@@ -23,7 +23,7 @@ import click
 
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.outputs.catalog import OUTPUTS
-from lagrange_cli.spec.sections import COORDINATE, PARAMETER, SECTIONS, SOLVE
+from lagrange_cli.spec.sections import ACTION, COORDINATE, EVENT, PARAMETER, SECTIONS, SOLVE
 
 RENEWED = "--renew" in sys.argv
 """Whether what depends on the machine, such as times, is written anew as well."""
@@ -251,7 +251,13 @@ def with_keys(text: str) -> str:
     for row in SECTIONS.rows:
         words = " or ".join(f"`{word}`" for word in (row.key, row.alias) if word)
         rows.append(f"| {words} | {row.meaning} |")
-    places = {"`parameters`, NAME": PARAMETER, "`coordinates`, NAME": COORDINATE, "`solve`": SOLVE}
+    places = {
+        "`parameters`, NAME": PARAMETER,
+        "`coordinates`, NAME": COORDINATE,
+        "`events`, NAME": EVENT,
+        "`events`, NAME, `action`": ACTION,
+        "`solve`": SOLVE,
+    }
     inner = [
         f"| {place} | `{row.key}` | {row.meaning} |" for place, table in places.items() for row in table.rows
     ]

@@ -7,8 +7,10 @@ from collections.abc import Iterable
 from lagrange_cli.expression.algebra import Algebra, E
 from lagrange_cli.model.forces.law import Action
 from lagrange_cli.model.forces.table import FORCES
-from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.model.model import Event, Model, Particle
 from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.spec import Event as Written
 from lagrange_cli.spec.spec import Spec
 
 
@@ -42,7 +44,23 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         dissipation=zero if action.dissipation is None else action.dissipation,
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
+        events=tuple(built_event(scope, name, event) for name, event in spec.events.items()),
     )
+
+
+def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
+    """An event over the algebra.
+
+    Raises:
+        SpecError: where its argument turns out to be the same at all states.
+    """
+    argument = scope.scalar(event.when)
+    if not {scope.time, *scope.q, *scope.v}.intersection(scope.algebra.symbols(argument)):
+        message = f"event '{name}' is where an expression becomes 0, and this one never changes"
+        source = Source(scope.spec.filename, scope.spec.text)
+        raise source.error(event.when.place, message, "let it depend on a coordinate, a velocity or t")
+    changes = {target: scope.scalar(value) for target, value in event.changes.items()}
+    return Event(name, argument, event.direction, event.stops, changes)
 
 
 def added(scope: Scope[E], actions: Iterable[Action[E]]) -> Action[E]:

@@ -12,6 +12,7 @@ from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
+from lagrange_cli.spec.events import check_events
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.names import Names, range_hint, scalar
 from lagrange_cli.spec.problems import Problems
@@ -51,6 +52,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         sizes=sizes,
         families=draft.families,
         time_unit=time_unit(draft, problems),
+        events=check_events(draft, checker.names, problems),
     )
 
 

@@ -50,6 +50,23 @@ class Declared(Written):
         return replace(self, name=name, fields={key: _with(x, indices) for key, x in self.fields.items()})
 
 
+@dataclass(frozen=True)
+class WrittenEvent(Written):
+    """An event. ``changes`` are the entries of ``set``, whose names may be those of members of families;
+    ``indices`` are the values of the indices that they are written with. ``when`` is None where it could not
+    be read."""
+
+    when: Expression | None = None
+    direction: int = 0
+    stops: bool = False
+    changes: tuple[Entry, ...] = ()
+    indices: Mapping[str, int] = field(default_factory=dict)
+
+    def member(self, name: str, indices: Mapping[str, int]) -> WrittenEvent:
+        """The event of one member."""
+        return replace(self, name=name, when=_with(self.when, indices), indices=indices)
+
+
 def _with(value: Any, indices: Mapping[str, int]) -> Any:
     return replace(value, indices=indices) if isinstance(value, Expression) else value
 
@@ -83,6 +100,11 @@ class Draft:
     def declared(self, key: str) -> tuple[Declared, ...]:
         """What ``parameters`` or ``coordinates`` declare."""
         return tuple(self.sections.get(key, ()))
+
+    @property
+    def events(self) -> tuple[WrittenEvent, ...]:
+        """The ``events`` section."""
+        return tuple(self.sections.get("events", ()))
 
     @property
     def solve(self) -> Mapping[str, Any]:

@@ -16,7 +16,7 @@ from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, pl
 from lagrange_cli.expression.vocabulary import RESERVED, member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.draft import Declared, Draft, Entry
+from lagrange_cli.spec.draft import Declared, Draft, Entry, Written, WrittenEvent
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
@@ -26,7 +26,7 @@ from lagrange_cli.spec.spec import Family
 MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
 
-One = TypeVar("One", Entry, Declared)
+One = TypeVar("One", Entry, Declared, WrittenEvent)
 
 
 def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems) -> dict[str, int]:
@@ -263,5 +263,5 @@ class _Expander:
         return tuple(labels)
 
 
-def _is_list(piece: Entry | Declared) -> bool:
+def _is_list(piece: Written) -> bool:
     return isinstance(piece, Declared) and isinstance(piece.fields.get("value"), tuple)

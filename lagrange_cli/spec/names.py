@@ -37,12 +37,13 @@ class Unsound(Exception):
 class Names:
     """The table of names of one file; ``values`` are the bounds by name, or by the name of a member.
 
-    ``rules`` say what the expressions of each section may depend on.
+    ``rules`` say what the expressions of each section may depend on, ``sizes`` are those of the file.
     """
 
     def __init__(self, problems: Problems, sizes: Mapping[str, int], rules: Mapping[str, Rule]) -> None:
         self.problems = problems
         self.rules = rules
+        self.sizes = sizes
         self.table: dict[str, Meaning] = {}
         self.values: dict[str, Any] = {}
         self._members: set[str] = set()
@@ -199,12 +200,13 @@ class Names:
             raise ExpressionError(
                 name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", rule.hint
             )
-        self._check_indices(name, meaning)
+        self.check_indices(name, meaning)
         if component and meaning.value is not None:
-            self._check_component(name, meaning, base, component)
+            self.check_component(name, meaning, base, component)
         return meaning
 
-    def _check_indices(self, name: Name, meaning: Meaning) -> None:
+    def check_indices(self, name: Name, meaning: Meaning) -> None:
+        """Raise ExpressionError where a name has not as many indices as its family."""
         due = len(meaning.family.shape) if meaning.family else 0
         if len(name.indices) == due or (meaning.family is None and meaning.value is None):
             return
@@ -220,7 +222,8 @@ class Names:
             message = f"wrong number of indices on '{name.base}': {len(name.indices)} instead of {due}"
         raise ExpressionError(name.span, message, f"write {example}")
 
-    def _check_component(self, name: Name, meaning: Meaning, base: str, component: str) -> None:
+    def check_component(self, name: Name, meaning: Meaning, base: str, component: str) -> None:
+        """Raise ExpressionError where a name has no such component."""
         if not isinstance(meaning.value, tuple):
             hint = f"write {base}"
             if meaning.what is Kind.COORDINATE:

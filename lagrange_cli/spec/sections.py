@@ -8,6 +8,13 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from lagrange_cli.spec.event_readers import (
+    read_action,
+    read_changes,
+    read_direction,
+    read_events,
+    read_when,
+)
 from lagrange_cli.spec.fields import (
     Reader,
     read_count,
@@ -78,6 +85,41 @@ COORDINATE = Table(
         ),
         Row("unit", read_text, "its [unit](#units)", also="units"),
         Row("description", read_text, "text", also="comment"),
+    ),
+)
+ACTION = Table(
+    "action",
+    (
+        Row(
+            "set",
+            read_changes,
+            "name of a coordinate, a velocity or a parameter -> its new value",
+            also="assign update change changes sets apply put",
+        ),
+    ),
+)
+EVENT = Table(
+    "event",
+    (
+        Row(
+            "when",
+            read_when,
+            "the expression that becomes 0",
+            also="condition event events trigger function zero zeros g root at if on where expression expr "
+            "guard crossing crosses cross of equation value quantity watch at_zero test",
+        ),
+        Row(
+            "direction",
+            read_direction,
+            "`rising`, `falling` or `either`: how it passes 0 [either]",
+            also="sign dir slope way",
+        ),
+        Row(
+            "action",
+            partial(read_action, ACTION),
+            "`record`, `stop`, or `{set: {NAME: expression}}` [record]",
+            also="do then effect actions response result",
+        ),
     ),
 )
 TIME = Table("time", (Row("unit", read_text, "the unit of t"),))
@@ -245,6 +287,14 @@ SECTIONS = Table(
             family="all",
         ),
         Row(
+            "events",
+            partial(read_events, EVENT),
+            "name -> an expression, or `{when, direction, action}`: what happens where `when` becomes 0, "
+            "see [below](#events)",
+            also="event guards callbacks triggers impacts impact kicks sections section crossings collisions",
+            family="some",
+        ),
+        Row(
             "time",
             partial(read_time, TIME),
             "the unit of t: `{unit: d}`, or `d` for short ([units](#units))",
@@ -262,6 +312,5 @@ SECTIONS = Table(
         "constraints": "choose coordinates that satisfy the constraint",
         "nonholonomic": "only unconstrained and holonomic systems in their own coordinates "
         "are solved for now",
-        "events": "write the quantity under 'observables' and look for its zeros in the output",
     },
 )

@@ -84,6 +84,21 @@ class Coordinate:
 
 
 @dataclass(frozen=True)
+class Event:
+    """What happens where ``when`` becomes 0.
+
+    ``direction`` is +1 where it must rise, -1 where it must fall, 0 where either counts. The motion ends
+    there if it ``stops``. ``changes`` are the new values of coordinates, velocities and parameters, by name.
+    """
+
+    when: Expression
+    direction: int
+    stops: bool
+    changes: Mapping[str, Expression]
+    place: Place
+
+
+@dataclass(frozen=True)
 class SolveDefaults:
     """The ``solve`` section: defaults of the command line; ``None`` where the file is silent.
 
@@ -141,6 +156,7 @@ class Spec:
     sizes: Mapping[str, int] = field(default_factory=dict)
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     time_unit: str = ""
+    events: Mapping[str, Event] = field(default_factory=dict)
 
 
 def has_units(spec: Spec) -> bool:

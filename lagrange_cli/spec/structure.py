@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.spec.spec import Expression, Family, Spec
+from lagrange_cli.spec.spec import Event, Expression, Family, Spec
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Of these only the names count: parameters and the initial state are given to compiled code as it runs."""
@@ -32,6 +32,8 @@ def plain(value: object) -> Any:
         return [value.text, *value.indices.items()] if value.indices else value.text
     if isinstance(value, Family):
         return [value.shape, value.axes]
+    if isinstance(value, Event):
+        return [plain(one) for one in (value.when, value.direction, value.stops, value.changes)]
     if isinstance(value, Mapping):
         return [[key, plain(inner)] for key, inner in value.items()]
     if isinstance(value, tuple):

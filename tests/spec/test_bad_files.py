@@ -182,7 +182,6 @@ BAD = [
     ("name: pendulum", "bodies: {}", [(1, "bodies", "'bodies' is not supported yet", "")]),
     ("name: pendulum", "constraints: {}", [(1, "constraints", "'constraints' is not supported yet", "")]),
     ("name: pendulum", "nonholonomic: {}", [(1, "nonholonomic", "'nonholonomic' is not supported yet", "")]),
-    ("name: pendulum", "events: {}", [(1, "events", "'events' is not supported yet", "")]),
     # YAML
     ("  m: 1", "\tm: 1", [(3, "\t", "YAML syntax error", "tab")]),
     ("  m: 1", "  m: 1: 2", [(3, ":", "YAML syntax error", "key: value")]),
