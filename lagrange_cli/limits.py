@@ -30,6 +30,7 @@ DEFAULTS = {
     "printed": 100_000,  # terms and factors of an expression that 'equations' prints
     "exponent": 64,  # (1 + x)**64 written out still fits a page
     "samples": 10**10,
+    "events": 10**7,  # crossings in a motion
     "runs": 10**8,  # members of a sweep
     "seconds": math.inf,  # of a command
     "memory": math.inf,  # MB of address space of a process

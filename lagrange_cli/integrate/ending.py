@@ -13,6 +13,7 @@ class Ending(Enum):
     """Why a motion ended; the value is the sentence shown to the user."""
 
     COMPLETE = "reached the end"
+    STOPPED = "stopped by an event"
     SINGULAR_MASS_MATRIX = "singular mass matrix"
     STEP_UNDERFLOW = (
         "the step size fell below the resolution of time "
@@ -21,6 +22,8 @@ class Ending(Enum):
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
     OVERFLOW = "a coordinate or a velocity outgrows the largest number, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
+    RECURRING = "an event goes on happening while time does not"
+    TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
 
@@ -31,9 +34,9 @@ class Ending(Enum):
 
     @property
     def status(self) -> str:
-        """The word for the output file: ``complete``, ``interrupted`` or ``failed``."""
-        if self is Ending.COMPLETE:
-            return "complete"
+        """The word for the output file: ``complete``, ``stopped``, ``interrupted`` or ``failed``."""
+        if self in (Ending.COMPLETE, Ending.STOPPED):
+            return "complete" if self is Ending.COMPLETE else "stopped"
         return "interrupted" if self is Ending.INTERRUPTED else "failed"
 
 
@@ -43,6 +46,8 @@ WAYS_OUT = {
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",
     Ending.OVERFLOW: "{before}",
+    Ending.RECURRING: "let its action lead away from it, or end the run before with --stop",
+    Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER moves it",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

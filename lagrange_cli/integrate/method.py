@@ -9,6 +9,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.events import NO_EVENTS, EventSink
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, field
 
@@ -24,8 +25,8 @@ class Snapshot:
     """What a method needs to continue a motion from time ``t`` with the same bits.
 
     ``memory`` is all that it knows of the motion. So far it has taken ``steps`` steps and handed over
-    ``samples`` samples. Unless the steps were ``limited`` by the stop time, a motion that stops later takes
-    the same steps.
+    ``samples`` samples, and of each event so many crossings. Unless the steps were ``limited`` by the stop
+    time, a motion that stops later takes the same steps.
     """
 
     memory: Array
@@ -33,6 +34,7 @@ class Snapshot:
     steps: int
     samples: int
     limited: bool = False
+    events: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -89,11 +91,13 @@ class Method(Protocol):
         accept: Accept,
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
+        events: EventSink = NO_EVENTS,
     ) -> End:
         """Follow the motion from ``state`` (q, v, zeros for the integrals) through ``times``.
 
         ``accept`` is given full chunks of samples, and at the end of the motion the samples that are left,
         for whatever reason it ends. ``interrupt`` is called with the time several times a second; when it
-        returns True, the motion ends there. A method without snapshots ignores ``checkpoints``.
+        returns True, the motion ends there. A method without snapshots ignores ``checkpoints``, and one that
+        finds no ``events`` is not used where there are any.
         """
         ...

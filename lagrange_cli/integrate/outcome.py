@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.ending import Ending, State
-from lagrange_cli.records import dataclass
+from lagrange_cli.integrate.events import Happened
+from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.checkpoint import Progress
@@ -19,10 +20,11 @@ class Outcome:
     ``t`` is the time that the motion reached. ``steps`` and ``evaluations`` (of the equations of motion, or
     of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
     conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
-    each conserved momentum, by coordinate. ``undetected`` is that of the ``Recording``. ``progress`` is the
-    state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or the
-    state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if it
-    had one."""
+    each conserved momentum, by coordinate. What actions of events have added to them is no drift.
+    ``undetected`` is that of the ``Recording``. ``happened`` tells of each event, by name. ``progress`` is
+    the state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or
+    the state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if
+    it had one."""
 
     ending: Ending
     message: str
@@ -33,6 +35,7 @@ class Outcome:
     p_drift: Mapping[str, float]
     h_size: float = 0.0
     undetected: bool = False
+    happened: Mapping[str, Happened] = field(default_factory=dict)
     progress: Progress | None = None
     trusted_until: float | None = None
     error: float | None = None

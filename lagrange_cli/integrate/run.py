@@ -13,6 +13,7 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Pipelined
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
 from lagrange_cli.integrate.ending import Ending, State
+from lagrange_cli.integrate.events import EventLog
 from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Snapshot
 from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepared import Prepared
@@ -37,6 +38,7 @@ def integrate(
     checkpointing: Checkpointing[Progress] | None = None,
     certificate: Certificate | None = None,
     explain: Callable[[End], Cause | None] = lambda end: None,
+    emit_events: Callable[[dict[str, Array]], None] = lambda chunk: None,
 ) -> Outcome:
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
@@ -46,7 +48,7 @@ def integrate(
     the call only. However the motion ends, all samples up to then have been emitted. With ``checkpointing``
     the motion goes on where an earlier run has got to. With a ``certificate`` its estimates are emitted, too,
     and the motion ends where that misses its target. ``explain`` says what in the system ended a motion that
-    could not go on.
+    could not go on. Crossings of events go to ``emit_events`` in the same way as chunks, as {path: rows}.
     """
     assert prepared.compilation.backward == times.backward
     program = prepared.machine.program
@@ -69,23 +71,35 @@ def integrate(
             if count:
                 samples.final = state_of(float(times[count - 1]), states[:, count - 1], prepared)
             samples.accept(times[:count], states[:, :count])
+            hand_over_events()
+
+        def reached(snapshot: Snapshot) -> Progress:
+            return samples.progress(replace(snapshot, events=log.counts()))
+
+        def hand_over_events() -> None:
+            chunk = log.take()
+            if chunk:
+                pipeline.call(partial(emit_events, chunk))
 
         samples = samples_of(prepared)(prepared, parameters, emit_pipelined)
-        following = partial(prepared.follower.follow, parameters, state, times, accept, interrupt)
+        log = EventLog(prepared, samples)
+        following = partial(prepared.follower.follow, parameters, state, times, accept, interrupt, events=log)
         if checkpointing is None:
             end = following()
         else:
 
             def keep(snapshot: Snapshot) -> None:
+                hand_over_events()
                 pipeline.wait()
-                checkpointing.keep(samples.progress(snapshot), snapshot.steps)
+                checkpointing.keep(reached(snapshot), snapshot.steps)
 
             def ends(snapshot: Snapshot) -> None:
                 nonlocal further
-                further = samples.progress(snapshot)
+                further = reached(snapshot)
 
             begin = None if checkpointing.begin is None else samples.restore(checkpointing.begin)
             end = following(CheckpointSink(begin, checkpointing.due, keep, ends))
+        hand_over_events()
     if certificate is not None:
         end = certified(end, certificate)
     h_drift, p_drift = samples.drifts()
@@ -99,7 +113,8 @@ def integrate(
         h_size=samples.size,
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
-        progress=further if end.snapshot is None else samples.progress(end.snapshot),
+        happened=log.happened,
+        progress=further if end.snapshot is None else reached(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
         error=None if certificate is None else certificate.error,
         final=samples.final or state_of(end.t, end.state, prepared),
@@ -126,6 +141,8 @@ def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
     """How the motion that began at ``start`` ended, for the user, with time and state where it went wrong."""
     if end.ending is Ending.COMPLETE:
         return f"{end.ending.value}, t = {end.t:.6g}"
+    if end.ending is Ending.STOPPED:
+        return f"{end.ending.value}, {end.detail}, at t = {end.t:.9g}"
     if end.ending in (Ending.INTERRUPTED, Ending.TARGET_MISSED):
         return f"{end.ending.value} at t = {end.t:.6g}"
     shown = [f"{name} = {value:.6g}" for name, value in zip(coordinates, end.state)]

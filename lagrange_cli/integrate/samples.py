@@ -6,13 +6,14 @@ Samples of double-double numbers give every dataset twice: the nearest doubles, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, aligned
 from lagrange_cli.integrate.checkpoint import Progress
+from lagrange_cli.integrate.events import Change, parameters_in
 from lagrange_cli.native.interface import low
 from lagrange_cli.records import dataclass
 
@@ -42,28 +43,56 @@ class Samples:
     ) -> None:
         self._prepared, self._emit = prepared, emit
         self._constants = aligned(max(1, prepared.machine.program.constants))
-        prepared.machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
+        self._prepare(parameters)
         self._wide = self._other = np.empty((0, 0))
         self._first: dict[str, float] = {}
+        """What is observed at the start, and what actions have added to it."""
+        self._changes: list[Change] = []
+        """What actions have changed that no sample follows yet."""
+        self._done = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
         self._size, self._count = 0.0, 0
         self.final: State | None = None
         """The last sample, once there is one."""
+
+    def change(self, change: Change) -> None:
+        """Take in what an action has changed, before the samples that follow it."""
+        self._changes.append(change)
 
     def accept(self, times: Array, states: Array) -> None:
         """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
         if not len(times):
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
-        observed = self._observe(times, states)
-        if not self._first:
-            self._first = {name: float(row[0]) for name, row in observed.items()}
+        observed, first = self._observe(times, states)
         with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
             for name, drift in self._drift.items():
-                row, first = observed[name], self._first[name]
-                self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
+                row, base = observed[name], first[name]
+                if not isinstance(base, float):
+                    row, base = row - base, 0.0
+                self._drift[name] = max(drift, float(np.max(row)) - base, base - float(np.min(row)))
         self._measure(observed, states)
-        self._emit({"t": times, **recording.series(states, program.integrals, observed, self._first)})
+        self._emit({"t": times, **recording.series(states, program.integrals, observed, first)})
+
+    def _prepare(self, parameters: Array) -> None:
+        given = np.ascontiguousarray(parameters)
+        self._prepared.machine.prepare(given.ctypes.data, self._constants.ctypes.data)
+
+    def _apply(self, changes: Iterable[Change]) -> None:
+        """Add what actions have changed to what the quantities are measured from."""
+        for one in changes:
+            values = []
+            for parameters, state in zip(one.parameters, (one.before, one.after)):
+                self._prepare(parameters)
+                found = np.empty((len(self._prepared.machine.program.quantities), 1))
+                self._compute(np.array([one.t]), state[:, None], found, 1)
+                values.append(dict(zip(self._prepared.machine.program.quantities, found[:, 0].tolist())))
+            self._add(*values)
+
+    def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:
+        """Add the change of each quantity to where it is measured from."""
+        for name in self._first:
+            self._first[name] += after[name] - before[name]
 
     def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
         """Update the size of h's terms from the first samples and some of the others, which do not depend on
@@ -81,30 +110,56 @@ class Samples:
             sizes = np.maximum(np.abs(observed["h"][part]), terms)
             self._size = float(np.max(sizes, initial=self._size))
 
-    def _observe(self, times: Array, states: Array) -> Mapping[str, Array]:
-        machine = self._prepared.machine
-        names, count = machine.program.quantities, len(times)
+    def _observe(self, times: Array, states: Array) -> tuple[Mapping[str, Array], Mapping[str, Any]]:
+        """What is observed, and what each quantity is measured from: a number, or one for each sample."""
+        names, count = self._prepared.machine.program.quantities, len(times)
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
         self._wide, self._other = self._other, self._wide
         if self._wide.shape[1] != stride:  # kept: fresh memory costs as much as what is computed into it
             self._wide = np.empty((len(names), stride))
-        if names:
+        wide, begin, firsts = self._wide, self._done, []
+        self._done += count
+        now = [one for one in self._changes if one.sample < self._done]
+        self._changes = self._changes[len(now) :]
+        places = [max(0, one.sample - begin) for one in now]
+        for i, (start, stop) in enumerate(zip([0, *places], [*places, count])):
+            self._apply(now[i - 1 : i] if i else ())
+            if stop > start:
+                self._compute(times[start:stop], states[:, start:], wide[:, start:], stride)
+                if not self._first:
+                    self._first = {name: float(row[0]) for name, row in zip(names, wide)}
+            firsts.append((stop - start, self._first.copy()))
+        observed = dict(zip(names, wide[:, :count]))
+        if not now:
+            return observed, self._first
+        lengths = [length for length, _ in firsts]
+        return observed, {name: np.repeat([one[name] for _, one in firsts if one], lengths) for name in names}
+
+    def _compute(self, times: Array, states: Array, results: Array, stride: int) -> None:
+        """The observed quantities at times (c,) of states whose rows, like those of the ``results``, are
+        ``stride`` apart."""
+        machine = self._prepared.machine
+        if machine.program.quantities:
             machine.observe(
                 self._constants.ctypes.data, np.ascontiguousarray(times).ctypes.data, states.ctypes.data,
-                self._wide.ctypes.data, stride, count,
+                results.ctypes.data, stride, len(times),
             )  # fmt: skip
-        return dict(zip(names, self._wide[:, :count]))
 
     def progress(self, snapshot: Snapshot) -> Progress:
         """The progress of the run when the method is at ``snapshot``."""
+        self._apply(self._changes)
+        self._changes = []
         return Progress(snapshot, dict(self._first), dict(self._drift), self._size, self.final)
 
     def restore(self, progress: Progress) -> Snapshot:
         """Continue from the progress of another run."""
         self._first, self._drift = dict(progress.first), dict(progress.drift)
         self._size, self._count = progress.size, progress.snapshot.samples
-        self.final = progress.final
+        self.final, self._done = progress.final, progress.snapshot.samples
+        program, memory = self._prepared.machine.program, progress.snapshot.memory
+        if program.changed:
+            self._prepare(parameters_in(program, memory))
         return progress.snapshot
 
     def drifts(self) -> tuple[float | None, dict[str, float]]:
@@ -146,14 +201,14 @@ class DoubleDoubleSamples(Samples):
         if not len(times):
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
-        flat = self._observe(times, states)
-        if not self._first:
-            self._first = {name: float(row[0]) for name, row in flat.items()}
-        observed = {name: DoubleDouble(flat[name], flat[low(name)]) for name in program.observed}
-        first = {
-            name: DoubleDouble(np.array(self._first[name]), np.array(self._first[low(name)]))
-            for name in observed
-        }
+        flat, base = self._observe(times, states)
+        observed, first = (
+            {
+                name: DoubleDouble(np.asarray(rows[name]), np.asarray(rows[low(name)]))
+                for name in program.observed
+            }
+            for rows in (flat, base)
+        )
         with np.errstate(invalid="ignore"):
             for name, drift in self._drift.items():
                 self._drift[name] = max(drift, float(np.max(np.abs((observed[name] - first[name]).high))))
@@ -170,3 +225,12 @@ class DoubleDoubleSamples(Samples):
             chunk[made.path] = made.shaped([row.high for row in rows])
             chunk[LOW + made.path] = made.shaped([row.low for row in rows])
         self._emit(chunk)
+
+    def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:
+        for name in self._prepared.machine.program.observed if self._first else ():
+            first, old, new = (
+                DoubleDouble(np.array(rows[name]), np.array(rows[low(name)]))
+                for rows in (self._first, before, after)
+            )
+            total = first + (new - old)
+            self._first[name], self._first[low(name)] = float(total.high), float(total.low)

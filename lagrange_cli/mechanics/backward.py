@@ -21,7 +21,8 @@ from lagrange_cli.records import replace
 
 
 def reversed_equations(residual: Residual) -> Residual:
-    """The equations of the same motions in reversed time; ``model`` stays that of the system."""
+    """The equations of the same motions in reversed time; ``model`` stays that of the system, but for its
+    events."""
 
     def each(nodes: Iterable[Node]) -> tuple[Node, ...]:
         return reversed_nodes(residual, nodes)
@@ -30,8 +31,13 @@ def reversed_equations(residual: Residual) -> Residual:
     for one in residual.cyclic_momenta:
         momentum, speed = each([one.momentum, one.speed])
         momenta.append(replace(one, momentum=momentum, speed=-speed))
+    events = [
+        replace(one, argument=argument, direction=-one.direction)
+        for one, argument in zip(residual.model.events, each(one.argument for one in residual.model.events))
+    ]
     return replace(
         residual,
+        model=replace(residual.model, events=tuple(events)),
         residual=each(residual.residual),
         mass_matrix=tuple(map(each, residual.mass_matrix)),
         cyclic_momenta=tuple(momenta),

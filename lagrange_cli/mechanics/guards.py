@@ -12,7 +12,10 @@ Discontinuous Righthand Sides, 1988, sec. 4)
 
 with the multiplier m for which u stays 0. It is found as the acceleration of an auxiliary coordinate y, m =
 y'', whose equation is du/dt = 0, or d2u/dt2 = 0 where u does not contain velocities, and y'' = 0 while the
-mode is not 0."""
+mode is not 0.
+
+The forces of resting contact (see ``mechanics.contacts``) are such multipliers, too; the mode of a contact is
+1 or -1, the side that the motion came from, while it rests, and else 0."""
 
 from __future__ import annotations
 
@@ -47,8 +50,19 @@ class Guard:
 
 
 @dataclass(frozen=True)
+class Rest:
+    """Whether the motion rests at the ``event`` of that number is said by ``mode``; ``auxiliary`` as of a
+    guard."""
+
+    event: int
+    mode: Node
+    auxiliary: int
+
+
+@dataclass(frozen=True)
 class Guarded:
-    """Equations and integrands with modes in place of what moves in switches.
+    """Equations and integrands with modes in place of what moves in switches, and so the arguments of the
+    model's ``events``.
 
     The model of ``residual`` has the ``auxiliary`` coordinates behind its own.
     """
@@ -57,11 +71,15 @@ class Guarded:
     integrands: Mapping[str, Node]
     guards: tuple[Guard, ...] = ()
     auxiliary: int = 0
+    events: tuple[Node, ...] = ()
+    rests: tuple[Rest, ...] = ()
 
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     """The equations and integrands for steps, in each of which no switch changes."""
-    if not switches([*residual.residual, *integrands.values()], residual.variables):
+    if not residual.model.events and not switches(
+        [*residual.residual, *integrands.values()], residual.variables
+    ):
         return Guarded(residual, integrands)
     free: frozenset[Node] = frozenset()
     while True:
@@ -80,7 +98,11 @@ class _Freezing:
         self.moving = residual.variables
         self.free = free
         self.guards: dict[Node, Guard] = {}
-        self.multipliers: list[Node] = []
+        self.multipliers = [contact.multiplier for contact in residual.contacts]
+        self.rests = tuple(
+            Rest(contact.event, self.graph.symbol(f"rest {contact.event}"), i)
+            for i, contact in enumerate(residual.contacts)
+        )
         self.made: dict[Node, Node] = {}
         self.merged = Merging(self.graph, self.moving).merged
         self.entangled: frozenset[Node] = frozenset()
@@ -162,6 +184,7 @@ class _Freezing:
         residual, graph = self.residual, self.graph
         rows = self.frozen(residual.residual)
         quadratures = self.frozen([*integrands.values()])
+        events = self.frozen([event.argument for event in residual.model.events])
         matrix = [self.frozen(row) for row in residual.mass_matrix]
         inertias = self.frozen(residual.inertias)
         momenta = []
@@ -175,7 +198,7 @@ class _Freezing:
         )  # fmt: skip
         linear = [*rows, *quadratures]
         alone = [*(x for row in matrix for x in row), *inertias, *(one.speed for one in momenta)]
-        alone += [guard.argument for guard in self.guards.values()]
+        alone += [*events, *(guard.argument for guard in self.guards.values())]
         slopes = [self.graph.diff(x, m) for m in self.multipliers for x in linear if not has_rates(x, m)]
         mixed = [*slopes, *alone, *(x for m in self.multipliers for x in linear if has_rates(x, m))]
         entangled = [
@@ -190,12 +213,13 @@ class _Freezing:
         if self.entangled:
             return None
         if self.multipliers:
-            wider, quadratures = self._held(wider, quadratures)
-        return Guarded(
-            wider, dict(zip(integrands, quadratures)), tuple(self.guards.values()), len(self.multipliers)
-        )
+            wider, quadratures = self._held(wider, quadratures, events)
+        named, guards = dict(zip(integrands, quadratures)), tuple(self.guards.values())
+        return Guarded(wider, named, guards, len(self.multipliers), events, self.rests)
 
-    def _held(self, residual: Residual, integrands: Sequence[Node]) -> tuple[Residual, tuple[Node, ...]]:
+    def _held(
+        self, residual: Residual, integrands: Sequence[Node], events: Sequence[Node]
+    ) -> tuple[Residual, tuple[Node, ...]]:
         """The equations with multipliers as accelerations of auxiliary coordinates, and theirs."""
         graph, model, own = self.graph, residual.model, len(self.residual.model.q)
         symbols = model.v[own:]
@@ -205,16 +229,22 @@ class _Freezing:
         matrix = [[*row, *column] for row, column in zip(residual.mass_matrix, columns)]
         added, slopes = [], []
         holding = [guard for guard in self.guards.values() if guard.auxiliary is not None]
-        for guard, symbol in zip(sorted(holding, key=lambda guard: guard.auxiliary or 0), symbols):
-            u, free = guard.argument, graph.ddt(symbol)
+        resting = [(one.auxiliary, events[one.event], one.mode, True) for one in self.rests]
+        resting += [(one.auxiliary or 0, one.argument, one.mode, False) for one in holding]
+        for (_, u, mode, rests), symbol in zip(sorted(resting, key=lambda one: one[0]), symbols):
+            free, zero = graph.ddt(symbol), graph.zero
             by = model.v if any(u.symbols & v.symbols for v in model.v) else model.q
             kept = rate(graph, u, residual.variables)
             if by is model.q:
                 kept = graph.ddt(kept)
-            added.append(self._three_ways(guard.mode, free, free, HEAVY * kept))
-            zero = graph.zero
-            row = [self._three_ways(guard.mode, zero, zero, HEAVY * graph.diff(u, x)) for x in by[:own]]
-            one = self._three_ways(guard.mode, graph.one, graph.one, zero)
+
+            def chosen(held: Node, otherwise: Node, mode: Node = mode, rests: bool = rests) -> Node:
+                sides = (held, otherwise) if rests else (otherwise, held)
+                return self._three_ways(mode, sides[0], sides[0], sides[1])
+
+            added.append(chosen(HEAVY * kept, free))
+            row = [chosen(HEAVY * graph.diff(u, x), zero) for x in by[:own]]
+            one = chosen(zero, graph.one)
             slopes.append([*row, *(one if other is symbol else zero for other in symbols)])
         wider = replace(
             residual,

@@ -33,6 +33,16 @@ class CyclicMomentum:
 
 
 @dataclass(frozen=True)
+class Contact:
+    """Where a motion may rest: at the ``event`` of that number, held by the generalized forces ``multiplier``
+    times ``force`` (one for each coordinate)."""
+
+    event: int
+    multiplier: Node
+    force: tuple[Node, ...]
+
+
+@dataclass(frozen=True)
 class Residual:
     """The equations R(q, q_dot, q_ddot, t) = 0 of a model over the graph.
 
@@ -43,7 +53,8 @@ class Residual:
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
     ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes
     per order.
-    ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps.
+    ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps (between
+    events). The multipliers of ``contacts`` stand in the equations like accelerations.
     """
 
     model: Model[Node]
@@ -58,6 +69,7 @@ class Residual:
     scleronomic: bool
     cyclic: tuple[str, ...]
     conserved: tuple[Conserved, ...]
+    contacts: tuple[Contact, ...] = ()
 
     @property
     def coordinates(self) -> tuple[str, ...]:

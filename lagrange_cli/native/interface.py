@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Any
 
 from lagrange_cli.native.state import LANES as LANES
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import GuardRow, GuardRows, Role, StateLayout
 from lagrange_cli.records import dataclass, fields_of
 
 STEPPING = 6
@@ -37,8 +37,18 @@ class Stop(IntEnum):
     GUARD = 6
 
 
+INFO, DUE, RECORDED = 5, 3, 4
+"""Numbers in ``%info``; the places of the guard that is due, and of the number of records."""
+RECORDS = 32
+"""Crossings of which compiled code keeps a record before they are taken from it."""
 ARRAYS = 7
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
+
+
+def records_at(layout: StateLayout, work: int, parts: int) -> int:
+    """Where records are in scratch; ``parts`` of integrals (0 if there are none)."""
+    arrays = (ARRAYS + 2 * (parts - 1)) * layout.width if parts else 0
+    return layout.memory + layout.width + LANES + work + arrays
 
 
 @dataclass(frozen=True)
@@ -50,8 +60,11 @@ class Interface:
     whose values follow q and v in the state, the last ``stored`` of them constants of the motion. ``lanes``
     is what eight motions at once work on; 0 where the
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
-    ``guards`` has for each guard (see ``mechanics.guards``) the number of its auxiliary coordinate, or -1;
-    their arguments' integrals are the first. ``series_at`` tells where series are in what steps work on:
+    ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
+    or -1; ``events`` for each event its direction, 1 if it has an action, and that number for resting
+    contact, or -1. The integrals of their arguments are the first. ``changed`` are the new values that
+    actions give: the event, and the place among q, q_dot and the parameters. ``@act`` computes them, and
+    two sizes of each event's argument. ``series_at`` tells where series are in what steps work on:
     coefficient m of row i at the first number, i times the second and m times the third."""
 
     order: int
@@ -65,6 +78,8 @@ class Interface:
     lanes: int
     parts: int
     guards: tuple[int, ...]
+    events: tuple[tuple[int, int, int], ...]
+    changed: tuple[tuple[int, int], ...]
     series_at: tuple[int, int, int]
 
     @property
@@ -75,22 +90,38 @@ class Interface:
     @property
     def auxiliary(self) -> int:
         """How many auxiliary coordinates there are, behind the others."""
-        return sum(one >= 0 for one in self.guards)
+        return sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
 
     @property
     def inner(self) -> StateLayout:
         """Where steps have the state's parts: with auxiliary coordinates and, where there are guards, with
         settings."""
-        settings = self.rows_of_guards.settings(self.parts) if self.guards else 0
+        settings = self.rows_of_guards.settings(self.parts) if self.guarded else 0
         degrees, quadratures = self.degrees + self.auxiliary, len(self.integrals) - self.stored
         return StateLayout(degrees, quadratures, self.stored, set=settings)
 
     @property
+    def guarded(self) -> bool:
+        """Whether steps end at something."""
+        return bool(self.guards or self.events)
+
+    @property
     def rows_of_guards(self) -> GuardRows:
-        """Where that state has what guards need."""
+        """Where that state has what guards need: those of switches, events and contacts."""
         degrees = self.degrees + self.auxiliary
-        multipliers = tuple(0 if one < 0 else degrees + self.degrees + one for one in self.guards)
-        return GuardRows(2 * degrees, multipliers, len(self.parameters))
+
+        def multiplier(auxiliary: int) -> int:
+            return 0 if auxiliary < 0 else degrees + self.degrees + auxiliary
+
+        first, made = 2 * degrees, list[GuardRow]()
+        for one in self.guards:
+            role = Role.SWITCH if one < 0 else Role.HOLD
+            made.append(GuardRow(role, first + len(made), multiplier(one)))
+        for direction, acts, _ in self.events:
+            made.append(GuardRow(Role.ACTION if acts else Role.RECORD, first + len(made), 0, direction))
+        arguments = len(made)
+        made += [GuardRow(Role.REST, multiplier(one)) for _, _, one in self.events if one >= 0]
+        return GuardRows(first, arguments, tuple(made), len(self.parameters))
 
     @property
     def rows(self) -> int:
@@ -106,8 +137,12 @@ class Interface:
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
         series ahead, and what parts of steps need."""
-        parts = (ARRAYS + 2 * (self.parts - 1)) * self.inner.width if self.integrals else 0
-        return self.inner.memory + self.inner.width + LANES + self.work + parts
+        return self.records + (RECORDS * self.inner.memory if self.events else 0)
+
+    @property
+    def records(self) -> int:
+        """Where records of crossings are behind it, each the state's memory."""
+        return records_at(self.inner, self.work, self.parts if self.integrals else 0)
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""
@@ -116,5 +151,8 @@ class Interface:
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Interface:
         """What ``as_data`` gave, after JSON."""
-        fields: dict[str, Any] = {n: tuple(x) if isinstance(x, list) else x for n, x in data.items()}
-        return cls(**fields)
+        return cls(**{name: _tuples(value) for name, value in data.items()})
+
+
+def _tuples(value: Any) -> Any:
+    return tuple(map(_tuples, value)) if isinstance(value, list) else value

@@ -7,11 +7,14 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.defect import Defect, defect, may_hide, terms_of
 from lagrange_cli.mechanics.explicit import expanded
 from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, MORE
@@ -152,13 +155,15 @@ def write_program(
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
-    residual, modes = smooth.residual, [one.mode for one in smooth.guards]
+    residual = smooth.residual
     stepping = order >= STEPPING
+    changed, changes = changes_of(model) if stepping else ((), [])
     hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
     hiding = stepping and hides
     proven = stepping and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []
-    named = {f"guard {i}": one.argument for i, one in enumerate(smooth.guards)}
+    watched = [*(one.argument for one in smooth.guards), *smooth.events]
+    named = {f"guard {i}": argument for i, argument in enumerate(watched)}
     integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
         residual.graph, residual.variables, residual.model.q, residual.model.v, model.time,
@@ -177,9 +182,11 @@ def write_program(
         lanes=0,
         parts=parts,
         guards=tuple(-1 if one.auxiliary is None else one.auxiliary for one in smooth.guards),
+        events=events_of(model, smooth) if stepping else (),
+        changed=changed,
         series_at=(0, 0, 0),
     )
-    rows = interface.rows_of_guards if modes else None
+    rows = interface.rows_of_guards if interface.guarded else None
     equations = Equations(
         residual, series, interface.inner, constants, order, tolerance, proven, rows, followed
     )
@@ -193,6 +200,11 @@ def write_program(
     texts = [*made.parts, observe]
     if linearized:
         texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
+    if interface.events:
+        texts.append(values("act", symbols, [*changes, *sizes_of(model)])[0])
+    modes = [one.mode for one in smooth.guards]
+    modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
+    modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
     prepare, size = write_prepare(kind(), constants, set_ones)
     text = "\n".join([DECLARATIONS, GLOBALS, *texts, prepare, ATTRIBUTES])
@@ -205,9 +217,45 @@ def write_program(
     )
 
 
+def events_of(model: Model[Node], smooth: Guarded) -> tuple[tuple[int, int, int], ...]:
+    """The model's events as ``Interface`` has them."""
+    rests = {one.event: one.auxiliary for one in smooth.rests}
+    return tuple(
+        (event.direction, int(event.stops or bool(event.changes)), rests.get(i, -1))
+        for i, event in enumerate(model.events)
+    )
+
+
+def changes_of(model: Model[Node]) -> tuple[tuple[tuple[int, int], ...], list[Node]]:
+    """What events change: each event with the place of a name among coordinates, velocities and parameters;
+    and the new values."""
+    names = [*model.coordinates, *map(velocity_name, model.coordinates), *model.parameters]
+    places = {name: i for i, name in enumerate(names)}
+    found = [(i, name, node) for i, event in enumerate(model.events) for name, node in event.changes.items()]
+    return tuple((i, places[name]) for i, name, _ in found), [node for *_, node in found]
+
+
+def sizes_of(model: Model[Node]) -> list[Node]:
+    """How large the terms of each event's argument are, and those of its rate but for accelerations: what
+    their rounding is measured by."""
+    graph, found = graph_of(model), list[Node]()
+    for event in model.events:
+        slopes = [graph.diff(event.argument, x) for x in (*model.q, *model.v, model.time)]
+        values = (*model.q, *model.v, model.time)
+        rates = (*model.v, *(graph.zero for _ in model.v), graph.one)
+        for factors in (values, rates):
+            found.append(graph.sum([(graph.absolute(s * x), 1.0) for s, x in zip(slopes, factors)]))
+    return found
+
+
 def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node] = ()) -> bool:
-    """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
-    if program.hiding or switches([*residual.residual, *integrands], residual.variables):
+    """Whether its motions are followed eight at once: not where a force may hide, a switch changes, or
+    there are events."""
+    if (
+        program.hiding
+        or residual.model.events
+        or switches([*residual.residual, *integrands], residual.variables)
+    ):
         return False
     largest = max((len(block) for block in residual.blocks), default=0)
     unrolled = UNROLLED["definite" if residual.definite else "general"]

@@ -15,6 +15,8 @@ LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
 CHANGES = 64.0
 """If so many modes change while t hardly does, the motion is held there, or ends."""
+BRIEF = 2.0**-40
+"""A step that is so small a part of one before it leads nowhere: what was 0, but for rounding, still is."""
 CLOCK = 2 * LANES
 """Doubles of memory for the clock."""
 
@@ -26,7 +28,8 @@ class Clock(IntEnum):
     step; when a critical point was last passed, and the number of passes at nearly the same t; whether the
     last steps led away from one; and the number of steps whose prediction failed narrowly. Then, of the step
     from here: whether ever shorter steps were not accepted, whether a step over the critical point was not
-    accepted either, and whether the cause is unknown.
+    accepted either, and whether the cause is unknown. Where there are guards, the length of the last step,
+    unless it is ``BRIEF``.
     """
 
     TIME = 0
@@ -41,6 +44,7 @@ class Clock(IntEnum):
     REFUSED = 9
     REFUSED_BEYOND = 10
     UNEXPLAINED = 11
+    LENGTH = 12
 
 
 @dataclass(frozen=True)
@@ -141,34 +145,66 @@ class StateLayout:
         return self.third + self.width + LANES * -(-self.set // LANES)
 
 
+class Role(IntEnum):
+    """What a guard is for: a switch, which is simple, or one that may hold the motion; an event of which no
+    more than a record is made, or one with an action; resting contact."""
+
+    SWITCH = 0
+    HOLD = 1
+    RECORD = 2
+    ACTION = 3
+    REST = 4
+
+
+@dataclass(frozen=True)
+class GuardRow:
+    """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0; the
+    ``direction`` in which an argument's sign must change for an event (0: any)."""
+
+    role: Role
+    row: int
+    multiplier: int = 0
+    direction: int = 0
+
+
 @dataclass(frozen=True)
 class GuardRows:
-    """Where the state has what guards need: the ``first`` row of their arguments' quadratures; for each guard
-    the row of its multiplier, or 0 where there is none; their modes, among ``parameters`` of the run before
-    them.
+    """The guards in the state: their modes are kept among ``settings``, behind the ``parameters`` of the run.
 
-    A guard without a multiplier is simple: its mode is changed where its argument changes its sign.
+    The arguments' quadratures are the ``arguments`` rows from the ``first`` integral on.
     """
 
     first: int
-    multipliers: tuple[int, ...]
+    arguments: int
+    guards: tuple[GuardRow, ...]
     parameters: int
 
     @property
     def count(self) -> int:
         """How many guards there are."""
-        return len(self.multipliers)
+        return len(self.guards)
+
+    @property
+    def events(self) -> int:
+        """How many of them are for events."""
+        return sum(one.role in (Role.RECORD, Role.ACTION) for one in self.guards)
 
     def settings(self, parts: int) -> int:
-        """Doubles that parameters, modes and marks take."""
-        return parts * (self.parameters + self.count) + self.count
+        """Doubles that parameters, modes, times of events and marks take."""
+        return parts * (self.parameters + self.count) + 2 * self.events + self.count
 
     def mode(self, layout: StateLayout) -> int:
         """The place of the first mode in memory."""
         return layout.settings.start + self.parameters
 
+    def times(self, layout: StateLayout) -> slice[int, int, None]:
+        """The places of the times, with low parts, at which events have acted last; nan where they have
+        not."""
+        return slice(self.fresh(layout) - 2 * self.events, self.fresh(layout))
+
     def fresh(self, layout: StateLayout) -> int:
-        """The place of the first mark: 1 where a guard's argument is 0 at the beginning of the next step."""
+        """The place of the first mark: where a guard's argument is 0 at the beginning of the next step, the
+        length of the step before; else 0."""
         return layout.settings.stop - self.count
 
 

@@ -14,7 +14,7 @@ from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.outputs.planner import Planner
-from lagrange_cli.outputs.recording import Recording
+from lagrange_cli.outputs.recording import EventGroup, Recording
 from lagrange_cli.records import dataclass
 
 
@@ -50,5 +50,9 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
         states=tuple(planner.states),
         made=tuple(planner.made),
         conserved=tuple(name for name in planner.observed if name in conserved),
+        events=tuple(
+            EventGroup(one.name, one.shape, one.members, one.axes)
+            for one in planner.families("events", (event.name for event in residual.model.events))
+        ),
     )
     return Plan(planner.observed, planner.integrands, recording)

@@ -87,11 +87,26 @@ class Dataset:
 
 
 @dataclass(frozen=True)
+class EventGroup:
+    """The ``members`` of a family of events, or one event: their crossings are in one group of the file."""
+
+    name: str
+    shape: tuple[int, ...]
+    members: tuple[str, ...]
+    axes: tuple[str, ...]
+
+    @property
+    def path(self) -> str:
+        """That of the group."""
+        return f"events/{self.name}"
+
+
+@dataclass(frozen=True)
 class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` tells that steps may
-    pass over a hidden force (see ``mechanics.defect``).
+    pass over a hidden force (see ``mechanics.defect``). ``events`` are in the order of the model.
     """
 
     coordinates: tuple[str, ...]
@@ -99,6 +114,7 @@ class Recording:
     made: tuple[Dataset, ...]
     conserved: tuple[str, ...]
     undetected: bool = False
+    events: tuple[EventGroup, ...] = ()
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -138,15 +154,19 @@ class Recording:
             "made": list(map(_as_list, self.made)),
             "conserved": self.conserved,
             "undetected": self.undetected,
+            "events": [[one.name, one.shape, one.members, one.axes] for one in self.events],
         }
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Recording:
         """What ``as_data`` gave, after JSON."""
         states, made = (tuple(map(_dataset, data[kind])) for kind in ("states", "made"))
-        return cls(
-            tuple(data["coordinates"]), states, made, tuple(data["conserved"]), bool(data["undetected"])
+        events = tuple(
+            EventGroup(name, tuple(shape), tuple(members), tuple(axes))
+            for name, shape, members, axes in data["events"]
         )
+        known = tuple(data["coordinates"]), states, made, tuple(data["conserved"]), bool(data["undetected"])
+        return cls(*known, events)
 
 
 def _as_list(one: Dataset) -> list[Any]:

@@ -68,12 +68,14 @@ def derive_system(
     *,
     exact: bool = False,
     portable: bool = False,
+    resting: bool = False,
     foresee: Callable[[Model[Node]], object] | None = None,
 ) -> Residual:
     """The equations of motion over the expression graph.
 
     If ``exact``, no number in them is rounded; if ``portable``, all are rounded alike on every machine.
-    ``foresee`` may refuse a model before its equations are derived.
+    If ``resting``, they hold for motions that rest at an event, too. ``foresee`` may refuse a model before
+    its equations are derived.
 
     Raises ``SpecError`` if there are none, as where the kinetic energy does not depend on a velocity.
     """
@@ -105,6 +107,10 @@ def derive_system(
         model = build_model(spec, algebra)
         if foresee is not None:
             foresee(model)
+        if resting and model.events:
+            from lagrange_cli.mechanics.contacts import derive_with_contacts
+
+            return derive_with_contacts(model)
         return derive(model)
 
 

@@ -56,6 +56,7 @@ def prepare_run(
                 derive_system,
                 exact=settings.precision != DOUBLE,
                 portable=settings.portable,
+                resting=True,
                 foresee=partial(foresee, settings),
             ),
             find_cache(wanted=cached),

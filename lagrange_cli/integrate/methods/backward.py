@@ -3,11 +3,13 @@ outside in t."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.events import NO_EVENTS, Crossing, EventSink
 from lagrange_cli.integrate.method import (
     NO_CHECKPOINTS,
     Accept,
@@ -43,6 +45,7 @@ class Backward:
         accept: Accept,
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
+        events: EventSink = NO_EVENTS,
     ) -> End:
         """See ``integrate.method.Method``."""
         begin = None if checkpoints.begin is None else reversed_snapshot(checkpoints.begin)
@@ -59,6 +62,7 @@ class Backward:
                 lambda snapshot: keep(reversed_snapshot(snapshot)),
                 None if ends is None else lambda snapshot: ends(reversed_snapshot(snapshot)),
             ),
+            BackwardEvents(self.program, events),
         )
         return replace(
             end,
@@ -66,6 +70,29 @@ class Backward:
             state=reversed_state(self.program, end.state),
             snapshot=None if end.snapshot is None else reversed_snapshot(end.snapshot),
         )
+
+
+class BackwardEvents(EventSink):
+    """Hands on what happens in reversed time."""
+
+    def __init__(self, program: Interface, sink: EventSink) -> None:
+        self._program, self._sink, self.names = program, sink, sink.names
+
+    def crossed(self, crossings: Sequence[Crossing]) -> None:
+        self._sink.crossed(
+            [
+                Crossing(
+                    one.event,
+                    reversed_time(one.t),
+                    reversed_time(one.low),
+                    reversed_state(self._program, one.state),
+                )
+                for one in crossings
+            ]
+        )
+
+    def grazed(self, event: int, t: float) -> None:
+        self._sink.grazed(event, reversed_time(t))
 
 
 def reversed_time(t: Time) -> Time:

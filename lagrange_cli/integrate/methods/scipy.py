@@ -11,6 +11,7 @@ import scipy.integrate
 from lagrange_cli.integrate.arrays import Array, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.events import NO_EVENTS, EventSink
 from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt
 from lagrange_cli.integrate.methods.equations import Equations, Singular
 from lagrange_cli.integrate.times import Times
@@ -69,6 +70,7 @@ class ScipyMethod:
         accept: Accept,
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
+        events: EventSink = NO_EVENTS,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts accelerations."""
         equations = Equations.of(self.machine, parameters)

@@ -32,6 +32,7 @@ BRIEF = 2.0**-20
 """What is a short part of all the time since t = 0."""
 BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
 """What is forgotten where other equations begin to hold."""
+SMALLEST = 2.0**-1022
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 ROUNDS = 8
@@ -41,53 +42,56 @@ ROUNDS = 8
 class Settling:
     """The modes in the memory of a motion's state, and their choice.
 
-    ``constants``, ``memory`` and ``work`` are the arrays that compiled code works on.
+    ``constants``, ``memory`` and ``work`` are the arrays that compiled code works on. The modes and marks of
+    events and contacts follow those of the switches (``happenings``).
     """
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         self.machine = machine
         program = machine.program
-        self._constants, self._memory, self._work = constants, memory, work
+        self.constants, self.memory, self._work = constants, memory, work
         self._layout, self._rows = program.inner, program.rows_of_guards
         first, count = self._rows.mode(self._layout), self._rows.count
-        self._modes = memory[first : first + count]
+        self.modes = memory[first : first + count]
         marks = self._rows.fresh(self._layout)
-        self._marks = memory[marks : marks + count]
+        self.marks = memory[marks : marks + count]
+        self.count = len(program.guards)
         self._attempts, self._latest = 0, np.nan
         self._crossed: tuple[float, ...] = ()
-
-    @property
-    def count(self) -> int:
-        """How many guards there are."""
-        return self._rows.count
 
     def set_parameters(self, parameters: Array) -> None:
         """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
         parts = self.machine.program.parts
-        settings = self._memory[self._layout.settings]
-        width = self._rows.parameters + self.count
+        settings = self.memory[self._layout.settings]
+        width = self._rows.parameters + self._rows.count
         for part, given in enumerate(parameters.reshape(parts, -1)):
             settings[part * width : part * width + self._rows.parameters] = given
 
     def begin(self, parameters: Array) -> None:
-        """Choose all modes where the motion begins."""
+        """Choose the modes of all switches where the motion begins."""
         self.set_parameters(parameters)
-        self._modes[:] = 1.0
+        self.begin_switches()
+
+    def begin_switches(self) -> None:
+        """Choose the modes of all switches, whatever was before."""
+        own = self.modes[: self.count]
+        own[:] = 1.0
+        values = np.ones(0)
         for _ in range(self.count + 1):  # arguments may depend on other modes
             values = self._arguments()
             signs = np.where(values < 0.0, -1.0, 1.0)
-            if np.array_equal(signs, self._modes):
+            if np.array_equal(signs, own):
                 break
-            self._modes[:] = signs
+            own[:] = signs
         at_zero = [j for j in range(self.count) if values[j] == 0.0]
         if at_zero:
             self._choose(at_zero, dict.fromkeys(at_zero, 1.0))
         else:
-            self._prepare()
+            self.prepare()
 
     def resume(self) -> None:
         """Go on with the modes that are in the memory."""
-        self._prepare()
+        self.prepare()
 
     def goes_on(self, stop: Stop, due: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped."""
@@ -98,16 +102,16 @@ class Settling:
     def settle(self, due: int) -> bool:
         """Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound;
         whether one was found with which the motion goes on."""
-        now = float(self._memory[self._layout.time])
+        now = float(self.memory[self._layout.time])
         self._attempts = self._attempts + 1 if now == self._latest else 0
         self._latest = now
         if self._attempts > ATTEMPTS * (self.count + 1):
             return False
-        before = float(self._modes[due])
+        before = float(self.modes[due])
         for number in BEGINNING:
-            self._memory[self._layout.at(number)] = 0.0
-        marked = [j for j in range(self.count) if j != due and self._marks[j] > 0.0 and self._modes[j] != 0.0]
-        if self._memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.multipliers[due]:
+            self.memory[self._layout.at(number)] = 0.0
+        marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]
+        if self.memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.guards[due].multiplier:
             self._stop_at(due)
         if before == 0.0:
             side = 1.0 if self._multiplier(due) > 0.0 else -1.0
@@ -120,38 +124,38 @@ class Settling:
 
         It is taken with the acceleration on the side from which the motion comes.
         """
-        now = tuple(self._memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+        now = tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
         if now == self._crossed:
             return False
         self._crossed = now
         self._series()
-        free = [j for j in range(self.count) if self._modes[j] != 0.0]
+        free = [j for j in range(self.count) if self.modes[j] != 0.0]
         u = {j: self._coefficients(self._rows.first + j)[:2] for j in free}
-        marked = [j for j in free if self._marks[j] > 0.0]
-        ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self._modes[j] < 0.0}
+        marked = [j for j in free if self.marks[j] > 0.0]
+        ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
         if marked:
-            return self._crossed_by(marked[0], 0.0, float(self._modes[marked[0]]))
+            return self._crossed_by(marked[0], 0.0, float(self.modes[marked[0]]))
         if not ahead:
             return False
         j = min(ahead, key=lambda j: abs(ahead[j]))
-        return self._crossed_by(j, abs(float(ahead[j])), -float(self._modes[j]))
+        return self._crossed_by(j, abs(float(ahead[j])), -float(self.modes[j]))
 
     def _crossed_by(self, j: int, left: float, mode: float) -> bool:
         """Move on by the time ``left`` until u = 0, and a little more, to where the mode is another one."""
-        layout, memory, parts = self._layout, self._memory.copy(), self.machine.program.parts
+        layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
         q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
         if not v > 0.0:
             return False
         usual = max(q / v, abs(memory[layout.time]) * BRIEF)
         for k in range(FARTHER):
-            self._memory[:] = memory
-            self._modes[j] = -mode
+            self.memory[:] = memory
+            self.modes[j] = -mode
             if self._moved(left + float(usual) * WAY[parts - 1] * 16.0**k, mode, j):
-                self._marks[:] = 0.0
+                self.marks[:] = 0.0
                 for number in BEGINNING:
-                    self._memory[layout.at(number)] = 0.0
+                    self.memory[layout.at(number)] = 0.0
                 return True
-        self._memory[:] = memory
+        self.memory[:] = memory
         return False
 
     def _moved(self, length: float, mode: float, j: int) -> bool:
@@ -161,17 +165,17 @@ class Settling:
         before = np.array(
             [self._coefficients(row)[0] for row in range(layout.rates.start, layout.rates.stop)]
         )
-        high, low = (self._memory[layout.part(part)] for part in (0, 1))
+        high, low = (self.memory[layout.part(part)] for part in (0, 1))
         speeds = np.concatenate([high[layout.v], before])
         speeds[layout.q] += before[: layout.degrees] * length / 2
         change = speeds * length
         total = high + change
         low += change - (total - high)
         high[:] = total
-        time = self._memory[layout.at(Clock.TIME) : layout.at(Clock.TIME_LOW) + 1]
+        time = self.memory[layout.at(Clock.TIME) : layout.at(Clock.TIME_LOW) + 1]
         later = time[0] + length
         time[:] = later, time[1] + (length - (later - time[0]))
-        self._modes[j] = mode
+        self.modes[j] = mode
         self._series()
         series = [self._coefficients(row) for row in range(layout.v.start, layout.v.stop)]
         after = np.array([one[0] for one in series])
@@ -182,37 +186,37 @@ class Settling:
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
         ``first``, or the other one."""
-        able = [j for j in guards if self._rows.multipliers[j]] if held else []
+        able = [j for j in guards if self._rows.guards[j].multiplier] if held else []
         free = [j for j in guards if j not in able]
-        self._marks[:] = 0.0
-        self._marks[list(guards)] = 1.0
+        self.marks[: self.count] = 0.0
+        self.mark(guards)
         for j in free:
-            self._modes[j] = first.get(j, self._modes[j])
-        self._modes[able] = 0.0
+            self.modes[j] = first.get(j, self.modes[j])
+        self.modes[able] = 0.0
         good = True
         for _ in range(ROUNDS * (len(guards) + 1)):
             self._series()
-            loose = [(self._holding(j), j) for j in able if self._modes[j] == 0.0]
+            loose = [(self._holding(j), j) for j in able if self.modes[j] == 0.0]
             loose = [one for one in loose if not one[0] <= HELD]
             if loose:
                 _, j = max(loose)
-                self._modes[j] = first.get(j) or (1.0 if self._multiplier(j) > 0.0 else -1.0)
+                self.modes[j] = first.get(j) or (1.0 if self._multiplier(j) > 0.0 else -1.0)
                 self._series()
                 if not self._leads(j):
-                    self._modes[j] = -self._modes[j]
+                    self.modes[j] = -self.modes[j]
                 continue
-            wrong = [j for j in guards if self._modes[j] != 0.0 and not self._leads(j)]
+            wrong = [j for j in guards if self.modes[j] != 0.0 and not self._leads(j)]
             if not wrong:
                 return good
             for j in wrong:
-                self._modes[j] = -self._modes[j]
+                self.modes[j] = -self.modes[j]
                 self._series()
                 if not self._leads(j):
-                    if self._rows.multipliers[j]:
-                        self._modes[j] = 0.0
+                    if self._rows.guards[j].multiplier:
+                        self.modes[j] = 0.0
                         able.append(j)
                     else:  # both sides lead back: it touches 0, and rounding decides
-                        self._modes[j] = -self._modes[j]
+                        self.modes[j] = -self.modes[j]
                         guards = [one for one in guards if one != j]
         return False
 
@@ -222,28 +226,33 @@ class Settling:
         u''."""
         found = []
         for mode in (1.0, -1.0):
-            self._modes[j] = mode
+            self.modes[j] = mode
             accelerations = self._series()[: self._layout.degrees]
             found.append((accelerations, self._coefficients(self._rows.first + j)))
         (first, u), (second, other) = found
         jump = 2.0 * (u[2] - other[2])
         if u[1] == other[1] and jump != 0.0:
-            self._memory[self._layout.part(0)][self._layout.v] -= (first - second) * u[1] / jump
-            self._memory[self._layout.part(1)][self._layout.v] = 0.0
-            self._memory[self._layout.at(Clock.PASSES)] = 0.0
+            self.memory[self._layout.part(0)][self._layout.v] -= (first - second) * u[1] / jump
+            self.memory[self._layout.part(1)][self._layout.v] = 0.0
+            self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
-    def _prepare(self) -> None:
-        settings = self._memory[self._layout.settings]
-        self.machine.prepare(settings.ctypes.data, self._constants.ctypes.data)
+    def mark(self, guards: Sequence[int]) -> None:
+        """The arguments of these are 0 now."""
+        self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
+
+    def prepare(self) -> None:
+        """Compute the constants of the equations from parameters and modes."""
+        settings = self.memory[self._layout.settings]
+        self.machine.prepare(settings.ctypes.data, self.constants.ctypes.data)
 
     def _series(self) -> Array:
         """The series from here on; the rates of velocities and integrals."""
-        self._prepare()
+        self.prepare()
         rates = np.empty(self._layout.rows)
         self.machine.accelerate(
-            self._constants.ctypes.data,
-            float(self._memory[self._layout.time]),
-            self._memory.ctypes.data,
+            self.constants.ctypes.data,
+            float(self.memory[self._layout.time]),
+            self.memory.ctypes.data,
             self._work.ctypes.data,
             rates.ctypes.data,
         )
@@ -263,30 +272,35 @@ class Settling:
         found: Array = self._work[place + orders * term] * orders
         return found
 
+    def coefficients_of(self, row: int) -> Array:
+        """Those of a row where the motion is now."""
+        self._series()
+        return self._coefficients(row)
+
     def _multiplier(self, j: int) -> float:
-        return float(self._coefficients(self._rows.multipliers[j])[0])
+        return float(self._coefficients(self._rows.guards[j].multiplier)[0])
 
     def _holding(self, j: int) -> float:
         """The size of the multiplier, infinite where the motion passes u = 0 with a velocity."""
-        u, noise = self._coefficients(self._rows.first + j), ROUNDING * self._scale()
+        u, noise = self._coefficients(self._rows.first + j), ROUNDING * self.scale()
         size = abs(self._multiplier(j))
         return size if abs(u[1]) <= noise[1] and np.isfinite(size) else np.inf
 
     def _leads(self, j: int) -> bool:
         """Whether the motion leads to the side of a guard's mode; or along u = 0."""
-        self._modes[j] = -self._modes[j]
+        self.modes[j] = -self.modes[j]
         self._series()
         other = self._coefficients(self._rows.first + j)
-        self._modes[j] = -self._modes[j]
+        self.modes[j] = -self.modes[j]
         self._series()
         u = self._coefficients(self._rows.first + j)
-        rates, scale = u[1:], np.fmax(self._scale()[: len(u)], np.abs(u - other))
+        rates, scale = u[1:], np.fmax(self.scale()[: len(u)], np.abs(u - other))
         for m, one in enumerate(rates, 1):
             if not abs(one) <= ROUNDING * scale[m]:
-                return bool(one * self._modes[j] > 0.0)
+                return bool(one * self.modes[j] > 0.0)
         return bool(np.all(np.isfinite(u)))
 
-    def _scale(self) -> Array:
+    def scale(self) -> Array:
         """The largest coefficients of each order among velocities: what rounding of a derivative is measured
         by."""
         rows = range(self._layout.v.start, self._layout.v.stop)

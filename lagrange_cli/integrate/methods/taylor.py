@@ -11,17 +11,19 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, chunk_size
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.events import NO_EVENTS, EventSink
 from lagrange_cli.integrate.method import NO_CHECKPOINTS, Accept, CheckpointSink, End, Interrupt, Snapshot
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import Interface, Stop
+from lagrange_cli.native.interface import DUE, INFO, Interface, Stop
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.integrate.methods.happenings import Finished, Happenings
     from lagrange_cli.integrate.methods.settling import Settling
 
 ENDINGS = {
@@ -60,12 +62,20 @@ class TaylorMethod:
         accept: Accept,
         interrupt: Interrupt,
         checkpoints: CheckpointSink = NO_CHECKPOINTS,
+        events: EventSink = NO_EVENTS,
     ) -> End:
         """See ``integrate.method.Method``; ``evaluations`` counts series, one a step."""
         program = self.machine.program
         size = min(chunk_size(program.parts * (program.rows + len(program.observed))), times.count)
         stepper = Stepper(
-            self.machine, parameters, state, times, size, self.recompilation, beside=self.beside
+            self.machine,
+            parameters,
+            state,
+            times,
+            size,
+            self.recompilation,
+            beside=self.beside,
+            events=events,
         )
         first = 0
         if checkpoints.begin is not None:
@@ -82,7 +92,7 @@ class TaylorMethod:
             wanted = times.chunk(first, size)
             last = first + len(wanted) == times.count
             before_end = last and checkpoints.ends is not None and program.parts == 1 and len(wanted) > 0
-            stop, done = stepper.fill(wanted, last and not before_end, pause)
+            stop, done = stepper.fill(wanted, first, last and not before_end, pause)
             first += done
             samples = stepper.taken(done)
             if before_end and stop is Stop.SAMPLES:
@@ -93,8 +103,11 @@ class TaylorMethod:
                 if checkpoints.ends is not None and known and not stepper.limited:
                     checkpoints.ends(stepper.snapshot(begin + kept))
                 wanted, samples, done = wanted[kept:], samples[:, kept:], done - kept
-                stop, _ = stepper.fill(wanted[done:], True, pause)
+                stop, _ = stepper.fill(wanted[done:], first, True, pause)
             accept(wanted[:done], samples)
+            if stepper.finished is not None:
+                ending, detail = stepper.finished.ending, stepper.finished.detail
+                return End(ending, stepper.t, stepper.state, stepper.steps, stepper.steps, detail)
             if stop is Stop.NOT_FINITE and stepper.finite():
                 stop = (
                     Stop.UNDERFLOW
@@ -127,6 +140,7 @@ class Stepper:
         recompilation: Recompilation | None = None,
         *,
         beside: int = 0,
+        events: EventSink = NO_EVENTS,
     ) -> None:
         program = machine.program
         self._machine, self._recompilation = machine, recompilation
@@ -139,20 +153,31 @@ class Stepper:
             self._memory[self._layout.part(part)][self._outer] = given
         self._memory[self._layout.time] = times.start
         self._settling: Settling | None = None
-        if not program.guards:
+        self._happenings: Happenings | None = None
+        self.finished: Finished | None = None
+        """That an event has ended the motion, if one has."""
+        self._info = np.zeros(INFO, dtype=np.int64)
+        if not program.guarded:
             machine.prepare(np.ascontiguousarray(parameters).ctypes.data, self._constants.ctypes.data)
         else:
             from lagrange_cli.integrate.methods.settling import Settling
 
             self._settling = Settling(machine, self._constants, self._memory, self._work)
             self._settling.begin(parameters)
+        if program.events:
+            assert self._settling is not None
+            from lagrange_cli.integrate.methods.happenings import Happenings
+
+            self._happenings = Happenings(
+                self._settling, self._trial, self._info, self._outer, times.start, events
+            )
+            self.finished = self._happenings.begin()
         if beside:
             from lagrange_cli.integrate.methods.perturbation import perturb
 
             perturb(self._constants, parameters, beside)
             self._rates()  # cyclic momenta are computed, and perturbed likewise
             perturb(self._memory[self._layout.cyclic_momenta], parameters, beside)
-        self._info = np.zeros(4, dtype=np.int64)
         self.limited = False
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 4 * FEWEST
@@ -239,9 +264,11 @@ class Stepper:
         self._memory[:] = memory
         return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
 
-    def fill(self, wanted: Array, last: bool, interrupt: Interrupt) -> tuple[Stop, int]:
-        """Step until all of ``wanted`` is sampled (``last``: until the end); why it stopped, and how
-        many are."""
+    def fill(self, wanted: Array, first: int, last: bool, interrupt: Interrupt) -> tuple[Stop, int]:
+        """Step until all of ``wanted``, the samples from ``first`` on, are taken (``last``: until the end);
+        why it stopped, and how many are. An event may have ``finished`` the motion."""
+        if self.finished is not None:
+            return Stop.GUARD, 0
         padded = np.concatenate([wanted, np.full(LANES, np.nan)])
         done = 0
         while True:
@@ -253,7 +280,7 @@ class Stepper:
                 self._first = None
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])
-            if self._settling is not None and self._settling.goes_on(stop, int(self._info[3])):
+            if self._settling is not None and self._goes_on(stop, first + done):
                 if not interrupt(self.t):
                     continue
                 stop = Stop.PAUSE
@@ -266,6 +293,19 @@ class Stepper:
             self._pause = int(
                 max(FEWEST, min(4 * self._pause, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
+
+    def _goes_on(self, stop: Stop, sample: int) -> bool:
+        """Whether the motion goes on from where compiled code has stopped, before that sample."""
+        assert self._settling is not None
+        due = int(self._info[DUE])
+        if self._happenings is not None:
+            self.finished = self._happenings.drain()
+            if stop is Stop.GUARD and due >= self._settling.count and self.finished is None:
+                self.finished = self._happenings.happen(due, sample)
+                return self.finished is None
+            if self.finished is not None:
+                return False
+        return self._settling.goes_on(stop, due)
 
 
 def stopped(end: End, accelerations: Array) -> End:

@@ -47,6 +47,7 @@ class Machine:
     prepare: Callable[..., None]
     observe: Callable[..., None]
     linearize: Callable[..., None] | None
+    act: Callable[..., None] | None
     advance: Callable[..., int] | None
     accelerate: Callable[..., int]
     follow: Callable[..., None] | None
@@ -98,6 +99,7 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         prepare=function("prepare", None, pointer, pointer),
         observe=function("observe", None, pointer, pointer, pointer, pointer, integer, integer),
         linearize=function("linearize", None, pointer, pointer, pointer, pointer, integer, integer),
+        act=function("act", None, pointer, pointer, pointer, pointer, integer, integer),
         advance=function(
             "advance", integer, pointer, pointer, pointer, pointer, real, pointer, integer, pointer,
             integer, integer, integer, pointer,

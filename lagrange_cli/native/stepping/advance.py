@@ -13,12 +13,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 
-from lagrange_cli.native.interface import Stop
+from lagrange_cli.native.interface import DUE, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import CHANGES, LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, allowance
-from lagrange_cli.native.stepping.guards import MARGIN, NEAR, GuardCode
+from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, GuardCode
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.records import dataclass
 
@@ -158,12 +158,12 @@ def advance(steps: Steps) -> str:
         for i, value in enumerate((samples or index.get(), steps, limited.get())):
             f.store(value, info, i)
         if due is not None:
-            f.store(due.get(), info, 3)
+            f.store(due.get(), info, DUE)
         f.give(code if isinstance(code, Integer) else f.count(code))
 
-    def change_mode() -> None:
-        """Go on from here with the other mode of the guard that is due. The caller decides what is not
-        simple."""
+    def change_mode() -> Bit:
+        """Go on from here with the other mode of the guard that is due; whether the equations are the same.
+        The caller decides what is not simple."""
         assert due is not None
         passed, last, times = f.magnitude(clock(Clock.TIME)), clock(Clock.LAST_PASS), clock(Clock.PASSES)
         at_once = clock(Clock.TIME) - last <= passed * bounds.no_time
@@ -171,13 +171,16 @@ def advance(steps: Steps) -> str:
         remember(Clock.LAST_PASS, clock(Clock.TIME))
         with f.when(times >= CHANGES):
             leave(Stop.GUARD, taken.get())
-        with f.when(~f.call(Bit, "flip", state, f.pointer("%constants"), due.get())):
+        given = state, f.pointer("%constants"), due.get(), trial, info
+        done = f.call(Integer, "flip", *given)
+        with f.when(done.equals(AWAY)):
             leave(Stop.GUARD, taken.get())
-        for number in BEGINNING:
-            remember(number, zero)
+        with f.when(~done.equals(NOTED)):
+            for number in BEGINNING:
+                remember(number, zero)
         due.set(f.count(NO_GUARD))
         pending.set(f.count(NOTHING))
-        steps.forget(f)
+        return done.equals(NOTED)
 
     steps.forget(f)
     with f.forever() as rounds:
@@ -239,8 +242,8 @@ def advance(steps: Steps) -> str:
                 limited.set(limited_before.get())
                 leave(Stop.SAMPLES, less)
             if due is not None:
-                with f.when(~due.get().equals(NO_GUARD)):
-                    change_mode()
+                with f.when(~due.get().equals(NO_GUARD)), f.when(~change_mode()):
+                    steps.forget(f)
                     rounds.go_on()
         with f.when(taken.get() >= pause):
             leave(Stop.PAUSE, taken.get())
@@ -305,6 +308,7 @@ def advance(steps: Steps) -> str:
                     leave(Stop.GUARD, taken.get())
                 with f.when(root.equals(0.0)):
                     change_mode()
+                    steps.forget(f)
                     rounds.go_on()
                 bound.set(root)
                 confirms.set(yes)
@@ -323,10 +327,10 @@ def advance(steps: Steps) -> str:
         with f.when(leaves & ~seen):
             leave(Stop.SAMPLES, taken.get(), sampled)
         copy(state, trial)
-        if due is not None:
-            f.call(None, "settled", state)
         began.set(index.get())
         step = f.select(final, left, bound.get())
+        if due is not None:
+            f.call(None, "settled", state, step)
         length.set(step)
         usual_before.set(usual.get())
         remember(Clock.USUAL_STEP, usual.get())

@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from lagrange_cli.native.interface import records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
@@ -89,7 +90,7 @@ class DoubleDoubleSteps(Steps):
             given = self.lengths, first, extra, rows.width, tolerance, self.bounds
             self.quadratures = PairQuadratures(*given, rows.beyond, self.state.third, rest)
         self.sizes = StepSize(self.lengths, tolerance, GONE, fades=False)
-        self.guards = GuardCode(guards, state, self.lengths) if guards else None
+        self.guards = GuardCode(guards, state, self.lengths, records_at(state, work, 2)) if guards else None
         self._low, self._width = rows.beyond, rows.width
         self._work = work
         self._proof: Proof | None = None

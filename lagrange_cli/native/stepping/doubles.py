@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 
+from lagrange_cli.native.interface import records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
@@ -69,7 +70,7 @@ class DoubleSteps(Steps):
                 self.lengths, first, count, width, tolerance, self.bounds, rest=rest
             )
         self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving[0] else 0.0)
-        self.guards = GuardCode(guards, state, self.lengths) if guards else None
+        self.guards = GuardCode(guards, state, self.lengths, records_at(state, work, 1)) if guards else None
         self._work = work
         self._proof: Proof | None = None
         self._integrands: Proof | None = None

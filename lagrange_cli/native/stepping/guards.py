@@ -2,19 +2,24 @@
 
 The arguments' quadratures are rows of the state, and their series known therefore. The parameters and the
 modes are kept with the state, behind it: ``settings`` (see ``native.state``). The constants of the equations
-are computed anew when a mode changes."""
+are computed anew when a mode changes. An event's mode is the sign of its argument; what only has to be
+recorded is copied behind ``%trial``, and ``%info`` counts the copies."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
+from lagrange_cli.native.interface import RECORDED, RECORDS
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import BRIEF, Clock, GuardRows, Role, StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
 
+SMALLEST = 2.0**-1022
+AWAY, CHANGED, NOTED = range(3)
+"""What ``@flip`` gives: the caller of ``@advance`` decides; other equations hold; the same ones do."""
 NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
@@ -27,13 +32,21 @@ class GuardCode:
     rows: GuardRows
     layout: StateLayout
     lengths: Lengths
+    records: int
+    """Where records are, behind ``%trial``."""
 
     def functions(self) -> list[str]:
         """The functions."""
         roots = Roots(self.lengths.order, self.lengths.term)
         own = self._first(), self._flip(), self._settled()
-        table = _table("guard_multipliers", self.rows.multipliers)
-        return [table, roots.text(), *(f.text() for f in own)]
+        guards = self.rows.guards
+        tables = [
+            _table("guard_roles", [one.role for one in guards]),
+            _table("guard_rows", [one.row for one in guards]),
+            _table("guard_multipliers", [one.multiplier for one in guards]),
+            _table("guard_directions", [one.direction for one in guards]),
+        ]
+        return [*tables, roots.text(), *(f.text() for f in own)]
 
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
@@ -46,7 +59,7 @@ class GuardCode:
     def largest(self, f: Function) -> Real:
         """The sum of the last coefficients of all arguments: not finite where one of these is not."""
         total = f.variable(f.constant(0.0))
-        with f.loop(0, self.rows.count, tested=False) as j:
+        with f.loop(0, self.rows.arguments, tested=False) as j:
             row = self._series(f, j + self.rows.first)
             for m in (self.lengths.order - 2, self.lengths.order - 1):
                 total.set(total.get() + f.magnitude(f.load(row, m * self.lengths.term)))
@@ -79,32 +92,60 @@ class GuardCode:
         with f.loop(0, rows.count, tested=False) as j:
             mode = f.load("%state", j + rows.mode(layout))
             fresh = f.load("%state", j + rows.fresh(layout)) > 0.0
-            with f.when(mode.equals(0.0)):
+            with f.when(~mode.equals(0.0)):
+                row = f.load_integer("@guard_rows", j)
+                look(self._series(f, row), f.constant(0.0), mode, fresh, j)
+            with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
                 multiplier = f.load_integer("@guard_multipliers", j)
                 for side in (-1.0, 1.0):
                     look(self._series(f, multiplier), Real(f, "%unit"), f.constant(side), Bit(f, "false"), j)
-            with f.otherwise():
-                look(self._series(f, j + rows.first), f.constant(0.0), mode, fresh, j)
         f.give(earliest.get(), which.get(), reach.get())
         return f
 
     def _flip(self) -> Function:
-        """``@flip(state, constants, j)``: change the mode of a simple guard; whether it is one."""
-        f = Function("define internal i1 @flip(ptr %state, ptr %constants, i64 %j) #0")
-        j, rows, layout = Integer(f, "%j"), self.rows, self.layout
-        with f.when(~f.load_integer("@guard_multipliers", j).equals(0)):
-            f.give(Bit(f, "false"))
-        f.store(-f.load("%state", j + rows.mode(layout)), "%state", j + rows.mode(layout))
-        f.store(f.constant(1.0), "%state", j + rows.fresh(layout))
-        f.call(None, "prepare", f.place("%state", layout.settings.start), f.pointer("%constants"))
-        f.give(Bit(f, "true"))
+        """``@flip(state, constants, j, trial, info)``: change the mode of a guard, if that is all there is to
+        do: ``AWAY``, ``CHANGED`` or ``NOTED``."""
+        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info"
+        f = Function(f"define internal i64 @flip({given}) #0")
+        j, rows, layout, state = Integer(f, "%j"), self.rows, self.layout, f.pointer("%state")
+        role, info = f.load_integer("@guard_roles", j), f.pointer("%info")
+        mode, fresh = j + rows.mode(layout), j + rows.fresh(layout)
+        before = f.load(state, mode)
+        result = f.variable(f.count(NOTED))
+        with f.section() as changing:
+            with f.when(role.equals(Role.SWITCH)):
+                result.set(f.count(CHANGED))
+                changing.leave()
+            if not any(one.role in (Role.RECORD, Role.ACTION) for one in rows.guards):
+                f.give(f.count(AWAY))
+            with f.when(role.equals(Role.HOLD) | role.equals(Role.REST)):
+                f.give(f.count(AWAY))
+            with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
+                changing.leave()
+            count = f.load_integer(info, RECORDED)
+            with f.when(role.equals(Role.ACTION) | ~(count < RECORDS)):
+                f.give(f.count(AWAY))
+            place = f.place("%trial", count * layout.memory + self.records)
+            f.call(None, "copy", state, place)
+            f.store(j.to_real(), place, layout.at(Clock.STEP))
+            f.store(count + 1, info, RECORDED)
+        f.store(-before, state, mode)
+        f.store(f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST)), state, fresh)
+        with f.when(result.get().equals(CHANGED)):
+            f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
+        f.give(result.get())
         return f
 
     def _settled(self) -> Function:
-        """``@settled(state)``: no argument is 0 any more."""
-        f = Function("define internal void @settled(ptr %state) #0")
+        """``@settled(state, h)``: after a step of ``h`` arguments that were 0 are so no more."""
+        f = Function("define internal void @settled(ptr %state, double %h) #0")
+        h, place = Real(f, "%h"), self.layout.at(Clock.LENGTH)
+        before = f.load("%state", place)
+        f.store(f.select(h > before * BRIEF, h, before), "%state", place)
         with f.loop(0, self.rows.count, tested=False) as j:
-            f.store(f.constant(0.0), "%state", j + self.rows.fresh(self.layout))
+            at = j + self.rows.fresh(self.layout)
+            mark = f.load("%state", at)
+            f.store(f.select(h > mark * BRIEF, f.constant(0.0), mark), "%state", at)
         f.give()
         return f
 

@@ -56,7 +56,7 @@ Time = tuple[Real, Real]
 def followed(state: StateLayout, guards: GuardRows | None) -> tuple[int, int]:
     """The first row of quadratures that have a say, and how many there are: not those of guards' arguments,
     which come first."""
-    before = guards.count if guards else 0
+    before = guards.arguments if guards else 0
     return state.integrals.start + before, state.quadratures - before
 
 

@@ -1,0 +1,99 @@
+"""Resting contact: what becomes of a law of impact where no speed of approach is left.
+
+The action of an event g(q, t) = 0 may change velocities, v+ = v + D(q, v, t), such that the motion turns
+back, as a ball does on a floor. If it comes back with less speed each time, infinitely many impacts take a
+finite time. After that the motion rests at g = 0. The impulses of slow impacts have the direction
+
+    d = -(dD/dv) grad g,
+
+and so has the force that keeps g = 0 from then on: N M d, with the mass matrix M, and N >= 0 on the side
+where g >= 0 (unilateral contact: B. Brogliato, Nonsmooth Mechanics, 3rd ed. 2016, ch. 2). N is an unknown
+beside the accelerations, found from d2g/dt2 = 0. Where it would have to pull, contact ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.conservation import Conserved, conservation
+from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.residual import Contact, Residual
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Event, Model
+from lagrange_cli.records import replace
+
+
+def derive_with_contacts(model: Model[Node]) -> Residual:
+    """The equations of motion with the unknown forces of resting contact, which are generalized forces."""
+    contacts = contacts_of(model)
+    if not contacts:
+        return derive(model)
+    graph = graph_of(model)
+    forces = [
+        graph.sum([(given, 1.0), *((one.multiplier * one.force[k], 1.0) for one in contacts)])
+        for k, given in enumerate(model.generalized_forces)
+    ]
+    _, conserved = conservation(model)
+    residual = derive(replace(model, generalized_forces=tuple(forces)))
+    kept = tuple(one for one in conserved if all(_keeps(graph, model, one, contact) for contact in contacts))
+    return replace(residual, conserved=kept, contacts=contacts)
+
+
+def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
+    """Of each event at which the motion may come to rest."""
+    if not any(event.changes for event in model.events):
+        return ()
+    graph, momenta = graph_of(model), Energetics(model).momenta
+    found = []
+    for number, event in enumerate(model.events):
+        direction = _direction(model, graph, event)
+        if direction is None:
+            continue
+        pairs = [(k, one) for k, one in enumerate(direction) if not one.is_zero]
+        force = tuple(
+            graph.sum([(graph.diff(p, model.v[k]) * one, 1.0) for k, one in pairs]) for p in momenta
+        )
+        found.append(Contact(number, graph.symbol(f"contact {number}"), force))
+    return tuple(found)
+
+
+def _direction(model: Model[Node], graph: Graph, event: Event[Node]) -> list[Node] | None:
+    """That of slow impacts; None where it is no impact, or one that takes no speed away."""
+    velocities = {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
+    g = event.argument
+    if not event.changes or not event.changes.keys() <= velocities.keys():
+        return None
+    if any(g.symbols & v.symbols for v in model.v) or not any(g.symbols & q.symbols for q in model.q):
+        return None
+    after = {velocities[name]: node for name, node in event.changes.items()}
+    slopes = [graph.diff(g, q) for q in model.q]
+    approach = graph.sum([(slope * v, 1.0) for slope, v in zip(slopes, model.v)])
+    drift = graph.diff(g, model.time)
+    (left,) = substituted(graph, [approach], after)
+    if is_zero(left + approach + 2.0 * drift):
+        return None
+    direction = []
+    for v in model.v:
+        change = after.get(v, v) - v
+        terms = [(graph.diff(change, other) * slope, -1.0) for other, slope in zip(model.v, slopes)]
+        direction.append(graph.sum(terms))
+    return None if all(map(is_zero, direction)) else direction
+
+
+def _keeps(graph: Graph, model: Model[Node], one: Conserved, contact: Contact) -> bool:
+    """Whether a quantity is conserved while the motion rests, too."""
+    forces: Mapping[str, Node] = {f"p_{name}": q for name, q in zip(model.coordinates, contact.force)}
+    if one.quantity in forces:
+        return is_zero(forces[one.quantity])
+    g = model.events[contact.event].argument
+    slopes = [graph.diff(g, q) for q in model.q]
+    steady = is_zero(graph.diff(g, model.time))
+    pairs = [*zip(contact.force, slopes)]
+    parallel = (is_zero(a * t - b * s) for i, (a, s) in enumerate(pairs) for b, t in pairs[:i])
+    return steady and all(parallel)
