@@ -83,15 +83,6 @@ def derive_system(
     from lagrange_cli.mechanics.derive import derive
     from lagrange_cli.model.build import build_model
 
-    if spec.events:
-        from lagrange_cli.spec.source import Source
-
-        first = next(iter(spec.events.values()))
-        raise Source(spec.filename, spec.text).error(
-            first.place,
-            "events are not followed yet",
-            "write the quantity under 'observables' and look for its zeros in the output",
-        )
     algebra = GraphAlgebra()
     if exact:
         from lagrange_cli.expression.exact import ExactGraphAlgebra

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -18,7 +18,7 @@ from lagrange_cli.records import dataclass, replace
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.spec.problems import Problems
-    from lagrange_cli.spec.spec import SolveDefaults, Spec
+    from lagrange_cli.spec.spec import Event, SolveDefaults, Spec
 
 ALL = "all"
 """Every output that the system has."""
@@ -104,6 +104,9 @@ def resolve_settings(
         check_method(method, "--portable", lambda row: row.portable)
     if proven:
         check_method(method, "--proven", lambda row: row.proves)
+    if spec.events:
+        check_method(method, "a system with events", lambda row: row.finds_events)
+        check_events(spec.events, start, asked.stop)
     return Settings(
         start=start,
         stop=asked.stop,
@@ -119,6 +122,16 @@ def resolve_settings(
         portable=portable,
         proven=proven,
     )
+
+
+def check_events(events: Mapping[str, Event], start: float, stop: float) -> None:
+    """Refuse actions in motions that are followed backward: they may not be undone."""
+    acting = next((name for name, event in events.items() if event.changes), None)
+    if stop < start and acting is not None:
+        raise UsageError(
+            f"the action of event {acting!r} cannot be undone in a motion that is followed backward: "
+            "let it stop after it starts, or let the event only record"
+        )
 
 
 def check_defaults(spec: Spec, problems: Problems) -> None:

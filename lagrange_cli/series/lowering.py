@@ -36,7 +36,7 @@ def lower(
         velocities.append(builder.by_node[symbol])
     builder.lower_all([*residual, *integrands])
     roots = [builder.by_node[node] for node in residual]
-    integrals = [builder.add(Series(Op.PRIMITIVE, (builder.by_node[node],))) for node in integrands]
+    integrals = [builder.integral(builder.by_node[node]) for node in integrands]
     set_levels(builder.series, coordinates, velocities, roots, integrals)
     return sort(builder.series, coordinates, velocities, roots, integrals)
 
@@ -71,6 +71,11 @@ class _Builder:
     def add(self, series: Series) -> int:
         self.series.append(series)
         return len(self.series) - 1
+
+    def integral(self, rate: int) -> int:
+        """The quadrature of a series, which may depend on accelerations."""
+        order = self.series[rate].order - 1
+        return self.add(Series(Op.PRIMITIVE, (rate,), order=order if order > 0 else FREE))
 
     def lower_all(self, roots: Iterable[Node]) -> None:
         """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""

@@ -37,6 +37,7 @@ class MethodRow:
     proves: bool = False
     portable: bool = False
     parallel: bool = False
+    finds_events: bool = False
 
 
 TAYLOR = "taylor"
@@ -56,6 +57,7 @@ METHODS = {
             proves=True,
             portable=True,
             parallel=True,
+            finds_events=True,
         ),
         MethodRow("DOP853", "scipy", Needs.RATES, OF_SCIPY),
         MethodRow("Radau", "scipy", Needs.JACOBIAN, OF_SCIPY),

@@ -211,10 +211,11 @@ class Stage(Generic[V]):
                 self.set_top(index, self.correction(index, change, old))
 
     def corrected(self) -> Iterable[int]:
-        """Series that depend on the newest acceleration and are read again later."""
-        read = {i for one in self.expansion.program.series for i in one.arguments}
-        read |= {*self.expansion.program.coordinates, *self.expansion.program.velocities}
-        return [i for i, one in enumerate(self.expansion.program.series) if one.corrected and i in read]
+        """Series that depend on the newest acceleration and are read again later, or are rows of the
+        state."""
+        program = self.expansion.program
+        read = {*program.state, *(i for one in program.series for i in one.arguments)}
+        return [i for i, one in enumerate(program.series) if one.corrected and i in read]
 
 
 def reciprocal_rest(m: int) -> float:

@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.native.interface import RECORDED, RECORDS
-from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.function import Function, Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import BRIEF, Clock, GuardRows, Role, StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
@@ -108,16 +108,32 @@ class GuardCode:
         given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info"
         f = Function(f"define internal i64 @flip({given}) #0")
         j, rows, layout, state = Integer(f, "%j"), self.rows, self.layout, f.pointer("%state")
-        role, info = f.load_integer("@guard_roles", j), f.pointer("%info")
+        role = f.load_integer("@guard_roles", j)
         mode, fresh = j + rows.mode(layout), j + rows.fresh(layout)
         before = f.load(state, mode)
         result = f.variable(f.count(NOTED))
+        if self.rows.events:
+            self._note(f, role, j, before, result)
+        else:
+            result.set(f.count(CHANGED))
+            with f.when(~role.equals(Role.SWITCH)):
+                f.give(f.count(AWAY))
+        f.store(-before, state, mode)
+        f.store(f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST)), state, fresh)
+        with f.when(result.get().equals(CHANGED)):
+            f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
+        f.give(result.get())
+        return f
+
+    def _note(
+        self, f: Function, role: Integer, j: Integer, before: Real, result: Variable[Integer]
+    ) -> None:
+        """Record an event, if no more is to be done, and set the ``result`` of ``@flip``."""
+        state, info, layout = f.pointer("%state"), f.pointer("%info"), self.layout
         with f.section() as changing:
             with f.when(role.equals(Role.SWITCH)):
                 result.set(f.count(CHANGED))
                 changing.leave()
-            if not any(one.role in (Role.RECORD, Role.ACTION) for one in rows.guards):
-                f.give(f.count(AWAY))
             with f.when(role.equals(Role.HOLD) | role.equals(Role.REST)):
                 f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
@@ -129,12 +145,6 @@ class GuardCode:
             f.call(None, "copy", state, place)
             f.store(j.to_real(), place, layout.at(Clock.STEP))
             f.store(count + 1, info, RECORDED)
-        f.store(-before, state, mode)
-        f.store(f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST)), state, fresh)
-        with f.when(result.get().equals(CHANGED)):
-            f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
-        f.give(result.get())
-        return f
 
     def _settled(self) -> Function:
         """``@settled(state, h)``: after a step of ``h`` arguments that were 0 are so no more."""
