@@ -125,9 +125,7 @@ class GuardCode:
         f.give(result.get())
         return f
 
-    def _note(
-        self, f: Function, role: Integer, j: Integer, before: Real, result: Variable[Integer]
-    ) -> None:
+    def _note(self, f: Function, role: Integer, j: Integer, before: Real, result: Variable[Integer]) -> None:
         """Record an event, if no more is to be done, and set the ``result`` of ``@flip``."""
         state, info, layout = f.pointer("%state"), f.pointer("%info"), self.layout
         with f.section() as changing:
