@@ -4,6 +4,9 @@ dp_k/dt = dL/dq_k + Q_k and dh/dt = -dL/dt + sum Q_k q_dot_k (Goldstein, 3rd ed.
 such a rate is not 0 by its structure alone (a sum may need an identity to vanish), it has to be proven to be
 (``expression.zero``). What cannot be proven to vanish does not. Nor does a derivative tell of a jump from one
 branch of a function to another: no branch may depend on such a coordinate, or on t.
+
+Events that set something may change what the equations of motion conserve. An event keeps a quantity if it is
+proven to be the same after as before, in whatever state; else the quantity is conserved only between events.
 """
 
 from __future__ import annotations
@@ -12,18 +15,24 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import branches_on, independent, is_zero, zeros
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 
 @dataclass(frozen=True)
 class Conserved:
-    """A constant of the motion: ``quantity`` ("h" or "p_theta"), what it is, and why it is kept."""
+    """A constant of the motion: ``quantity`` ("h" or "p_theta"), what it is, and why it is kept.
+
+    It is one only between events if ``breaks`` are events that may change it.
+    """
 
     quantity: str
     expression: str
     because: str
+    breaks: tuple[str, ...] = ()
 
 
 def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, ...]]:
@@ -45,7 +54,23 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     steady = is_zero(energetics.lagrangian_rate(model.time)) and not branches_on(graph, given, model.time)
     if steady and is_zero(energetics.power):
         conserved.append(_energy(model, energetics))
+    if any(event.changes for event in model.events):
+        momenta = {f"p_{name}": p for name, p in zip(model.coordinates, energetics.momenta)}
+        known = {**momenta, "h": energetics.energy_function}
+        conserved = [broken(each, known[each.quantity], model) for each in conserved]
     return tuple(cyclic), tuple(conserved)
+
+
+def broken(each: Conserved, quantity: Node, model: Model[Node]) -> Conserved:
+    """A constant of the motion with the events that may change it; ``quantity`` is what it is."""
+    jumps = {
+        event.name: substituted(graph_of(model), [quantity], changes_of(model, event))[0] - quantity
+        for event in model.events
+    }
+    kept = zeros([*jumps.values()])
+    breaks = tuple(name for name, jump in jumps.items() if jump not in kept)
+    because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
+    return replace(each, because=because, breaks=breaks)
 
 
 def _energy(model: Model[Node], energetics: Energetics) -> Conserved:

@@ -31,11 +31,13 @@ def largest_expression(spec: Spec) -> Largest | None:
 
 
 def expressions(spec: Spec) -> Iterator[Expression]:
-    """What the equations are derived from."""
+    """What the equations and the events are made of."""
     for section in (spec.embedding, spec.potential, *spec.forces.values()):
         yield from section.values()
     if spec.lagrangian is not None:
         yield spec.lagrangian
+    for event in spec.events.values():
+        yield from (event.when, *event.changes.values())
 
 
 def size_of(value: Value) -> int:

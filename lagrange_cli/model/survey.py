@@ -65,6 +65,7 @@ class Survey:
         self.balance = self.energy if len(self.conflicts) == before else BROKEN
         self.observables: dict[str, Quantity] = {}
         self._values("observable '{}'", spec.observables, self.observables)
+        self._events()
         for name, expression in spec.solve.times.items():
             found = named(self.scalar(expression, f"{name} of solve"))
             message = f"the {name} of solve is in {{}}, and t is in {{}}"
@@ -220,6 +221,19 @@ class Survey:
                 for expression in distinct(several):
                     for value in vector(self.value(expression, what)):
                         self.agree(expected, named(value), expression.place, message)
+
+    def _events(self) -> None:
+        """What is set keeps its unit; what is 0 at an event may have any."""
+        for name, several in by_family(self.spec.events.items()).items():
+            for when in distinct([event.when for event in several]):
+                self.scalar(when, f"event '{name}'")
+            changes = [change for event in several for change in event.changes.items()]
+            for target, values in by_family(changes).items():
+                expected = vector(self.values[target])[0]
+                where = f"the new {target} of event '{name}'"
+                for value in distinct(values):
+                    message = f"{where} is in {{}}, and should be in {{}}"
+                    self.agree(expected, named(self.scalar(value, where)), value.place, message)
 
 
 T = TypeVar("T")

@@ -40,6 +40,7 @@ class Plan:
 def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
     """The plan for ``outputs``, which are names in the catalog."""
     conserved = frozenset(each.quantity for each in residual.conserved)
+    constant = {each.quantity for each in residual.conserved if not each.breaks}
     planner = Planner(residual.model, Energetics(residual.model), conserved)
     for row in OUTPUTS.values():
         if row.name in outputs:
@@ -49,7 +50,7 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
         coordinates=residual.coordinates,
         states=tuple(planner.states),
         made=tuple(planner.made),
-        conserved=tuple(name for name in planner.observed if name in conserved),
+        conserved=tuple(name for name in planner.observed if name in constant),
         events=tuple(
             EventGroup(one.name, one.shape, one.members, one.axes)
             for one in planner.families("events", (event.name for event in residual.model.events))

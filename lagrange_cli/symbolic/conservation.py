@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import sympy
 
+from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.symbolic.equations import Changing, Conserved
 from lagrange_cli.symbolic.grouping import tidy
@@ -41,7 +43,18 @@ def balance(
             because = f"`{name}` is cyclic, but a generalized force acts on it"
             changing.append(Changing(f"p_{name}", force, because))
     balance_energy(model, order, energies, forces, accelerations, conserved, changing)
-    return tuple(conserved), tuple(changing)
+    return tuple(broken(each, model, order) for each in conserved), tuple(changing)
+
+
+def broken(each: Conserved, model: Model[sympy.Expr], order: Order) -> Conserved:
+    """A conserved quantity with the events that may change it."""
+    breaks = tuple(
+        event.name
+        for event in model.events
+        if tidy(each.expression.xreplace(changes_of(model, event)) - each.expression, order) != 0
+    )
+    because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
+    return replace(each, because=because, breaks=breaks)
 
 
 def balance_energy(

@@ -7,6 +7,7 @@ from typing import Any
 
 import sympy
 
+from lagrange_cli.model.events import DIRECTIONS, action_of
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form
 from lagrange_cli.symbolic.notations import Sympy, identifiers
@@ -21,7 +22,8 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
     of a given L, explicit accelerations that are too long to print) are None. ``parameters`` are by name.
     sympy has its own meaning for some names, such as E or gamma: give sympify
     ``locals={name: Symbol(name), ...}`` for the coordinates and parameters. Members of families, such as
-    ``theta[0]``, have other names in the expressions, such as ``theta_0``: ``symbols`` maps them.
+    ``theta[0]``, have other names in the expressions, such as ``theta_0``: ``symbols`` maps them. What an
+    event sets is by name, too.
     """
     order = equations.order
     notation = Sympy(identifiers(map(str, order.ranks)))
@@ -49,12 +51,27 @@ def as_data(equations: Equations, form: str, parameters: Mapping[str, float]) ->
         "force": [text(entry) for entry in equations.force],
         "h": text(equations.h),
         "conserved": [
-            {"quantity": each.quantity, "expression": text(each.expression), "because": plain(each.because)}
+            {
+                "quantity": each.quantity,
+                "expression": text(each.expression),
+                "because": plain(each.because),
+                **({"broken_by": list(each.breaks)} if each.breaks else {}),
+            }
             for each in equations.conserved
         ],
         "not_conserved": [
             {"quantity": each.quantity, "rate": text(each.rate), "because": plain(each.because)}
             for each in equations.changing
+        ],
+        "events": [
+            {
+                "name": each.name,
+                "when": text(each.when),
+                "direction": DIRECTIONS[each.direction],
+                "action": action_of(each.stops, each.changes),
+                "set": {name: text(value) for name, value in each.changes.items()},
+            }
+            for each in equations.events
         ],
     }
     if form == "hamilton":

@@ -13,10 +13,11 @@ import sympy
 
 from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.vocabulary import acceleration_name
+from lagrange_cli.model.model import Event as Occurrence
 from lagrange_cli.model.model import Model
 from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.conservation import balance
-from lagrange_cli.symbolic.equations import Equation, Equations
+from lagrange_cli.symbolic.equations import Equation, Equations, Event
 from lagrange_cli.symbolic.grouping import LONGEST, group, neat, tidy
 from lagrange_cli.symbolic.linear import solve
 from lagrange_cli.symbolic.monomials import Terms, TooLargeError, common_factor, divide, term
@@ -81,6 +82,15 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
         h=h,
         conserved=conserved,
         changing=changing,
+        events=tuple(shown_event(event, order) for event in model.events),
+    )
+
+
+def shown_event(event: Occurrence[sympy.Expr], order: Order) -> Event:
+    """An event with its expressions in textbook form."""
+    changes = {name: neat(value, order, Role.VELOCITY) for name, value in event.changes.items()}
+    return Event(
+        event.name, neat(event.argument, order, Role.VELOCITY), event.direction, event.stops, changes
     )
 
 

@@ -25,11 +25,13 @@ class Equation:
 
 @dataclass(frozen=True)
 class Conserved:
-    """A conserved quantity and the reason in words, with formulas between backticks."""
+    """A conserved quantity and the reason in words, with formulas between backticks. It is conserved only
+    between events if ``breaks`` are events that may change it."""
 
     quantity: str
     expression: sympy.Expr
     because: str
+    breaks: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -39,6 +41,17 @@ class Changing:
     quantity: str
     rate: sympy.Expr
     because: str
+
+
+@dataclass(frozen=True)
+class Event:
+    """What happens where ``when`` becomes 0, as in ``model.model.Event``; ``changes`` are by name."""
+
+    name: str
+    when: sympy.Expr
+    direction: int
+    stops: bool
+    changes: Mapping[str, sympy.Expr]
 
 
 @dataclass(frozen=True)
@@ -71,3 +84,4 @@ class Equations:
     h: sympy.Expr
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
+    events: tuple[Event, ...] = ()

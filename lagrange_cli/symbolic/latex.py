@@ -22,7 +22,7 @@ LETTERS = {letter: rf"\{name}" for name, letter in GREEK.items()}
 class Latex(Notation):
     """LaTeX for a displayed formula."""
 
-    pi = r"\pi"
+    pi, becomes = r"\pi", r" \to "
     powers_of_functions = functions_last = bars_enclose = True
 
     def symbol(self, name: str) -> str:

@@ -142,7 +142,7 @@ class Python(Identifiers):
 class Unicode(Text):
     """Greek letters, superscripts and dots."""
 
-    plus, minus, negative = " + ", " − ", "−"
+    plus, minus, negative, becomes = " + ", " − ", "−", " → "
     pi = "π"
     powers_of_functions = True
 

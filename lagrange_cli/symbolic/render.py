@@ -32,6 +32,7 @@ class Notation(ABC):
 
     plus, minus = " + ", " - "
     negative = "-"
+    becomes = " -> "
 
     @abstractmethod
     def symbol(self, name: str) -> str:

@@ -9,8 +9,9 @@ import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.model.events import HOW
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.equations import Changing, Conserved, Equations
+from lagrange_cli.symbolic.equations import Changing, Conserved, Equations, Event
 from lagrange_cli.symbolic.hamilton import Hamiltonian, hamilton_form
 from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import Level, Notation, Renderer
@@ -49,12 +50,15 @@ def sections(equations: Equations, form: str, notation: Notation) -> list[Sectio
     if form == "explicit":
         if equations.accelerations is None:
             raise UsageError("the explicit accelerations are too long to print: use --form matrix (M a = f)")
-        return [explicit_section(equations, writer)]
-    if form == "hamilton":
-        return hamilton_sections(equations, hamilton_form(equations), notation)
-    if form == "matrix":
-        return matrix_sections(equations, writer)
-    return lagrange_sections(equations, writer)
+        found = [explicit_section(equations, writer)]
+    elif form == "hamilton":
+        found = hamilton_sections(equations, hamilton_form(equations), notation)
+    elif form == "matrix":
+        found = matrix_sections(equations, writer)
+    else:
+        found = lagrange_sections(equations, writer)
+    events = tuple(event_statement(each, writer) for each in equations.events)
+    return [*found, *([Section("Events", events, True)] if events else [])]
 
 
 class Writer:
@@ -187,6 +191,19 @@ def matrix_sections(equations: Equations, writer: Writer) -> list[Section]:
 def conserved_statement(each: Conserved, writer: Writer) -> Statement:
     """``p_theta`` (its expression is listed with the momenta) and the reason."""
     return Statement(writer.names(each.quantity), "", writer.prose(each.because))
+
+
+def event_statement(each: Event, writer: Writer) -> Statement:
+    """``when = 0``, and the direction and what happens there in words."""
+    what = "the motion ends" if each.stops else "recorded"
+    if each.changes:
+        becomes = writer.notation.becomes
+        what = ", ".join(
+            writer.notation.inline(f"{writer.names(name)}{becomes}{writer.text(value)}")
+            for name, value in each.changes.items()
+        )
+    remark = f"{writer.notation.words(each.name)}, {HOW[each.direction]}: {what}"
+    return Statement(writer.text(each.when), "0", remark)
 
 
 def changing_statement(each: Changing, writer: Writer) -> Statement:

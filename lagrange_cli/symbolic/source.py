@@ -63,6 +63,8 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
         functions.append(ELIMINATION.strip())
     else:
         functions.append(writer.vector("accelerations", "q_ddot(t, q, v).", equations.accelerations))
+    if equations.events:
+        functions += event_functions(equations, writer)
     if form == "hamilton":
         canonical = hamilton_form(equations)
         writer = ModuleWriter(equations, canonical.order, canonical.p)
@@ -85,7 +87,22 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
         f"COORDINATES = {sequence([repr(name) for name in equations.coordinates])}",
         f"PARAMETERS = {dict(parameters)!r}",
     ]
+    if equations.events:
+        head.append(f"EVENTS = {sequence([repr(each.name) for each in equations.events])}")
+        head.append(f"DIRECTIONS = {sequence([str(each.direction) for each in equations.events])}")
     return "\n".join(head) + "\n\n\n" + body
+
+
+def event_functions(equations: Equations, writer: ModuleWriter) -> list[str]:
+    """What becomes 0 at the events, and for each that sets something the state after it."""
+    arguments = [each.when for each in equations.events]
+    found = [writer.vector("events", "What becomes 0 at each of EVENTS, in one of DIRECTIONS.", arguments)]
+    names = identifiers(each.name for each in equations.events)
+    for each in equations.events:
+        if each.changes:
+            purpose = f"q, v and parameters after the event {each.name!r}, of those before."
+            found.append(writer.after(f"after_{names[each.name]}", purpose, each.changes))
+    return found
 
 
 def plain(name: str) -> str:
@@ -123,6 +140,18 @@ class ModuleWriter:
         """A function that returns a tuple of rows."""
         lines = "".join(f"        {sequence([self.text(entry) for entry in row])},\n" for row in rows)
         return self.function(name, purpose, f"(\n{lines}    )", [entry for row in rows for entry in row])
+
+    def after(self, name: str, purpose: str, changes: Mapping[str, sympy.Expr]) -> str:
+        """A function that returns q, v and parameters after some of them have changed."""
+        rows = [
+            [changes.get(str(symbol), symbol) for symbol in row]
+            for row in (self.equations.q, self.equations.v)
+        ]
+        set_ = {key: value for key, value in changes.items() if key in self.equations.parameters}
+        texts = [sequence([self.text(entry) for entry in row]) for row in rows]
+        own = "".join(f", {key!r}: {self.text(value)}" for key, value in set_.items())
+        result = f"{texts[0]}, {texts[1]}, {{**parameters{own}}}"
+        return self.function(name, purpose, result, [*rows[0], *rows[1], *set_.values()])
 
     def function(self, name: str, purpose: str, result: str, expressions: Sequence[sympy.Expr]) -> str:
         """``def name(t, q, v, parameters=PARAMETERS)``, which names what it uses and nothing else."""

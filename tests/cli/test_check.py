@@ -12,6 +12,7 @@ KEYS = [
     "scleronomic",
     "cyclic",
     "conserved",
+    "events",
     "skipped",
     "engine",
     "formulation",

@@ -43,10 +43,17 @@ def test_the_page_of_the_output_file_names_every_output():
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    example, walls, chain, pieces, attraction, units, times = examples
+    example, walls, ball, rotor, plane, family, chain, pieces, attraction, units, times = examples
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
     assert read_spec(f"{walled}embedding: {{p: [x, y]}}\n{walls}", "walls.yaml").forces["generalized_forces"]
+    assert [*read_spec(ball, "ball.yaml").events] == ["floor", "top"]
+    rod = "parameters: {K: 1, T: 1}\ncoordinates: [theta]\nlagrangian: theta_dot**2/2\n"
+    assert [*read_spec(rod + rotor, "rotor.yaml").events] == ["kick"]
+    assert [*read_spec(f"{walled}embedding: {{p: [x, y]}}\n{plane}", "plane.yaml").events] == ["section"]
+    gas = "sizes: {N: 2}\ncoordinates: {x[i in range(N)]: {initial: 1}}\nmasses: {p[i in range(N)]: 1}\n"
+    gas += "embedding: {p[i in range(N)]: x[i]}\n"
+    assert [*read_spec(gas + family, "gas.yaml").events] == ["wall[0]", "wall[1]", "flash"]
     spec = read_spec(chain, "chain.yaml", {"N": "3"})
     assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]
     assert len(read_spec(chain + pieces, "chain.yaml").definitions) == 20

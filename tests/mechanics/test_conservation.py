@@ -119,3 +119,57 @@ def test_a_root_of_what_does_not_depend_on_a_coordinate_does_not_either():
         potential: atan2(norm(p), psi) + log(p.x**2 + p.y**2)
         """)
     assert {each.quantity for each in residual.conserved} == {"p_phi", "h"}
+
+
+@pytest.mark.parametrize(
+    ("event", "broken"),
+    [
+        ("{when: x}", {}),
+        ("{when: x, action: stop}", {}),
+        ("{when: x, action: {set: {x_dot: -x_dot}}}", {}),
+        ("{when: x, action: {set: {x_dot: -e*x_dot}}}", {"h"}),
+        ("{when: t - 1, action: {set: {y: y + 1}}}", {}),
+        ("{when: t - 1, action: {set: {x: -x}}}", {}),
+        ("{when: t - 1, action: {set: {x: x + 1}}}", {"h"}),
+        ("{when: t - 1, action: {set: {y_dot: -y_dot}}}", {"p_y"}),
+        ("{when: t - 1, action: {set: {y_dot: y_dot + 1}}}", {"p_y", "h"}),
+        ("{when: t - 1, action: {set: {k: 2*k}}}", {"h"}),
+        ("{when: t - 1, action: {set: {e: 2*e}}}", {}),
+        ("{when: t - 1, action: {set: {m: 2*m}}}", {"p_y", "h"}),
+        ("{when: t - 1, action: {set: {m: 2*m, x_dot: x_dot/2, y_dot: y_dot/2, k: k + m*k0}}}", {"h"}),
+        ("{when: t - 1, action: {set: {x_dot: x_dot*sin(e)**2 + x_dot*cos(e)**2}}}", {}),
+    ],
+)
+def test_an_event_keeps_what_is_proven_to_be_the_same_after_it(event, broken):
+    residual = residual_of(f"""
+        parameters: {{m: 2, k: 3, e: 0.5, k0: 1}}
+        coordinates: {{x: {{initial: 1}}, y: {{initial: 0}}}}
+        masses: {{p: m}}
+        positions: {{p: [x, y]}}
+        potential: k*x**2/2
+        events: {{e: {event}}}
+        """)
+    found = {each.quantity: each for each in residual.conserved}
+    assert found.keys() == {"p_y", "h"}
+    assert {name for name, each in found.items() if each.breaks} == set(broken)
+    assert all(each.breaks in ((), ("e",)) for each in found.values())
+    assert all(
+        ("only between events, as 'e'" in each.because) == bool(each.breaks) for each in found.values()
+    )
+
+
+def test_two_balls_that_collide_keep_energy_and_momentum_together():
+    """Newton's law of impact with restitution 1."""
+    residual = residual_of("""
+        parameters: {m: 2, M: 3}
+        coordinates: {s: {initial: 1}, d: {initial: 1}}
+        masses: {a: m, b: M}
+        positions: {a: s, b: s + d}
+        events:
+          hit: {when: d, direction: falling, action: {set: {d_dot: -d_dot, s_dot: s_dot + 2*M/(m + M)*d_dot}}}
+        """)
+    assert {each.quantity: each.breaks for each in residual.conserved} == {
+        "p_s": (),
+        "p_d": ("hit",),
+        "h": (),
+    }

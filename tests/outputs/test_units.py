@@ -466,6 +466,15 @@ def test_angles_are_in_radians_and_only_they():
         (one(k="{value: m*2, unit: N/m}"), "the value of parameter 'k' is in kg, and its unit is N/m"),
         (one(x="{initial: m, unit: m}"), "the initial value of coordinate 'x' is in kg, and its unit is m"),
         (one(x="{initial: 1, velocity: m, unit: m}"), "the initial velocity of coordinate 'x' is in kg"),
+        (one(more="events: {e: x + x_dot}"), "m and m/s are added in event 'e'"),
+        (
+            one(more="events: {e: {when: x_dot, action: {set: {x: -x, x_dot: x}}}}"),
+            "the new x_dot of event 'e' is in m, and should be in m/s",
+        ),
+        (
+            one(more="events: {e: {when: x_dot, action: {set: {k: m, m: 2*m}}}}"),
+            "the new k of event 'e' is in kg, and should be in N/m",
+        ),
         (one("m*k", k="{value: 1, unit: m*cm/s^2}"), "the potential is in kg*m*cm/s^2, other energies in"),
         (one(more="time: d"), "the potential is in N*m, other energies in kg*m^2/d^2"),
     ],

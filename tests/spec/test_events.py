@@ -9,6 +9,7 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Event
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.spelling import spelled
 from tests.support.files import problems, underlined
 
 SYSTEM = """\
@@ -199,3 +200,18 @@ def test_mistakes_in_the_names_of_events(events, message):
 def test_an_argument_whose_coordinates_cancel_never_changes():
     with pytest.raises(SpecError, match="never changes"):
         written("  f: {when: y + e - y}\n")
+
+
+@pytest.mark.parametrize(
+    ("text", "shown"),
+    [
+        ("x[i] - x[i - 1]", "x[1] - x[0]"),
+        ("2*bead[i].vx*i", "2*bead[1].vx*1"),
+        ("x[(i + 2) % N]**i", "x[0]**1"),
+        ("sum(x[j]*i for j in range(i)) + x[i]", "sum(x[j]*1 for j in range(1)) + x[1]"),
+        ("sum(x[j + i] for j in range(N - i))", "sum(x[j + 1] for j in range(N - 1))"),
+    ],
+)
+def test_the_texts_of_members_have_numbers_in_place_of_indices(text, shown):
+    spec = read_spec(f"{SYSTEM}  f[i in range(1, 2)]: {text}\n", "file.yaml")
+    assert spelled(spec.events["f[1]"].when, spec.sizes) == shown

@@ -17,6 +17,7 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.run.check import Classification
+    from lagrange_cli.spec.spec import Spec
 
 MOST_LINES = 20
 """Entries of one list that are shown."""
@@ -58,6 +59,9 @@ def check_system(system: str, given: Given, *, verbose: bool) -> int:
 
 def as_object(found: Classification) -> dict[str, Any]:
     """The facts for ``--json``."""
+    from lagrange_cli.model.events import DIRECTIONS, action_of
+    from lagrange_cli.spec.spelling import spelled
+
     residual = found.residual
     return {
         "name": found.spec.name,
@@ -65,8 +69,23 @@ def as_object(found: Classification) -> dict[str, Any]:
         "scleronomic": residual.scleronomic,
         "cyclic": list(residual.cyclic),
         "conserved": [
-            {"quantity": each.quantity, "expression": each.expression, "because": each.because}
+            {
+                "quantity": each.quantity,
+                "expression": each.expression,
+                "because": each.because,
+                **({"broken_by": list(each.breaks)} if each.breaks else {}),
+            }
             for each in residual.conserved
+        ],
+        "events": [
+            {
+                "name": name,
+                "when": spelled(each.when, found.spec.sizes),
+                "direction": DIRECTIONS[each.direction],
+                "action": action_of(each.stops, each.changes),
+                "set": {target: spelled(value, found.spec.sizes) for target, value in each.changes.items()},
+            }
+            for name, each in found.spec.events.items()
         ],
         "skipped": list(found.skipped),
         "engine": list(found.engine),
@@ -94,10 +113,26 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             f"  coordinates: {', '.join(in_short(residual.coordinates, residual))}",
             f"  cyclic: {', '.join(in_short(residual.cyclic, residual)) or 'none'}",
             *section("conserved", conserved, "neither h nor any p_k"),
+            *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
             *(section("integration", found.engine, "") if verbose and found.engine else ()),
         )
     )
+
+
+def events_of(spec: Spec) -> list[str]:
+    """Each event in a line: its name, where it is, and what happens there."""
+    from lagrange_cli.model.events import HOW
+    from lagrange_cli.spec.spelling import spelled
+
+    lines = []
+    for name, each in spec.events.items():
+        what = "the motion ends" if each.stops else "recorded"
+        if each.changes:
+            sizes = spec.sizes
+            what = ", ".join(f"{target} -> {spelled(value, sizes)}" for target, value in each.changes.items())
+        lines.append(f"{name}: {spelled(each.when, spec.sizes)} = 0, {HOW[each.direction]}: {what}")
+    return lines
 
 
 def in_short(names: Sequence[str], residual: Residual) -> list[str]:

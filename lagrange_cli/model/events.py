@@ -1,0 +1,39 @@
+"""What events mean for the quantities of a system."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from lagrange_cli.expression.algebra import E
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.model.model import Event, Model
+
+MOST_NAMES = 3
+"""Events that are named in one sentence."""
+
+
+DIRECTIONS = {0: "either", 1: "rising", -1: "falling"}
+"""The words of the system file."""
+
+
+HOW = {0: "in either direction", 1: "rising", -1: "falling"}
+"""The same in a sentence."""
+
+
+def action_of(stops: bool, changes: Mapping[str, object]) -> str:
+    """The word for what an event does."""
+    return "stop" if stops else "set" if changes else "record"
+
+
+def changes_of(model: Model[E], event: Event[E]) -> dict[E, E]:
+    """What an event sets: the new values by the symbols that they replace."""
+    symbols = dict(zip(model.coordinates, model.q)) | dict(model.parameters)
+    symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
+    return {symbols[name]: value for name, value in event.changes.items()}
+
+
+def between_events(breaks: Sequence[str]) -> str:
+    """What limits a conservation law that these events may break, as the end of a sentence."""
+    shown = ", ".join(f"'{name}'" for name in breaks[:MOST_NAMES])
+    more = f" and {len(breaks) - MOST_NAMES} other events" if len(breaks) > MOST_NAMES else ""
+    return f"only between events, as {shown}{more} may change it"
