@@ -34,7 +34,7 @@ class Outcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
     h_size: float = 0.0
-    undetected: bool = False
+    undetected: tuple[str, ...] = ()
     happened: Mapping[str, Happened] = field(default_factory=dict)
     progress: Progress | None = None
     trusted_until: float | None = None

@@ -11,10 +11,11 @@ from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program, suits_lanes, with_lanes, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
-from lagrange_cli.outputs.recording import Recording
+from lagrange_cli.outputs.recording import NARROW, SWITCHES, Recording
 from lagrange_cli.records import replace
 
 RATES = 2
@@ -38,13 +39,19 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    undetected = not method.proves and may_hide(residual)
+    undetected = () if method.proves else passed_over(residual, plan)
     program = program_of(residual, plan, compilation)
     if compilation.portable:
         from lagrange_cli.native.functions.portable import portable
 
         program = replace(program, text=portable(program.text))
     return program, replace(plan.recording, undetected=undetected)
+
+
+def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
+    """What steps may pass over that look at the equations here and there only."""
+    moving = switches([*residual.residual, *plan.integrands.values()], residual.variables)
+    return (NARROW,) * may_hide(residual) + (SWITCHES,) * bool(moving)
 
 
 def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Program:

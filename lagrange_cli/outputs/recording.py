@@ -86,6 +86,10 @@ class Dataset:
         return np.stack(list(rows), axis=1).reshape(-1, *self.shape)
 
 
+NARROW, SWITCHES = "narrow", "switches"
+"""Hidden forces (see ``mechanics.defect``), and changes of switches (see ``mechanics.guards``)."""
+
+
 @dataclass(frozen=True)
 class EventGroup:
     """The ``members`` of a family of events, or one event: their crossings are in one group of the file."""
@@ -105,15 +109,15 @@ class EventGroup:
 class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
-    ``conserved`` names the observed quantities that every motion keeps. ``undetected`` tells that steps may
-    pass over a hidden force (see ``mechanics.defect``). ``events`` are in the order of the model.
+    ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
+    steps may pass over, of ``NARROW`` and ``SWITCHES``. ``events`` are in the order of the model.
     """
 
     coordinates: tuple[str, ...]
     states: tuple[Dataset, ...]
     made: tuple[Dataset, ...]
     conserved: tuple[str, ...]
-    undetected: bool = False
+    undetected: tuple[str, ...] = ()
     events: tuple[EventGroup, ...] = ()
 
     @property
@@ -165,8 +169,8 @@ class Recording:
             EventGroup(name, tuple(shape), tuple(members), tuple(axes))
             for name, shape, members, axes in data["events"]
         )
-        known = tuple(data["coordinates"]), states, made, tuple(data["conserved"]), bool(data["undetected"])
-        return cls(*known, events)
+        conserved, undetected = tuple(data["conserved"]), tuple(data["undetected"])
+        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events)
 
 
 def _as_list(one: Dataset) -> list[Any]:

@@ -22,11 +22,13 @@ if TYPE_CHECKING:
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
 
-UNDETECTED = (
-    "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
-    "compare with the Taylor method, which does"
-)
-"""The warning for systems with such functions."""
+UNDETECTED = {
+    "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
+    "compare with the Taylor method, which does",
+    "switches": "{} does not find the instants when abs, sign, min, max or where change: its error there is "
+    "not bounded by the tolerance, and friction does not hold; compare with the Taylor method, which finds them",
+}
+"""The warnings for systems with such functions, by what ``Outcome.undetected`` has."""
 
 
 def origin(
@@ -76,8 +78,8 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
     """The warnings about the result: a drift of h, forces that may have been missed."""
-    undetected = UNDETECTED.format(settings.method) if outcome.undetected else None
-    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), undetected))) or None
+    undetected = [UNDETECTED[one].format(settings.method) for one in outcome.undetected]
+    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), *undetected))) or None
 
 
 def drifting(outcome: Outcome, tolerance: float) -> str | None:

@@ -24,6 +24,7 @@ COLLISION = LINE.format(x=1, v=0, place="x", potential="-1/x")
 FOLD = LINE.format(x=0, v=1, place="x**2", potential="0")  # no mass where the fold is
 ROOT = LINE.format(x=1, v=-1, place="x", potential="2*x**2.5")
 STEEP = LINE.format(x=1, v=0, place="x", potential="1e300*sqrt(x**2)")
+STEEPEST = LINE.format(x=1, v=0, place="x", potential="-1e5*x**2")
 UNSTABLE = LINE.format(
     x=1, v="-3*sqrt(2)", place="x", potential="-9*x**2"
 )  # not doubles that keep to exp(-w*t)
@@ -35,9 +36,15 @@ CASES = [
     *((method, FOLD, Ending.SINGULAR_MASS_MATRIX) for method in METHODS),
     *((method, ROOT, Ending.NOT_A_NUMBER) for method in METHODS),
     ("taylor", COLLISION, Ending.STEP_UNDERFLOW),
+    ("taylor", STEEPEST, Ending.OVERFLOW),
     *((method, COLLISION, Ending.METHOD_FAILED) for method in ("DOP853", "Radau", "BDF")),
     ("LSODA", STEEP, Ending.METHOD_FAILED),
 ]
+NAMED = {
+    ("taylor", COLLISION): "the denominator x reaches 0 in -1/x (line 4)",
+    ("taylor", ROOT): "x reaches 0 in 2*x**2.5 (line 4)",
+}
+"""What is said instead of the general sentence."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}
 
 
@@ -56,7 +63,7 @@ class Impatient(Interrupts):
 def test_there_is_a_case_for_every_ending_of_every_method():
     """Steps are refined by scipy's methods until they fail, by ours until they are below the resolution of
     time."""
-    own, theirs = {Ending.STEP_UNDERFLOW}, {Ending.METHOD_FAILED}
+    own, theirs = {Ending.STEP_UNDERFLOW, Ending.OVERFLOW}, {Ending.METHOD_FAILED}
     for method in METHODS:
         found = {ending for name, _, ending in CASES if name == method}
         assert found == set(Ending) - (theirs if method == "taylor" else own)
@@ -80,7 +87,9 @@ def test_an_ending_is_said_and_kept(tmp_path, monkeypatch, capsys, method, text,
     said = capsys.readouterr()
     answer = json.loads(said.out)
     assert status == STATUS[ending.status]
-    assert answer["status"] == ending.status and answer["message"].startswith(ending.value)
+    assert answer["status"] == ending.status and answer["message"].startswith(
+        NAMED.get((method, text), ending.value)
+    )
     assert (answer["message"] in said.err) is (status != 0) and "Traceback" not in said.err
     with h5py.File("line.h5") as file:
         assert (file.attrs["status"], file.attrs["message"]) == (ending.status, answer["message"])

@@ -412,6 +412,23 @@ def test_methods_that_do_not_detect_narrow_forces_say_so(tmp_path, method, poten
         assert (f"{method} does not detect narrow forces" in run.stderr) is warned
 
 
+@pytest.mark.parametrize(("method", "warned"), [("DOP853", True), ("taylor", False)])
+def test_methods_that_do_not_find_the_zeros_of_switches_say_so(tmp_path, method, warned):
+    text = "coordinates: {x: {initial: 1, velocity: 1}}\nlagrangian: x_dot**2/2 - abs(x)\n"
+    (tmp_path / "a.yaml").write_text(text)
+    run = lagrange("solve", "a.yaml", "--method", method, "--stop", "1", cwd=tmp_path)
+    assert run.returncode == 0
+    assert (f"{method} does not find the instants when abs" in run.stderr) is warned
+
+
+def test_a_method_under_which_friction_chatters_comes_to_an_end(tmp_path):
+    text = "coordinates: {x: {initial: 0, velocity: 1}}\nlagrangian: x_dot**2/2\n"
+    (tmp_path / "a.yaml").write_text(text + "generalized_forces: {x: -0.3*sign(x_dot)}\n")
+    run = lagrange("solve", "a.yaml", "--method", "LSODA", "--stop", "50", cwd=tmp_path)
+    assert run.returncode == 4
+    assert "too short to get through" in run.stderr
+
+
 def test_steps_are_proven_where_it_is_asked_for(tmp_path):
     """Polar coordinates near a weak pole, which a step would leap over."""
     (tmp_path / "a.yaml").write_text(

@@ -23,6 +23,10 @@ STILL = 100
 on for ever.)"""
 
 
+CREEPS, PACE = 2_000, 1e-6
+"""A method that advances by less than this part of the whole time in so many steps does not get through."""
+
+
 class Collector:
     """Gathers samples into chunks for ``accept``."""
 
@@ -76,6 +80,7 @@ class ScipyMethod:
         equations = Equations.of(self.machine, parameters)
         collector = Collector(times, len(state), accept)
         t, y, steps, evaluations, still = times.start, state, 0, 0, 0
+        mark, least = t, PACE * abs(times.stop - times.start)
         ending, detail = Ending.COMPLETE, ""
         collector.take(t, lambda when: np.tile(state[:, None], len(when)))
         try:
@@ -95,6 +100,11 @@ class ScipyMethod:
                     if still > STILL:
                         ending, detail = Ending.METHOD_FAILED, "its steps are below the resolution of time"
                         break
+                    if steps % CREEPS == 0:
+                        if abs(solver.t - mark) < least:
+                            ending, detail = Ending.METHOD_FAILED, "its steps are too short to get through"
+                            break
+                        mark = solver.t
                     if not np.all(np.isfinite(solver.y)):
                         ending = Ending.NOT_A_NUMBER
                         break
