@@ -26,7 +26,8 @@ UNDETECTED = {
     "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
     "compare with the Taylor method, which does",
     "switches": "{} does not find the instants when abs, sign, min, max or where change: its error there is "
-    "not bounded by the tolerance, and friction does not hold; compare with the Taylor method, which finds them",
+    "not bounded by the tolerance, and friction does not hold; "
+    "compare with the Taylor method, which finds them",
 }
 """The warnings for systems with such functions, by what ``Outcome.undetected`` has."""
 
