@@ -9,6 +9,8 @@ import numpy as np
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+    from lagrange_cli.native.interface import Interface
+
 Array: TypeAlias = "NDArray[np.float64]"
 
 
@@ -22,3 +24,12 @@ def aligned(doubles: int) -> Array:
     buffer = np.zeros(doubles + 8)
     offset = (-buffer.ctypes.data % 64) // 8
     return buffer[offset : offset + doubles]
+
+
+def with_modes(program: Interface, parameters: Array) -> Array:
+    """Parameters (..., parts * P) as ``@prepare`` takes them: where there are guards, with room for their
+    modes, which what is observed does not depend on."""
+    shape, room = parameters.shape[:-1], program.rows_of_guards.count if program.guarded else 0
+    padded = np.zeros((*shape, program.parts, len(program.parameters) + room))
+    padded[..., : len(program.parameters)] = parameters.reshape(*shape, program.parts, -1)
+    return padded.reshape(*shape, -1)

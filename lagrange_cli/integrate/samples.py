@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
 from lagrange_cli.native.interface import low
@@ -75,7 +75,7 @@ class Samples:
         self._emit({"t": times, **recording.series(states, program.integrals, observed, first)})
 
     def _prepare(self, parameters: Array) -> None:
-        given = np.ascontiguousarray(parameters)
+        given = with_modes(self._prepared.machine.program, parameters)
         self._prepared.machine.prepare(given.ctypes.data, self._constants.ctypes.data)
 
     def _apply(self, changes: Iterable[Change]) -> None:

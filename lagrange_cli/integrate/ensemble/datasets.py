@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Starts
@@ -208,7 +208,8 @@ class EnsembleDatasets:
         """What is observed (b, names, n) of states (b, rows, n) at times (n,), or at each member's (b, n)."""
         machine, n = self._machine, states.shape[2]
         constants = aligned(max(1, machine.program.constants))
-        parameters, states, times = map(np.ascontiguousarray, (parameters, states, times))
+        parameters = with_modes(machine.program, parameters)
+        states, times = map(np.ascontiguousarray, (states, times))
         results = np.empty((len(states), len(machine.program.observed), n))
         if results.size:
             place, when = constants.ctypes.data, rows(times) if times.ndim == 2 else repeat(times.ctypes.data)
