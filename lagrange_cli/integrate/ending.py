@@ -13,7 +13,7 @@ class Ending(Enum):
     """Why a motion ended; the value is the sentence shown to the user."""
 
     COMPLETE = "reached the end"
-    STOPPED = "stopped by an event"
+    STOPPED = "stopped"
     SINGULAR_MASS_MATRIX = "singular mass matrix"
     STEP_UNDERFLOW = (
         "the step size fell below the resolution of time "

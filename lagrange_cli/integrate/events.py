@@ -17,12 +17,13 @@ if TYPE_CHECKING:
 @dataclass(frozen=True)
 class Crossing:
     """That an event happened: its number, t with its low part, and the ``state`` before any action (rows of
-    all parts)."""
+    all parts). If it is ``grazing``, rounding may have decided that it happened."""
 
     event: int
     t: float
     low: float
     state: Array
+    grazing: bool = False
 
 
 @dataclass(frozen=True)
@@ -84,6 +85,8 @@ class EventLog(EventSink):
             happened = self.happened[self.names[one.event]]
             happened.count += 1
             happened.last = one.t
+            if one.grazing:
+                happened.grazing.append(one.t)
 
     def changed(self, change: Change) -> None:
         self._samples.change(change)

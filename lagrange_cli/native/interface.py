@@ -7,7 +7,7 @@ from enum import IntEnum
 from typing import Any
 
 from lagrange_cli.native.state import LANES as LANES
-from lagrange_cli.native.state import GuardRow, GuardRows, Role, StateLayout
+from lagrange_cli.native.state import Clock, GuardRow, GuardRows, Role, StateLayout
 from lagrange_cli.records import dataclass, fields_of
 
 STEPPING = 6
@@ -41,6 +41,8 @@ INFO, DUE, RECORDED = 5, 3, 4
 """Numbers in ``%info``; the places of the guard that is due, and of the number of records."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
+NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP
+"""Where a record has the number of the guard, and the first two coefficients of its argument's series."""
 ARRAYS = 7
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
 

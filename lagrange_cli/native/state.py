@@ -15,8 +15,9 @@ LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
 CHANGES = 64.0
 """If so many modes change while t hardly does, the motion is held there, or ends."""
-BRIEF = 2.0**-40
-"""A step that is so small a part of one before it leads nowhere: what was 0, but for rounding, still is."""
+BRIEF, NOWHERE = 2.0**-40, 2.0**-50
+"""A step that is so small a part of the one before it, or of t, leads nowhere: what was 0, but for rounding,
+still is."""
 CLOCK = 2 * LANES
 """Doubles of memory for the clock."""
 

@@ -19,10 +19,12 @@ from lagrange_cli.expression.parse import parse
 from lagrange_cli.integrate import prepare as compiled
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.outcome import Outcome
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.mechanics.derive import derive, formulations
+from lagrange_cli.mechanics.contacts import derive_with_contacts
+from lagrange_cli.mechanics.derive import formulations
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
@@ -80,7 +82,7 @@ def model_of(system: str) -> Model[Node]:
 @cache
 def residual_of(system: str) -> Residual:
     """Its equations."""
-    return derive(model_of(system))
+    return derive_with_contacts(model_of(system))
 
 
 def prepare(residual: Residual, compilation: Compilation) -> Prepared:
@@ -96,6 +98,7 @@ def prepared(
     outputs: tuple[str, ...] = DEFAULT,
     ensemble: bool = False,
     backward: bool = False,
+    precision: str = DOUBLE,
 ) -> Prepared:
     """Its compiled equations."""
     return prepare(
@@ -106,6 +109,7 @@ def prepared(
             outputs=frozenset(outputs),
             ensemble=ensemble,
             backward=backward,
+            precision=precision,
         ),
     )
 
@@ -165,7 +169,7 @@ def run(
             chunks.setdefault(path, []).append(np.array(samples))
 
     times = Times(start, stop, samples, (stop - start) / max(1, samples - 1))
-    outcome = integrate(ready, values, times, emit, interrupted)
+    outcome = integrate(ready, values, times, emit, interrupted, emit_events=emit)
     data = {path: np.concatenate(parts) if parts else np.empty(0) for path, parts in chunks.items()}
     return Motion(data, values, outcome)
 

@@ -86,6 +86,7 @@ class BackwardEvents(EventSink):
                     reversed_time(one.t),
                     reversed_time(one.low),
                     reversed_state(self._program, one.state),
+                    one.grazing,
                 )
                 for one in crossings
             ]

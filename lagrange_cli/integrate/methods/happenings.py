@@ -14,7 +14,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.events import Change, Crossing, parameters_in
 from lagrange_cli.integrate.methods.settling import BEGINNING, ROUNDING
 from lagrange_cli.limits import limit
-from lagrange_cli.native.interface import RECORDED
+from lagrange_cli.native.interface import NOTES, RECORDED
 from lagrange_cli.native.state import Clock, Role
 from lagrange_cli.records import dataclass
 
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.events import EventSink
     from lagrange_cli.integrate.methods.settling import Settling
 
+GRAZING = 2.0**-46
+"""An argument that goes beyond 0 by no more than this part of its terms may not do so at all."""
 NO_TIME, AGAIN = 2.0**-50, 1000
 """So many actions within this part of all time go on for ever."""
 SOON = 2.0**-30, 2.0**-44
@@ -82,17 +84,21 @@ class Happenings:
             forbidden = guard.role is Role.ACTION and self._side(e) == guard.direction
             if forbidden and self._at_zero(e) and abs(values[1]) <= ROUNDING * rate:
                 if e not in self._rests:
-                    return Finished(Ending.RECURRING, self._names[e])
+                    return self._finished(Ending.RECURRING, e)
                 self._hold(e, -float(guard.direction))
         return None
 
     def drain(self) -> Finished | None:
         """Hand over the records that compiled code has made."""
         count, size, first = int(self._info[RECORDED]), self._layout.memory, self._program.records
+        if not count:
+            return None
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
-        numbers = records[:, self._layout.at(Clock.STEP)].astype(int) - self._switches
-        return self._crossed([self._crossing(int(e), record) for e, record in zip(numbers, records)])
+        places = [self._layout.at(one) for one in NOTES]
+        numbers, rates, bends = records[:, places].T
+        found = zip((numbers - self._switches).astype(int), records, rates, bends)
+        return self._crossed([self._crossing(int(e), *rest) for e, *rest in found])
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Do what is to be done at the guard that is due, before the sample of that number."""
@@ -108,16 +114,20 @@ class Happenings:
         if self._side(event) * guard.direction > 0.0:
             self._pass(due)
             return None
-        ended = self._crossed([self._crossing(event, self._memory)])
+        _, rate, bend, *_ = self._coefficients(event)
+        ended = self._crossed([self._crossing(event, self._memory, rate, bend)])
         self._released.discard(event)
         if ended is not None or guard.role is Role.RECORD:
             self._pass(due)
             return ended
         if all(e != event for e, _ in self._program.changed):
-            return Finished(Ending.STOPPED, self._names[event])
+            return self._finished(Ending.STOPPED, event)
         return self._act(event, sample)
 
     # what is where
+
+    def _finished(self, ending: Ending, event: int) -> Finished:
+        return Finished(ending, f"event {self._names[event]!r}")
 
     def _now(self) -> float:
         return float(self._memory[self._layout.time])
@@ -131,9 +141,13 @@ class Happenings:
     def _coefficients(self, event: int) -> Array:
         return self._settling.coefficients_of(self._rows.guards[event + self._switches].row)
 
-    def _crossing(self, event: int, memory: Array) -> Crossing:
+    def _crossing(self, event: int, memory: Array, rate: float, bend: float) -> Crossing:
+        """That the event's argument, whose first coefficients are 0, ``rate`` and ``bend``, has become 0."""
         t, low = (float(memory[self._layout.at(part)]) for part in (Clock.TIME, Clock.TIME_LOW))
-        return Crossing(event, t, low, self._state(memory))
+        state = self._state(memory)
+        beyond = rate * rate / (4.0 * abs(bend)) if bend != 0.0 else abs(rate)
+        grazing = beyond <= GRAZING and beyond <= GRAZING * self._act_on(state)[1][event, 0]
+        return Crossing(event, t, low, state, grazing)
 
     def _state(self, memory: Array) -> Array:
         """The rows outside, of all parts."""
@@ -154,7 +168,7 @@ class Happenings:
             self._sink.crossed(crossings)
             self._count += len(crossings)
             if self._count > self._most:
-                return Finished(Ending.TOO_MANY_EVENTS, self._names[crossings[-1].event])
+                return self._finished(Ending.TOO_MANY_EVENTS, crossings[-1].event)
         return None
 
     def _act(self, event: int, sample: int) -> Finished | None:
@@ -164,7 +178,7 @@ class Happenings:
         rows = [self._coefficients(e) for e in range(len(self._times))]
         side, values = self._side(event), self._act_on(before)[0]
         if not self._put(event, values):
-            return Finished(Ending.NOT_A_NUMBER, f"the action of the event {self._names[event]}")
+            return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
         settling.begin_switches()
         _, sizes = self._act_on(self._state(memory))
         for e, (row, (_, rate)) in enumerate(zip(rows, sizes)):
@@ -230,7 +244,7 @@ class Happenings:
         if not abs(leads) > noise:
             settling.mark([j])
             speed = float(np.max(np.abs(self._memory[self._layout.part(0)][self._layout.v])))
-            scale = settling.scale() * (rate / speed if rate > 0.0 else 1.0)
+            scale = settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
             sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
             counting = (one for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)
             leads = float(next(counting, -settling.modes[j]))
@@ -240,7 +254,7 @@ class Happenings:
         """Whether actions go on for ever while time does not."""
         at_once = now - self._latest <= NO_TIME * max(abs(now), now - self._start)
         self._same, self._latest = self._same + 1 if at_once else 0, now
-        return Finished(Ending.RECURRING, self._names[event]) if self._same >= AGAIN else None
+        return self._finished(Ending.RECURRING, event) if self._same >= AGAIN else None
 
     # resting contact
 

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from lagrange_cli.native.interface import RECORDED, RECORDS
+from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
 from lagrange_cli.native.llvm.function import Function, Variable
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import BRIEF, Clock, GuardRows, Role, StateLayout
+from lagrange_cli.native.state import BRIEF, NOWHERE, Clock, GuardRows, Role, StateLayout
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
@@ -103,9 +103,9 @@ class GuardCode:
         return f
 
     def _flip(self) -> Function:
-        """``@flip(state, constants, j, trial, info)``: change the mode of a guard, if that is all there is to
-        do: ``AWAY``, ``CHANGED`` or ``NOTED``."""
-        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info"
+        """``@flip(state, constants, j, trial, info, work)``: change the mode of a guard, if that is all
+        there is to do: ``AWAY``, ``CHANGED`` or ``NOTED``."""
+        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, ptr %work"
         f = Function(f"define internal i64 @flip({given}) #0")
         j, rows, layout, state = Integer(f, "%j"), self.rows, self.layout, f.pointer("%state")
         role = f.load_integer("@guard_roles", j)
@@ -141,19 +141,25 @@ class GuardCode:
                 f.give(f.count(AWAY))
             place = f.place("%trial", count * layout.memory + self.records)
             f.call(None, "copy", state, place)
-            f.store(j.to_real(), place, layout.at(Clock.STEP))
+            term = self.lengths.term
+            row = self._series(f, f.load_integer("@guard_rows", j))
+            notes = j.to_real(), f.load(row, 2 * term) * 2.0, f.load(row, 3 * term) * 3.0
+            for note, value in zip(NOTES, notes):
+                f.store(value, place, layout.at(note))
             f.store(count + 1, info, RECORDED)
 
     def _settled(self) -> Function:
         """``@settled(state, h)``: after a step of ``h`` arguments that were 0 are so no more."""
         f = Function("define internal void @settled(ptr %state, double %h) #0")
         h, place = Real(f, "%h"), self.layout.at(Clock.LENGTH)
+        nowhere = f.magnitude(f.load("%state", self.layout.time)) * NOWHERE
         before = f.load("%state", place)
-        f.store(f.select(h > before * BRIEF, h, before), "%state", place)
+        f.store(f.select(h > f.larger(before * BRIEF, nowhere), h, before), "%state", place)
         with f.loop(0, self.rows.count, tested=False) as j:
             at = j + self.rows.fresh(self.layout)
             mark = f.load("%state", at)
-            f.store(f.select(h > mark * BRIEF, f.constant(0.0), mark), "%state", at)
+            leads = h > f.larger(mark * BRIEF, nowhere)
+            f.store(f.select(leads, f.constant(0.0), mark), "%state", at)
         f.give()
         return f
 

@@ -1,0 +1,256 @@
+"""Events against closed forms: what is recorded, stops a motion, or acts on it; impacts, and rest."""
+
+from __future__ import annotations
+
+import math
+import random
+
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
+from tests.support.motion import FULL, follow, prepared, run, spec_of
+
+OSCILLATOR = """
+name: an oscillator
+parameters: {{k: 1}}
+coordinates: {{x: {{initial: {x}, velocity: {v}}}}}
+masses: {{p: 1}}
+embedding: {{p: [x]}}
+potential: k*x**2/2
+events:
+  crossing: {{when: "{when}", direction: {direction}, action: {action}}}
+"""
+BALL = """
+name: a ball
+parameters: {{e: {e}, A: {A}, w: {w}}}
+coordinates:
+  y: {{initial: {y}, velocity: {v}}}
+  x: {{initial: 0, velocity: 1}}
+masses: {{p: 2}}
+embedding: {{p: [x, y]}}
+potential: 2*9.81*y
+events:
+  floor:
+    when: y - A*sin(w*t)
+    direction: falling
+    action: {{set: {{y_dot: A*w*cos(w*t) - e*(y_dot - A*w*cos(w*t))}}}}
+"""
+G = 9.81
+
+
+@pytest.fixture
+def source(request) -> random.Random:
+    return random.Random(request.config.option.seed)
+
+
+def oscillator(x: float, v: float, when: str, direction: str = "either", action: str = "record") -> str:
+    return OSCILLATOR.format(x=repr(x), v=repr(v), when=when, direction=direction, action=action)
+
+
+def ball(y: float, v: float, e: float, A: float = 0.0, w: float = 1.0) -> str:
+    return BALL.format(y=repr(y), v=repr(v), e=repr(e), A=repr(A), w=repr(w))
+
+
+@pytest.mark.parametrize(("direction", "sides"), [("rising", [1]), ("falling", [-1]), ("either", [1, -1])])
+def test_crossings_are_those_of_a_sine(direction, sides, source):
+    """x = a sin(t + b) is c where t + b = asin(c/a) on the way up, pi - asin(c/a) on the way down."""
+    a, b, c = source.uniform(1, 2), source.uniform(-1, 1), source.uniform(-0.9, 0.9)
+    motion = follow(oscillator(a * math.sin(b), a * math.cos(b), f"x - {c!r}", direction), 300.0, 11)
+    turns = 2 * np.pi * np.arange(-1, 60)
+    way = math.asin(c / a)
+    known = np.sort(np.concatenate([(way if s > 0 else math.pi - way) + turns - b for s in sides]))
+    known = known[(known > 0) & (known < 300)]
+    assert motion["events/crossing/t"].shape == known.shape
+    assert np.abs(motion["events/crossing/t"] - known).max() < 2e-13
+    assert np.abs(motion["events/crossing/q/x"] - c).max() < 1e-15
+    assert np.abs(np.abs(motion["events/crossing/v/x"]) - math.sqrt(a * a - c * c)).max() < 1e-13
+    assert motion.outcome.happened["crossing"].count == len(known)
+
+
+def test_many_crossings_in_a_step(source):
+    """The motion is slow, the event is not; and two events at the same time both happen."""
+    omega = source.uniform(50, 90)
+    text = oscillator(1.0, 0.0, f"sin({omega!r}*t)") + f"  same: {{when: sin({omega!r}*t)}}\n"
+    motion = follow(text, 5.0, 11)
+    known = np.arange(1, math.floor(5 * omega / math.pi) + 1) * math.pi / omega
+    for name in ("crossing", "same"):
+        assert motion[f"events/{name}/t"] == pytest.approx(known, rel=1e-14)
+    assert motion.outcome.happened["same"].grazing == []
+
+
+def test_a_zero_at_the_start_is_no_event():
+    motion = follow(oscillator(0.0, 1.0, "x"), 3.0, 4)
+    assert "events/crossing/t" not in motion.data
+    assert follow(oscillator(0.3, 1.0, "x - 0.1*3", "rising"), 3.0, 4).outcome.happened["crossing"].count == 0
+
+
+def test_a_motion_that_turns_at_the_event_grazes_it():
+    motion = follow(oscillator(0.0, 1.0, "(x - 1/2)**2*(x + 2)"), 20.0, 5)
+    assert motion.outcome.happened["crossing"].count % 2 == 0
+    motion = follow(oscillator(0.0, 1.0, "x - 1", "rising"), 20.0, 5)
+    happened = motion.outcome.happened["crossing"]
+    assert happened.count == 0 or happened.grazing
+
+
+def test_a_motion_stops_at_an_event(source):
+    c = source.uniform(0.2, 0.8)
+    motion = follow(oscillator(0.0, 1.0, f"x - {c!r}", "rising", "stop"), 10.0, 1001)
+    assert motion.outcome.ending is Ending.STOPPED
+    assert motion.outcome.ending.status == "stopped"
+    assert motion.outcome.t == pytest.approx(math.asin(c), rel=1e-14)
+    assert motion.t[-1] <= motion.outcome.t < motion.t[-1] + 0.01
+    assert motion["events/crossing/t"] == pytest.approx([math.asin(c)], rel=1e-14)
+
+
+def test_an_elastic_wall_reflects(source):
+    """Between walls at 0 and a; steps: one more at each impact, and energy is kept."""
+    a, v = source.uniform(1, 2), source.uniform(2, 3)
+    text = f"""
+    name: a box
+    coordinates: {{x: {{initial: {a / 3!r}, velocity: {v!r}}}}}
+    masses: {{p: 1}}
+    embedding: {{p: [x]}}
+    potential: 0
+    events:
+      wall: {{when: "x*({a!r} - x)", direction: falling, action: {{set: {{x_dot: -x_dot}}}}}}
+    """
+    motion = follow(text, 50.0, 777)
+    place = (a / 3 + v * motion.t) % (2 * a)
+    assert motion["q/x"] == pytest.approx(np.minimum(place, 2 * a - place), abs=1e-12)
+    assert motion.outcome.h_drift == 0.0
+    assert motion.outcome.steps <= motion.outcome.happened["wall"].count + 3
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_ball_comes_to_rest(precision, source):
+    """Impact n is at t1 (1 + 2 (e + ... + e^n)); infinitely many take t1 (1 + e)/(1 - e)."""
+    e, y = source.uniform(0.3, 0.7), source.uniform(0.5, 2)
+    text, first = ball(y, 0.0, e), math.sqrt(2 * y / G)
+    stop = first * (1 + e) / (1 - e) + 2
+    outputs = ("q", "v", "h", "p", "ledger")
+    ready = prepared(
+        text, "taylor", FULL if precision == "double" else 2.0**-100, outputs, precision=precision
+    )
+    resolve = resolve_values if precision == "double" else resolve_long_values
+    motion = run(ready, resolve(spec_of(text), {}), 0.0, stop, 501)
+    happened = motion.outcome.happened["floor"]
+    n = np.arange(happened.count)
+    known = first * (1 + 2 * e * (1 - e**n) / (1 - e))
+    assert motion["events/floor/t"] == pytest.approx(known, rel=3e-15)
+    assert happened.accumulated == [pytest.approx(first * (1 + e) / (1 - e), rel=1e-14)]
+    assert abs(motion["q/y"][-1]) < 1e-14
+    assert abs(motion["v/y"][-1]) < 1e-20
+    assert motion["q/x"] == pytest.approx(motion.t, rel=1e-14)
+    limit = 1e-13 if precision == "double" else 1e-27
+    for path in ("ledger/h", "ledger/p/y", "ledger/p/x"):
+        assert np.abs(motion[f"diagnostics/{path}"]).max() < limit
+
+
+@pytest.mark.parametrize("e", [0.0, 0.5])
+def test_a_ball_that_lies_on_the_floor_stays_there(e):
+    motion = follow(ball(0.0, 0.0, e), 10.0, 11)
+    assert np.array_equal(motion["q/y"], np.zeros(11))
+    assert motion.outcome.steps <= 2
+
+
+def test_a_floor_without_bounce_takes_all_speed(source):
+    y = source.uniform(0.5, 2)
+    motion = follow(ball(y, 0.0, 0.0), 10.0, 11)
+    assert motion.outcome.happened["floor"].count == 1
+    assert np.abs(motion["q/y"][2:]).max() < 1e-14
+
+
+def test_a_table_throws_what_lies_on_it(source):
+    """It leaves where the table's acceleration is -g: sin(w t) = g/(A w^2)."""
+    A, w = source.uniform(0.05, 0.08), source.uniform(20, 25)
+    text = ball(0.0, A * w, 0.0, A, w)
+    left = math.asin(G / (A * w * w)) / w
+    motion = follow(text, left + 0.01, 3)
+    after = 0.01
+    y = G / w**2 + A * w * math.cos(w * left) * after - G * after**2 / 2
+    assert motion["q/y"][-1] == pytest.approx(y, abs=1e-14)
+
+
+def test_an_inclined_floor_with_restitution():
+    """At rest across it, the ball slides with g sin(alpha) cos(alpha) along x."""
+    text = """
+    name: a slope
+    parameters: {e: 0.5, m: 0.5}
+    coordinates: {x: {initial: 0, velocity: 0}, y: {initial: 1, velocity: 0}}
+    masses: {p: 1}
+    embedding: {p: [x, y]}
+    potential: 9.81*y
+    events:
+      slope:
+        when: y + m*x
+        direction: falling
+        action:
+          set:
+            x_dot: x_dot - (1 + e)*(y_dot + m*x_dot)*m/(1 + m**2)
+            y_dot: y_dot - (1 + e)*(y_dot + m*x_dot)/(1 + m**2)
+    """
+    motion = follow(text, 5.0, 101, outputs=("q", "v", "ledger"))
+    rest = motion.t > 2
+    slope = np.diff(motion["v/x"][rest]) / np.diff(motion.t[rest])
+    assert slope == pytest.approx(np.full(len(slope), G * 0.5 / 1.25), rel=1e-11)
+    assert np.abs(motion["q/y"] + 0.5 * motion["q/x"])[rest].max() < 1e-14
+    for path in ("ledger/h", "ledger/p/x", "ledger/p/y"):
+        assert np.abs(motion[f"diagnostics/{path}"]).max() < 1e-12
+
+
+def test_a_kicked_rotor_is_the_standard_map(source):
+    """p -> p + K sin(q), then q -> q + p; the samples are between the kicks."""
+    K, q, p = 0.4, source.uniform(0, 3), source.uniform(0.1, 1)
+    text = f"""
+    name: a kicked rotor
+    parameters: {{K: {K}}}
+    coordinates: {{theta: {{initial: {q!r}, velocity: {p!r}}}}}
+    lagrangian: theta_dot**2/2
+    events:
+      kick: {{when: sin(pi*t), action: {{set: {{theta_dot: theta_dot + K*sin(theta)}}}}}}
+    """
+    motion = follow(text, 20.5, 42, outputs=("q", "v", "p", "ledger"))
+    for n in range(1, 21):
+        q += p
+        p += K * math.sin(q)
+        assert motion["q/theta"][2 * n + 1] == pytest.approx(q + p / 2, rel=1e-11)
+        assert motion["diagnostics/p/theta"][2 * n + 1] == pytest.approx(p, rel=1e-11)
+    assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-13
+    assert motion.outcome.p_drift["theta"] < 1e-13
+
+
+def test_an_event_changes_a_parameter(source):
+    """The spring is k1 to the right and k2 to the left of 0: half periods pi/sqrt(k)."""
+    k = source.uniform(2, 4)
+    action = f"{{set: {{k: 'where(k > 1.5, 1, {k!r})'}}}}"
+    period = math.pi * (1 + 1 / math.sqrt(k))
+    motion = follow(
+        oscillator(1.0, 0.0, "x", "either", action), 10 * period, 11, outputs=("q", "v", "h", "ledger")
+    )
+    assert motion["q/x"] == pytest.approx(np.ones(11), abs=1e-12)
+    assert motion["diagnostics/h"] == pytest.approx(np.full(11, 0.5), rel=1e-12)
+    assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-13
+
+
+def test_an_action_that_leads_back_to_its_event_ends_the_motion():
+    motion = follow(oscillator(1.0, 0.0, "x", "falling", "{set: {x: 8e-16}}"), 10.0, 11)
+    assert motion.outcome.ending is Ending.RECURRING
+    assert "'crossing'" in motion.outcome.message
+    assert motion.outcome.t == pytest.approx(math.pi / 2)
+
+
+def test_more_events_than_the_limit_end_the_motion(monkeypatch):
+    monkeypatch.setenv("LAGRANGE_LIMITS", "events=50")
+    motion = follow(oscillator(1.0, 0.0, "x"), 1000.0, 11)
+    assert motion.outcome.ending is Ending.TOO_MANY_EVENTS
+    assert 50 < motion.outcome.happened["crossing"].count <= 100
+
+
+def test_events_of_a_motion_followed_backward():
+    forward = follow(oscillator(1.0, 0.0, "x", "rising"), 20.0, 11)
+    there = float(forward["q/x"][-1]), float(forward["v/x"][-1])
+    back = follow(oscillator(*there, "x", "rising"), 0.0, 11, start=20.0)
+    assert back["events/crossing/t"][::-1] == pytest.approx(forward["events/crossing/t"], rel=1e-14)
+    assert back["events/crossing/v/x"] == pytest.approx(np.full(3, 1.0))
