@@ -125,7 +125,7 @@ def record(
     progress = monitor.progress()
     with monitor.interrupts() as interrupted:
         with stage("write"):
-            writer = Writer(start.target, layout, expected=settings.count)
+            writer = Writer(start.target, layout, times)
 
         def emit_chunk(chunk: dict[str, np.ndarray]) -> None:
             with stage("write"):
@@ -179,7 +179,7 @@ def record(
 
 
 def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared, times: Times) -> Progress:
-    """Append the samples of an earlier run, in the chunks that they fill; returns how far it had come."""
+    """Append what an earlier run had written; returns how far it had come."""
     from lagrange_cli.integrate.checkpoint import Progress
     from lagrange_cli.run.extend import samples_before
     from lagrange_cli.store.checkpoint import damaged
@@ -191,6 +191,5 @@ def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared,
         progress = Progress.from_data(data, memory, program, prepared.recording.conserved, times)
     except ValueError as error:
         raise damaged(earlier.shown) from error
-    for chunk in earlier.chunks(rows, writer.shapes, progress.snapshot.samples):
-        writer.append(chunk)
+    writer.restore(earlier, rows, progress.snapshot.samples, ())
     return progress

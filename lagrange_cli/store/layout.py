@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Container
+from collections.abc import Container, Mapping
 from typing import TYPE_CHECKING
 
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
     import numpy as np
@@ -20,6 +20,12 @@ ROWS = 65536
 
 MEMORY = 32 * 2**20
 """Bytes that the unfinished chunks of all series may take together."""
+
+CROSSINGS, FEWEST = 1024, 16
+"""Crossings of an event per HDF5 chunk, where they are small, and where they are not."""
+
+EVENTS = "events/"
+"""Where the groups of events are."""
 
 AXES = "xyz"
 """The names of a vector's components."""
@@ -64,18 +70,47 @@ class Dimension:
 
 
 @dataclass(frozen=True)
+class Crossings:
+    """The datasets of an event, or of a family of events, each of shape (k, *shape) for its k crossings.
+
+    The first of the ``series`` has their times and is the scale of all others. The ``attributes`` of the
+    group ``events/NAME`` say what the event is.
+    """
+
+    name: str
+    series: tuple[Series, ...]
+    attributes: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def group(self) -> str:
+        """The path of its group."""
+        return EVENTS + self.name
+
+
+@dataclass(frozen=True)
 class Layout:
-    """The series of a file; the scales of their first axes, such as the sample times ``/t`` in units of
-    ``time_unit``, are not among them."""
+    """The series of a file, and those of its ``events``. The scales of their first axes, such as the sample
+    times ``/t`` in units of ``time_unit``, are not among the former."""
 
     series: tuple[Series, ...]
     scales: tuple[str, ...] = ("t",)
     time_unit: str = ""
+    events: tuple[Crossings, ...] = ()
 
     def chunk_rows(self, expected: int) -> int:
         """Samples per chunk for about ``expected`` samples: large, but bounded over all series."""
         row = BYTES * (1 + sum(math.prod(series.shape) for series in self.series))
         return max(1, min(ROWS, expected, max(64, MEMORY // row)))
+
+    def crossing_rows(self) -> int:
+        """Crossings per chunk: few, as there may be few in all, and bounded over all events."""
+        row = BYTES * sum(math.prod(one.shape) for event in self.events for one in event.series)
+        return max(FEWEST, min(CROSSINGS, MEMORY // max(1, row)))
+
+    @property
+    def all_series(self) -> tuple[Series, ...]:
+        """Those of the samples and those of the events."""
+        return (*self.series, *(one for event in self.events for one in event.series))
 
     @property
     def time(self) -> Series:
@@ -88,14 +123,14 @@ class Layout:
 
     def taken(self) -> set[str]:
         """The names that no further scale can have in every group of the file."""
-        return {part for one in self.series for part in one.path.split("/")}
+        return {part for one in self.all_series for part in one.path.split("/")}
 
     def indices(self) -> dict[tuple[str, int], str]:
         """The families' axes, by name and length, and what each is called in the file: its name, with
         underscores behind it where something else has that name."""
         taken = self.taken() | {*self.scales, *(AXES[:size] for size in self.vector_sizes())}
         found: dict[tuple[str, int], str] = {}
-        for axis in (pair for one in self.series for pair in zip(one.axes, one.shape)):
+        for axis in (pair for one in self.all_series for pair in zip(one.axes, one.shape)):
             if axis not in found:
                 found[axis] = free_name(axis[0], taken)
                 taken.add(found[axis])

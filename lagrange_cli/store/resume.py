@@ -5,7 +5,7 @@ from __future__ import annotations
 import binascii
 import math
 import os
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -15,6 +15,7 @@ import numpy as np
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass
 from lagrange_cli.store.checkpoint import LARGEST, Checkpoint, damaged
+from lagrange_cli.store.layout import BYTES, Series
 from lagrange_cli.store.target import Target
 from lagrange_cli.store.trusted import open_plain, read_exactly, read_record
 
@@ -65,33 +66,31 @@ class Earlier:
             raise damaged(self.shown)
         return piece
 
-    def chunks(
-        self, rows: int, shapes: Mapping[str, tuple[int, ...]], count: int
-    ) -> Iterator[dict[str, np.ndarray]]:
-        """The ``count`` samples, in chunks of ``rows`` and then the rest; ``shapes`` are those of the series'
-        samples. In an output that is whole, the rest is the beginning of one more chunk."""
+    def chunks(self, rows: int, series: Sequence[Series], count: int) -> Iterator[dict[str, np.ndarray]]:
+        """The first ``count`` rows of datasets of one length, in chunks of ``rows`` and then the rest. In an
+        output that is whole, the rest is the beginning of one more chunk."""
         arrays = self.checkpoint.arrays
-        whole, rest = divmod(count, rows)
-        apart = "rest/t" in arrays
-        pieces = whole if apart else -(-count // rows)
-        for path, shape in shapes.items():
-            places, beside = arrays.get(f"places/{path}"), arrays.get(f"rest/{path}")
+        apart, first = f"rest/{series[0].path}" in arrays, arrays.get(f"places/{series[0].path}")
+        pieces = first.size // 2 if apart and first is not None else -(-count // rows)
+        rest = count - rows * pieces
+        for one in series:
+            places, beside = arrays.get(f"places/{one.path}"), arrays.get(f"rest/{one.path}")
             if (
                 places is None or places.dtype != "i8" or places.ndim != 2 or places.shape[1] != 2
                 or not pieces <= len(places) <= pieces + (not apart)
             ):  # fmt: skip
                 raise damaged(self.shown)
-            if apart and (beside is None or beside.dtype != "f8" or beside.shape != (rest, *shape)):
+            if apart and (beside is None or beside.dtype != one.kind or beside.shape != (rest, *one.shape)):
                 raise damaged(self.shown)
         for number in range(pieces):
             chunk, length = {}, min(rows, count - number * rows)
-            for path, shape in shapes.items():
-                place, checksum = map(int, arrays[f"places/{path}"][number])
-                piece = self.read(place, 8 * rows * math.prod(shape), checksum)
-                chunk[path] = np.frombuffer(piece).reshape(rows, *shape)[:length]
+            for one in series:
+                place, checksum = map(int, arrays[f"places/{one.path}"][number])
+                piece = self.read(place, BYTES * rows * math.prod(one.shape), checksum)
+                chunk[one.path] = np.frombuffer(piece, one.kind).reshape(rows, *one.shape)[:length]
             yield chunk
-        if apart:
-            yield {path: arrays[f"rest/{path}"] for path in shapes}
+        if apart and rest:
+            yield {one.path: arrays[f"rest/{one.path}"] for one in series}
 
 
 @dataclass(frozen=True)

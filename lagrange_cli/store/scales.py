@@ -37,7 +37,7 @@ def attach(dataset: Any, axis: int, scale: Any) -> None:
 
 def link(group: Any, scale: Any) -> None:
     """Link ``scale`` into a group, unless it is there."""
-    name = scale.name.lstrip("/")
+    name = scale.name.rpartition("/")[2]
     if name not in group:
         group[name] = h5py.SoftLink(scale.name)
 

@@ -1,104 +1,143 @@
-"""``Writer``: appends chunks of samples to an HDF5 file, which gets its name when it is complete."""
+"""``Writer``: appends samples, and crossings of events, to an HDF5 file, which gets its name when it is
+complete."""
 
 from __future__ import annotations
 
-import binascii
-from collections.abc import Mapping
+import heapq
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.records import replace
-from lagrange_cli.store.layout import Layout, Series
+from lagrange_cli.store.growing import Crossed, Growing, create_events, create_samples
+from lagrange_cli.store.layout import Layout
 from lagrange_cli.store.output import Output, open_file
-from lagrange_cli.store.scales import Scales, describe
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.times import Times
     from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.resume import Earlier
 
 TIME = "t"
 
 
 class Writer(Output):
-    """A context in which ``append`` adds samples and ``close`` completes the file (see ``Output``).
+    """A context in which ``append`` adds samples, ``append_crossings`` adds crossings of events, and
+    ``close`` completes the file (see ``Output``).
 
     Memory is bounded for any number of samples, and the bytes do not depend on how many are appended at a
-    time. Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its first
-    axis; for the other axes see ``Scales``.
+    time: the chunks of the file are in the order of the times at which they are full, those of events before
+    those of samples. Every series has the sample times ``/t`` attached as the HDF5 dimension scale of its
+    first axis, those of an event have the times of its crossings; for the other axes see ``Scales``.
     """
 
-    def __init__(self, target: Target, layout: Layout, *, expected: int) -> None:
-        self.rows = layout.chunk_rows(expected)
-        self._written = self._filled = 0
-        self._places: dict[str, list[int]] = {}
-        self._sums: dict[str, list[int]] = {}
+    def __init__(self, target: Target, layout: Layout, times: Times) -> None:
+        rows, self._layout, self._times = layout.chunk_rows(times.count), layout, times
+        self._sense, self._filled = (-1.0 if times.backward else 1.0), 0
+        self._latest = -math.inf
 
         def create(sink: Sink) -> Any:
             file = open_file(sink, 0)
-            self._datasets = create_datasets(file, layout, self.rows)
+            samples, scales = create_samples(file, layout, rows)
+            events = create_events(file, layout, scales)
+            self._samples = Growing(sink, samples, rows)
+            self._events = [Crossed(sink, one, layout.crossing_rows()) for one in events]
             return file
 
         super().__init__(target, create)
-        self.shapes = {TIME: (), **{one.path: one.shape for one in layout.series}}
-        self._places = {path: [] for path in self.shapes}
-        self._sums = {path: [] for path in self.shapes}
-        self._rest = {path: np.zeros((self.rows, *shape)) for path, shape in self.shapes.items()}
+        self._rest = {one.path: np.zeros((rows, *one.shape)) for one in (layout.time, *layout.series)}
 
     def append(self, chunk: Mapping[str, np.ndarray]) -> None:
-        """Add the samples of a chunk: ``chunk[path]`` has shape (c, *shape) for ``t`` and every series."""
-        done, count = 0, len(chunk[TIME])
+        """Add the samples of a chunk: ``chunk[path]`` has shape (c, *shape) for ``t`` and every series.
+
+        All crossings up to the last of them must have been appended.
+        """
+        done, count, rows = 0, len(chunk[TIME]), self._samples.rows
         if count:
             self.last = float(chunk[TIME][-1])
         while done < count:
-            part = slice(done, min(count, done + self.rows - self._filled))
+            part = slice(done, min(count, done + rows - self._filled))
             taken = part.stop - part.start
-            if taken < self.rows:
+            if taken < rows:
                 for path, rest in self._rest.items():
                     rest[self._filled : self._filled + taken] = chunk[path][part]
-            self._filled, done = (self._filled + taken) % self.rows, part.stop
+            self._filled, done = (self._filled + taken) % rows, part.stop
             if self._filled == 0:
+                self._write_crossings(self._next_full())
                 for path, rest in self._rest.items():
-                    self._write(path, rest if taken < self.rows else chunk[path][part])
-                self._written += self.rows
+                    self._samples.write(path, rest if taken < rows else chunk[path][part])
+                self._samples.written += rows
+        self._write_known()
         self.check()
 
-    def _write(self, path: str, samples: np.ndarray) -> None:
-        """Give a dataset its next chunk (rows, *shape) as it is: HDF5's own way copies it twice and fills
-        the chunk with zeros first, which takes longer than the disk does."""
-        dataset = self._datasets[path]
-        dataset.id.set_extent((self._written + self.rows, *samples.shape[1:]))
-        whole = np.ascontiguousarray(samples, dataset.dtype)
-        self.sink.expect(whole)
-        dataset.id.write_direct_chunk((self._written, *(0 for _ in samples.shape[1:])), whole)
-        self._places[path].append(self.sink.found)
-        self._sums[path].append(binascii.crc32(whole.data))
+    def append_crossings(self, chunk: Mapping[str, np.ndarray]) -> None:
+        """Add crossings: ``chunk[path]`` has shape (c, *shape) for every series of an event, or for none.
+
+        Those of each event are in the order of time, and later ones are not before the last of these.
+        """
+        for event in self._events:
+            event.collect(chunk)
+            if len(chunk.get(event.time, ())):
+                self._latest = max(self._latest, self._sense * float(chunk[event.time][-1]))
+        self._write_known()
+        self.check()
+
+    def _write_known(self) -> None:
+        """Write the chunks of events that come before everything to be appended."""
+        self._write_crossings(min(self._next_full(), math.nextafter(self._latest, -math.inf)))
+
+    def _next_full(self) -> float:
+        """When the chunk of samples that is being filled will be full."""
+        last = self._times.chunk(self._samples.written + self._samples.rows - 1, 1)
+        return self._sense * float(last[0]) if len(last) else math.inf
+
+    def _write_crossings(self, until: float) -> None:
+        """Write the chunks of events that are full by then."""
+        while True:
+            full = ((event.complete_at, i) for i, event in enumerate(self._events))
+            found = [(self._sense * time, i) for time, i in full if time is not None]
+            if not found or min(found)[0] > until:
+                return
+            self._events[min(found)[1]].write_next()
 
     def finish(self) -> None:
-        """Write the samples that do not fill a chunk."""
+        """Write what does not fill a chunk."""
+        self._write_crossings(math.inf)
         if self._filled:
             for path, rest in self._rest.items():
-                rest[self._filled :] = 0
-                self._write(path, rest)
-                self._datasets[path].id.set_extent((self._written + self._filled, *rest.shape[1:]))
+                self._samples.write_last(path, rest, self._filled)
+        for event in self._events:
+            event.finish()
 
-    @property
-    def samples(self) -> int:
-        """How many have been appended."""
-        return self._written + self._filled
+    def restore(self, earlier: Earlier, rows: int, samples: int, crossings: Sequence[int]) -> None:
+        """Append what an earlier run had: so many ``samples``, in chunks of ``rows``, and so many
+        ``crossings`` of each event; raises ``Unusable``."""
+        series, per_chunk = (self._layout.time, *self._layout.series), self._layout.crossing_rows()
+        tables = [(event.series, per_chunk, count) for event, count in zip(self._layout.events, crossings)]
+
+        def timed(table: int) -> Iterator[tuple[float, int, dict[str, np.ndarray]]]:
+            columns, size, count = tables[table]
+            for chunk in earlier.chunks(size, columns, count):
+                yield self._sense * float(chunk[columns[0].path][-1]), table, chunk
+
+        tables.append((series, rows, samples))
+        for _, table, chunk in heapq.merge(*map(timed, range(len(tables))), key=itemgetter(0, 1)):
+            (self.append if table == len(crossings) else self.append_crossings)(chunk)
 
     def state(self) -> dict[str, np.ndarray]:
-        """Where the samples are: the ``pieces``, and the rest itself."""
+        """Where the samples and the crossings are: the ``pieces``, and the rest itself."""
         rest = {f"rest/{path}": rest[: self._filled].copy() for path, rest in self._rest.items()}
-        return {**self.pieces(), **rest}
+        crossings = {f"rest/{path}": rows for one in self._events for path, rows in one.waiting.items()}
+        return {**self.pieces(), **rest, **crossings}
 
     def pieces(self) -> dict[str, np.ndarray]:
         """Of each series the places of its chunks with their checksums (chunks, 2)."""
-        return {
-            f"places/{path}": np.array([places, self._sums[path]], dtype="i8").T.reshape(-1, 2)
-            for path, places in self._places.items()
-        }
+        return {path: one for table in (self._samples, *self._events) for path, one in table.pieces().items()}
 
     def close(
         self,
@@ -111,25 +150,3 @@ class Writer(Output):
         if further is not None:
             further = replace(further, arrays={**further.arrays, **self.pieces()})
         super().close(attributes, checkpoint, further)
-
-
-def create_datasets(file: Any, layout: Layout, rows: int) -> dict[str, Any]:
-    """The datasets of the layout by path, ``t`` first: empty, and growing in chunks of ``rows`` samples."""
-    times = create_series(file, layout.time, rows)
-    times.make_scale(TIME)
-    scales = Scales(file, layout)
-    datasets = {TIME: times}
-    for series in layout.series:
-        datasets[series.path] = create_series(file, series, rows)
-        scales.attach(datasets[series.path], series, times)
-    return datasets
-
-
-def create_series(file: Any, series: Series, rows: int) -> Any:
-    """An empty dataset that can grow along its first axis, with its unit and name."""
-    shape = series.shape
-    dataset = file.create_dataset(
-        series.path, shape=(0, *shape), maxshape=(None, *shape), chunks=(rows, *shape), dtype=series.kind
-    )
-    describe(dataset, series)
-    return dataset

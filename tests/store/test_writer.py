@@ -15,6 +15,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.errors import FileError
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.layout import MEMORY, ROWS, Layout, Series
 from lagrange_cli.store.sink import Sink
@@ -50,8 +51,13 @@ def chunk_of(start: int, count: int) -> dict[str, np.ndarray]:
     }
 
 
+def times_of(count: int) -> Times:
+    """Those of the first samples."""
+    return Times(0.0, 0.5 * (count - 1), count, 0.5)
+
+
 def write(path: Path, *, pieces: tuple[int, ...] = (3, 0, 4), force: bool = False) -> None:
-    with Writer(find_target(str(path), force=force), LAYOUT, expected=sum(pieces)) as writer:
+    with Writer(find_target(str(path), force=force), LAYOUT, times_of(sum(pieces))) as writer:
         start = 0
         for count in pieces:
             writer.append(chunk_of(start, count))
@@ -73,7 +79,7 @@ def test_what_is_appended_in_pieces_is_read_back_whole(tmp_path):
 @pytest.mark.parametrize("pieces", [(4, 4), (8, 3), (3, 1, 4), (3, 13, 2), (4, 1, 7)])
 def test_whole_chunks_of_the_file_and_parts_of_them_follow_one_another(tmp_path, pieces):
     rows, total = 4, sum(pieces)
-    with Writer(find_target(str(tmp_path / "out.h5"), force=False), LAYOUT, expected=rows) as writer:
+    with Writer(find_target(str(tmp_path / "out.h5"), force=False), LAYOUT, times_of(rows)) as writer:
         for start, count in zip(np.cumsum([0, *pieces]), pieces):
             writer.append(chunk_of(start, count))
         writer.close(ATTRIBUTES)
@@ -88,7 +94,7 @@ def test_whole_chunks_of_the_file_and_parts_of_them_follow_one_another(tmp_path,
 def test_the_bytes_do_not_depend_on_how_many_samples_are_appended_at_a_time(tmp_path, pieces, rows):
     found = []
     for each in (pieces, (sum(pieces),)):
-        with Writer(find_target(str(tmp_path / "out.h5"), force=True), LAYOUT, expected=rows) as writer:
+        with Writer(find_target(str(tmp_path / "out.h5"), force=True), LAYOUT, times_of(rows)) as writer:
             for start, count in zip(np.cumsum([0, *each]), each):
                 writer.append(chunk_of(start, count))
             writer.close(ATTRIBUTES)
@@ -156,7 +162,7 @@ def test_the_file_has_the_permissions_of_any_new_file(tmp_path):
 def test_an_error_while_writing_leaves_no_file(tmp_path):
     with (
         pytest.raises(ZeroDivisionError),
-        Writer(find_target(str(tmp_path / "out.h5"), force=False), LAYOUT, expected=7) as writer,
+        Writer(find_target(str(tmp_path / "out.h5"), force=False), LAYOUT, times_of(7)) as writer,
     ):
         writer.append(chunk_of(0, 3))
         assert os.listdir(tmp_path) == [".out.h5.part"]
@@ -168,7 +174,7 @@ def test_a_file_that_appears_meanwhile_is_kept_and_the_result_too(tmp_path):
     out = tmp_path / "out.h5"
     with (
         pytest.raises(FileError, match="appeared during"),
-        Writer(find_target(str(out), force=False), LAYOUT, expected=3) as writer,
+        Writer(find_target(str(out), force=False), LAYOUT, times_of(3)) as writer,
     ):
         writer.append(chunk_of(0, 3))
         out.write_text("another's")
@@ -201,7 +207,7 @@ def test_an_existing_file_is_kept_unless_forced(tmp_path):
 def test_an_output_that_can_never_be_written_is_refused_at_once(tmp_path, monkeypatch, name, message):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(FileError, match=message):
-        Writer(find_target(name, force=True), LAYOUT, expected=1)
+        Writer(find_target(name, force=True), LAYOUT, times_of(1))
     assert os.listdir(tmp_path) == []
 
 
