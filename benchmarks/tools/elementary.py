@@ -14,9 +14,8 @@ import numpy as np
 
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.functions.elementary import FUNCTIONS
-from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import kind, suffix
-from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Real
 from tests.support.calls import compiled, looped, text
 
 COUNT, RUNS = 800, 400
@@ -33,16 +32,11 @@ ARGUMENTS = {
 
 def library(name: str, lanes: int) -> str:
     """A program that calls the C library's functions for what ``name`` computes."""
-    count, vector = len(ARGUMENTS[name]), kind("double", lanes)
 
-    def write(emitter: Emitter, values: Sequence[Operand]) -> list[Operand]:
-        listed = ", ".join(f"{vector} {value}" for value in values)
-        called = [f"call {vector} @llvm.{one}.{suffix(lanes)}({listed})" for one in LIBRARY[name]]
-        return [emitter.define(one) for one in called]
+    def write(f: Function, values: Sequence[Real]) -> list[Real]:
+        return [f.function(one, *values) for one in LIBRARY[name]]
 
-    kinds = ", ".join([vector] * count)
-    declared = [f"declare {vector} @llvm.{one}.{suffix(lanes)}({kinds})\n" for one in LIBRARY[name]]
-    return "".join(declared) + looped(write, count, lanes)
+    return looped(write, len(ARGUMENTS[name]), lanes)
 
 
 def least(function: Callable[[], object], runs: int) -> float:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -17,7 +16,6 @@ from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
-from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, MORE
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand
 from lagrange_cli.native.llvm.vector import Bit, Real
@@ -130,7 +128,7 @@ def double_double(equations: Equations) -> Motion:
     proving = proving_of(equations), integrands_of(equations)
     given = equations.tolerance, proving, equations.guards
     stepping = stepper(rows, equations.state, work, *given)
-    parts = [MORE, *operations(), *functions(), jet, *stepping]
+    parts = [*operations(), *functions(), jet, *stepping]
     return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
 
 
@@ -207,10 +205,14 @@ def write_program(
     modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
     prepare, size = write_prepare(kind(), constants, set_ones)
-    text = "\n".join([DECLARATIONS, GLOBALS, *texts, prepare, ATTRIBUTES])
+    text = "\n".join([*texts, prepare])
+    if hiding:
+        from lagrange_cli.native.functions.elementary import definitions
+
+        text += definitions(text)
     return Program(
         **{**vars(interface), "constants": size, "work": made.work, "series_at": made.series_at},
-        text=with_lane_functions(text) if proven or hiding else text,
+        text=text,
         series=series,
         hiding=hides,
         operations={"jet": made.operations, "observe": observing},
@@ -264,7 +266,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
 
 def with_lanes(program: Program, residual: Residual, tolerance: float) -> Program:
     """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``)."""
-    from lagrange_cli.native.functions import elementary
+    from lagrange_cli.native.functions.elementary import definitions
     from lagrange_cli.native.numbers.lanes import LaneEmitter
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
     from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
@@ -272,7 +274,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     from lagrange_cli.native.stepping.ensemble import Pack, follow
 
     order, constants, series = lane_order(tolerance), Constants(), program.series
-    emitter, layout, width = LaneEmitter(elementary), arrange_lanes(series, order), program.state.width
+    emitter, layout, width = LaneEmitter(), arrange_lanes(series, order), program.state.width
     expansion = compensated_expansion(emitter, residual, series, constants, width, 0)
     jet = write_paired_jet(Memory(expansion, emitter, layout))
     parameters = residual.model.parameters
@@ -281,20 +283,9 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
         program.degrees, program.rows, width, layout.span, size, layout.vectors, program.state.quadratures
     )
     stepping = follow(pack, order, tolerance, len(program.parameters))
-    text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, stepping])
-    text = with_lane_functions(text) + ATTRIBUTES.replace("#0", "#1") + "\n"
+    text = "\n".join([*tables("lane_", order + 3), prepare, jet, stepping])
+    text = "\n".join([program.text, text, definitions(text)])
     return replace(program, text=text, lanes=LANES * pack.places["size"])
-
-
-def with_lane_functions(text: str) -> str:
-    """A program's text with the functions of vectors that it calls."""
-    from lagrange_cli.native.functions import elementary
-    from lagrange_cli.native.numbers.lanes import DECLARATIONS
-
-    text += elementary.definitions(text)
-    present = set(re.findall(r"^ *declare .*@([\w.]+)\(", text, re.MULTILINE))
-    missing = (line for name, line in DECLARATIONS.items() if name not in present)
-    return "\n".join([text, *missing, ""])
 
 
 def tables(prefix: str, size: int) -> list[str]:

@@ -9,12 +9,11 @@ import numpy as np
 
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import load
-from lagrange_cli.native.functions.elementary import ATTRIBUTES, FUNCTIONS, call, definitions
-from lagrange_cli.native.llvm.text import Operand
-from lagrange_cli.native.llvm.vector import kind
-from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.functions.elementary import FUNCTIONS, definitions
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer, Real
 
-Write = Callable[[Emitter, Sequence[Operand]], Sequence[Operand]]
+Write = Callable[[Function, Sequence[Real]], Sequence[Real]]
 
 
 def function(name: str, lanes: int) -> Callable[..., np.ndarray]:
@@ -24,9 +23,12 @@ def function(name: str, lanes: int) -> Callable[..., np.ndarray]:
 
 def text(name: str, lanes: int) -> str:
     """A program that calls ``name``."""
-    made = looped(
-        lambda emitter, values: call(emitter, name, values, lanes), FUNCTIONS[name].arguments, lanes
-    )
+    function = FUNCTIONS[name]
+
+    def write(f: Function, values: Sequence[Real]) -> list[Real]:
+        return f.parts(f"{name}.{lanes}", [f.zero(lanes)] * function.results, *values)
+
+    made = looped(write, function.arguments, lanes)
     return made + definitions(made)
 
 
@@ -53,19 +55,11 @@ def loaded(program: bytes, results: int) -> Callable[..., np.ndarray]:
 
 def looped(write: Write, arguments: int, lanes: int) -> str:
     """``run(arguments, results, n)`` over matrices of n columns, where ``write`` writes one evaluation."""
-    emitter, vector = Emitter(), kind("double", lanes)
-
-    def place(array: str, row: int) -> str:
-        offset = emitter.define(f"mul i64 %n, {row}")
-        offset = emitter.define(f"add i64 {offset}, %i")
-        return emitter.define(f"getelementptr double, ptr {array}, i64 {offset}")
-
-    emitter.line("entry:\n  br label %loop\nloop:\n  %i = phi i64 [ 0, %entry ], [ %next, %loop ]")
-    places = [place("%arguments", row) for row in range(arguments)]
-    values = [emitter.define(f"load {vector}, ptr {one}, align 8") for one in places]
-    for row, value in enumerate(write(emitter, values)):
-        emitter.line(f"  store {vector} {value}, ptr {place('%results', row)}, align 8")
-    emitter.line(f"  %next = add i64 %i, {lanes}\n  %more = icmp ult i64 %next, %n")
-    emitter.line("  br i1 %more, label %loop, label %done\ndone:\n  ret void")
-    body = "\n".join(emitter.lines)
-    return f"define void @run(ptr %arguments, ptr %results, i64 %n) {ATTRIBUTES} {{\n{body}\n}}\n"
+    f = Function("define void @run(ptr %arguments, ptr %results, i64 %n) noinline #0", lanes)
+    n = Integer(f, "%n", 1)
+    with f.loop(0, n, lanes, tested=False) as i:
+        values = [f.load_row("%arguments", n * row + i, lanes) for row in range(arguments)]
+        for row, value in enumerate(write(f, values)):
+            f.store_row(value, "%results", n * row + i)
+    f.give()
+    return f.text()

@@ -6,6 +6,7 @@ from typing import Any
 
 import llvmlite.binding as llvm
 
+from lagrange_cli.native.llvm.declarations import complete
 from lagrange_cli.native.numbers.double import fused
 from lagrange_cli.records import dataclass
 
@@ -25,7 +26,7 @@ class Engine:
 def compile_text(text: str, optimize: int) -> bytes:
     """The object code of LLVM IR for this processor; ``optimize`` is the code generation level, 0 to 3."""
     machine = target_machine(optimize)
-    code: bytes = machine.emit_object(llvm.parse_assembly(suited(text)))
+    code: bytes = machine.emit_object(llvm.parse_assembly(complete(suited(text))))
     return code
 
 

@@ -10,6 +10,7 @@ import math
 from collections.abc import Callable
 from typing import TypeAlias
 
+from lagrange_cli.native.llvm.declarations import INTRINSICS
 from lagrange_cli.native.llvm.vector import Bit, Body, Integer, Real
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 
@@ -174,16 +175,7 @@ def library_exponential(body: Body, x: Real, low: Real) -> list[Real]:
     return [body.function("exp", x) * (body.constant(1.0) + low)]
 
 
-def library_logarithm(body: Body, x: Real) -> list[Real]:
-    """The same by the C library."""
-    return [body.function("log", x)]
-
-
-def library_power(body: Body, x: Real, y: Real) -> list[Real]:
-    """The same by the C library."""
-    return [body.function("pow", x, y)]
-
-
 def library(name: str) -> Callable[..., list[Real]]:
     """The C library's function of this name."""
-    return lambda body, *arguments: [body.library(name, *arguments)]
+    called = f"llvm.{name}.f64" if name in INTRINSICS else name
+    return lambda f, *arguments: [f.call(Real, called, *arguments)]

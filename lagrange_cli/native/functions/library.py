@@ -7,6 +7,7 @@ double-double numbers.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
+from functools import partial
 
 from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.functions.double_double import LN2, PI, cosh_within, leg, refined_angle, sinh_within
@@ -58,6 +59,13 @@ def signed(e: DoubleDoubleBody, size: Value, x: Value) -> Value:
     return e.select(e.define(f"icmp slt i64 {bits}, 0"), e.neg(size), size)
 
 
+def turned(which: int, e: DoubleDoubleBody, x: Value) -> Value:
+    """Sine (0) or cosine (1) of x."""
+    both = elementary.sine_and_cosine(1)
+    made = e.define(f"call {both} @sin_cos.1(double {e.written(x)}, double {ZERO})")
+    return e.define(f"extractvalue {both} {made}, {which}")
+
+
 def tangent(e: DoubleDoubleBody, x: Value) -> Value:
     """tan x."""
     near = e.compare("olt", e.magnitude(x), LEAST_WIDE)
@@ -74,7 +82,7 @@ def normal(e: DoubleDoubleBody, x: Value) -> tuple[str, Value]:
 def beyond_log(e: DoubleDoubleBody, x: Value) -> Value:
     """ln x of what is not a normal positive number."""
     tiny, raised = normal(e, x)
-    made: Value = elementary.logarithm(e, e.select(tiny, raised, ONE))
+    made: Value = e.call("log.1", e.select(tiny, raised, ONE))
     made = e.sub(made, literal(float(RAISED * LN2)))
     other = e.select(e.compare("olt", x, 0.0), NAN, x)
     other = e.select(e.compare("oeq", x, 0.0), literal(float("-inf")), other)
@@ -156,17 +164,13 @@ def tanh(e: DoubleDoubleBody, x: Value) -> Value:
 
 
 FORMULAS: Mapping[str, tuple[int, Formula]] = {
-    "portable.sin": (1, lambda e, x: elementary.sin_cos(e, x)[0]),
-    "portable.cos": (1, lambda e, x: elementary.sin_cos(e, x)[1]),
-    "portable.exp": (1, lambda e, x: elementary.exponential(e, x)),
-    "portable.log": (1, lambda e, x: elementary.logarithm(e, x)),
-    "portable.pow": (2, lambda e, x, y: elementary.power(e, x, y)),
-    "portable.log2": (
-        1, lambda e, x: e.mul(elementary.logarithm(e, x), literal(float(1 / LN2))),
-    ),
-    "portable.exp2": (
-        1, lambda e, x: elementary.exponential(e, e.mul(x, literal(float(LN2)))),
-    ),
+    "portable.sin": (1, partial(turned, 0)),
+    "portable.cos": (1, partial(turned, 1)),
+    "portable.exp": (1, lambda e, x: e.call("exp.1", x, None)),
+    "portable.log": (1, lambda e, x: e.call("log.1", x)),
+    "portable.pow": (2, lambda e, x, y: e.call("pow.1", x, y)),
+    "portable.log2": (1, lambda e, x: e.mul(e.call("log.1", x), literal(float(1 / LN2)))),
+    "portable.exp2": (1, lambda e, x: e.call("exp.1", e.mul(x, literal(float(LN2))), None)),
     "portable.tan": (1, tangent),
     "portable.atan": (1, lambda e, x: atan2(e, x, ONE)),
     "portable.asin": (1, lambda e, x: angle(e, pair(e, x), leg(e, pair(e, x)))),

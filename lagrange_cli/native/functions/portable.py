@@ -17,7 +17,6 @@ from lagrange_cli.native.functions.library import texts
 from lagrange_cli.native.functions.payne_hanek import table, wide_functions
 from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.text import ZERO
-from lagrange_cli.native.llvm.vector import Body
 from lagrange_cli.native.numbers.double import fused
 from lagrange_cli.native.numbers.double_double import TYPE, operations
 
@@ -25,7 +24,7 @@ INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
 """LLVM's functions that become calls of the C library."""
 LIBM = re.compile(rf"@(?:llvm\.({'|'.join(INTRINSICS)})\.f64|({'|'.join(LIBRARY)}))\(")
 TURNING = re.compile(r"  (%[\w.]+) = call double @llvm\.(sin|cos)\.f64\(double ([%\w.]+)\)")
-PAIR = elementary.result_type("sin_cos", 1)
+PAIR = elementary.sine_and_cosine(1)
 ELEMENTARY = re.compile(r"^define [^@]*@(?:sin_cos|exp|log|pow)\.\d+\(.*?^}$", re.MULTILINE | re.DOTALL)
 """Functions of ``elementary``, which call the C library's beyond their range."""
 DEFINED = re.compile(r"^define [^@]*@([\w.]+)\(", re.MULTILINE)
@@ -36,8 +35,7 @@ def portable(text: str) -> str:
     """``text``, a program's, with functions of its own, so that every machine computes the same bits."""
     text = fused(text)
     known = library(double_double=f"{TYPE} = type" not in text)
-    lines = [line for line in text.split("\n") if not (line.startswith("declare") and LIBM.search(line))]
-    text = ELEMENTARY.sub(lambda found: LIBM.sub(_beyond, found[0]), "\n".join(lines))
+    text = ELEMENTARY.sub(lambda found: LIBM.sub(_beyond, found[0]), text)
     text = LIBM.sub(_own, "\n".join(together(text.split("\n"))))
     parts, found, pending = [text], set(DEFINED.findall(text)), [text]
     while pending:
@@ -80,7 +78,7 @@ def library(*, double_double: bool) -> Mapping[str, str]:
     """The text of every function that may be needed, by name."""
     made = [*texts(), *wide_functions()]
     for name in ("sin_cos", "exp", "log", "pow"):  # beyond their range these would call the C library
-        made.append(LIBM.sub(_beyond, elementary.definition(Body(1), name)))
+        made.append(LIBM.sub(_beyond, elementary.definition(name, 1)))
     if double_double:
         made += [*operations()[1:], *functions()]
     return {DEFINED.findall(text)[0]: LIBM.sub(_own, text) for text in made}

@@ -292,9 +292,12 @@ class Function(Body):
         return result(self, self.define(f"call {type} @{name}({listed})"), lanes or self.lanes)
 
     def parts(self, name: str, results: list[V], *arguments: Value) -> list[V]:
-        """A call of ``@name``, which gives several values of the types of ``results`` together."""
-        together = f"{{ {', '.join(one.kind for one in results)} }}"
+        """A call of ``@name``, which gives values of the types of ``results``, together where there are
+        several."""
         listed = ", ".join(f"{one.kind} {one.name}" for one in arguments)
+        if len(results) == 1:
+            return [results[0].made(f"call {results[0].kind} @{name}({listed})")]
+        together = f"{{ {', '.join(one.kind for one in results)} }}"
         made = self.define(f"call {together} @{name}({listed})")
         return [one.made(f"extractvalue {together} {made}, {k}") for k, one in enumerate(results)]
 

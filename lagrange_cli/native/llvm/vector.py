@@ -15,7 +15,7 @@ V = TypeVar("V", bound="Value")
 
 
 class Body:
-    """The instructions of one function of ``lanes`` doubles, and the declarations that they need."""
+    """The instructions of one function of ``lanes`` doubles."""
 
     PREFIX = "%v"
     """What the names of values begin with."""
@@ -24,7 +24,6 @@ class Body:
         self.lanes = lanes
         self.real = kind("double", lanes)
         self.lines: list[str] = []
-        self.declared: dict[str, str] = {}
         self._count = 0
 
     def define(self, text: str) -> str:
@@ -53,18 +52,9 @@ class Body:
     def function(self, name: str, *arguments: Real | float) -> Real:
         """One of LLVM's functions of doubles."""
         lanes = next((one.lanes for one in arguments if isinstance(one, Real)), self.lanes)
-        return self._call(f"llvm.{name}.{suffix(lanes)}", lanes, "", arguments)
-
-    def library(self, name: str, *arguments: Real) -> Real:
-        """One of the C library's functions of one double or two."""
-        return self._call(name, self.lanes, " memory(none)", arguments)
-
-    def _call(self, name: str, lanes: int, attributes: str, arguments: Sequence[Real | float]) -> Real:
         real = kind("double", lanes)
-        kinds = ", ".join([real] * len(arguments))
-        self.declared[name] = f"declare {real} @{name}({kinds}){attributes}\n"
         listed = ", ".join(f"{real} {operand_of(x, Real, lanes)}" for x in arguments)
-        return Real(self, self.define(f"call {real} @{name}({listed})"), lanes)
+        return Real(self, self.define(f"call {real} @llvm.{name}.{suffix(lanes)}({listed})"), lanes)
 
     def fma(self, a: Real, b: Real | float, c: Real | float) -> Real:
         """``a * b + c`` with one rounding."""
@@ -97,22 +87,17 @@ class Body:
     def _reduced(self, operation: str, condition: Bit) -> Bit:
         if condition.lanes == 1:
             return condition
-        function, bits = f"llvm.vector.reduce.{operation}.v{condition.lanes}i1", condition.kind
-        self.declared[function] = f"declare i1 @{function}({bits})\n"
-        return Bit(self, self.define(f"call i1 @{function}({bits} {condition.name})"), 1)
+        function = f"llvm.vector.reduce.{operation}.v{condition.lanes}i1"
+        return Bit(self, self.define(f"call i1 @{function}({condition.kind} {condition.name})"), 1)
 
     def reduce(self, operation: str, a: Real, start: Real | None = None) -> Real:
         """The largest lane (``fmax``), the least (``fmin``), or all added to ``start`` (``fadd``)."""
         if a.lanes == 1:
             return a if start is None else start + a
-        function, first = (
-            f"llvm.vector.reduce.{operation}.{suffix(a.lanes)}",
-            "" if start is None else "double",
-        )
-        self.declared[function] = f"declare double @{function}({first and 'double, '}{a.kind})\n"
-        given = f"double {start.name}, {a.kind} {a.name}" if start is not None else f"{a.kind} {a.name}"
-        flags = "" if start is not None else "nnan "
-        return Real(self, self.define(f"call {flags}double @{function}({given})"), 1)
+        function, given = f"llvm.vector.reduce.{operation}.{suffix(a.lanes)}", f"{a.kind} {a.name}"
+        if start is None:
+            return Real(self, self.define(f"call nnan double @{function}({given})"), 1)
+        return Real(self, self.define(f"call double @{function}(double {start.name}, {given})"), 1)
 
     def select(self, condition: Bit, yes: V, no: V) -> V:
         """One or the other: lane by lane, or all lanes by one condition."""
@@ -135,6 +120,11 @@ class Body:
         at = index.name if isinstance(index, Integer) else index
         text = f"extractelement {vector.kind} {vector.name}, i64 {at}"
         return type(vector)(self, self.define(text), 1)
+
+    def inserted(self, vector: V, one: V, index: Integer) -> V:
+        """A vector with another lane."""
+        text = f"insertelement {vector.kind} {vector.name}, {one.kind} {one.name}, i64 {index.name}"
+        return vector.made(text)
 
     def vector(self, values: Sequence[float]) -> Real:
         """A constant vector."""

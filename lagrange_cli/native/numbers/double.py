@@ -20,9 +20,7 @@ MOST_INSTRUCTIONS = whole("instructions")
 
 def fused(text: str) -> str:
     """``text`` with every ``fmuladd`` an ``fma``, which is rounded once."""
-    lines = text.replace("@llvm.fmuladd.", "@llvm.fma.").split("\n")
-    declared = dict.fromkeys(line for line in lines if line.startswith("declare"))
-    return "\n".join([*declared, *(line for line in lines if not line.startswith("declare"))])
+    return text.replace("@llvm.fmuladd.", "@llvm.fma.")
 
 
 class Emitter:

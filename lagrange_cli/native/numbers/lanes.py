@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol
-
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
 from lagrange_cli.native.llvm.vector import kind, suffix
 from lagrange_cli.native.numbers.double import Emitter
@@ -20,33 +18,15 @@ def splat(type: str, one: object) -> str:
     return f"<{', '.join([f'{type} {one}'] * LANES)}>"
 
 
-class LaneFunctions(Protocol):
-    """The elementary functions of all lanes: ``native.functions.elementary``."""
-
-    @property
-    def FUNCTIONS(self) -> Mapping[str, Any]: ...
-
-    def sin_cos(
-        self, emitter: Emitter, x: Value, low: Value = None, lanes: int = 1
-    ) -> tuple[Operand, Operand]: ...
-    def emit_function(
-        self, emitter: Emitter, name: str, arguments: Sequence[Value], lanes: int = 1
-    ) -> Operand: ...
-
-
 class LaneEmitter(Emitter):
-    """What ``Emitter`` is for one double, for all lanes: an index counts vectors.
-
-    ``functions`` writes those that are no intrinsics of LLVM, which vectors have too.
-    """
+    """What ``Emitter`` is for one double, for all lanes: an index counts vectors."""
 
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
     one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")
 
-    def __init__(self, functions: LaneFunctions, prefix: str = "%v") -> None:
+    def __init__(self, prefix: str = "%v") -> None:
         super().__init__(prefix)
-        self._functions = functions
-        self._angles: dict[Operand, tuple[Operand, Operand]] = {}
+        self._angles: dict[Operand, list[Operand]] = {}
 
     def number(self, value: Number) -> Value:
         one = literal(value)
@@ -56,16 +36,23 @@ class LaneEmitter(Emitter):
         return splat("double", super().opposite(constant.rpartition(" ")[2].rstrip(">")))
 
     def function(self, name: str, *arguments: Value) -> Operand:
-        """A function, of all lanes; sine and cosine of one angle are computed together."""
-        if name not in ("sin", "cos", *self._functions.FUNCTIONS):
-            return super().function(name, *arguments)
-        self.operations += 1
+        """A function, of all lanes (``functions.elementary``); sine and cosine of one angle together."""
         if name in ("sin", "cos"):
-            angle = self.written(arguments[0])
-            if angle not in self._angles:
-                self._angles[angle] = self._functions.sin_cos(self, angle, lanes=LANES)
-            return self._angles[angle][name == "cos"]
-        return self._functions.emit_function(self, name, arguments, LANES)
+            self.operations += 1
+            return self._turned(self.written(arguments[0]))[name == "cos"]
+        if name == "exp":
+            return self.call(f"exp.{LANES}", *arguments, None)
+        if name in ("log", "pow", *LIBRARY):
+            return self.call(f"{name}.{LANES}", *arguments)
+        return super().function(name, *arguments)
+
+    def _turned(self, angle: Operand) -> list[Operand]:
+        """Its sine and cosine."""
+        if angle not in self._angles:
+            both = f"{{ {VECTOR}, {VECTOR} }}"
+            made = self.define(f"call {both} @sin_cos.{LANES}({VECTOR} {angle}, {VECTOR} {self.zero})")
+            self._angles[angle] = [self.define(f"extractvalue {both} {made}, {i}") for i in (0, 1)]
+        return self._angles[angle]
 
     def everywhere(self, table: str, first: str, index: int) -> Operand:
         """The one double ``table[first + index]`` in every lane."""
@@ -75,14 +62,3 @@ class LaneEmitter(Emitter):
         lane = self.define(f"insertelement {VECTOR} poison, double {one}, i64 0")
         zeros = f"<{LANES} x i32> zeroinitializer"
         return self.define(f"shufflevector {VECTOR} {lane}, {VECTOR} poison, {zeros}")
-
-
-def declared() -> Mapping[str, str]:
-    """The declarations of LLVM's functions of vectors and bits that programs may call, by name."""
-    counts = {"fma": 3, "fmuladd": 3, "maxnum": 2, "fabs": 1, "floor": 1}
-    heads = {f"llvm.{name}.{suffix(LANES)}": (VECTOR, [VECTOR] * count) for name, count in counts.items()}
-    heads |= {f"llvm.cttz.{kind}": (kind, [kind, "i1"]) for kind in ("i8", "i64")}
-    return {name: f"declare {kind} @{name}({', '.join(given)})" for name, (kind, given) in heads.items()}
-
-
-DECLARATIONS = declared()

@@ -15,7 +15,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from fractions import Fraction
 
-from lagrange_cli.native.functions import elementary
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand, Value, operand
 from lagrange_cli.native.llvm.vector import Bit, Real, constant
@@ -127,23 +126,21 @@ class Disks(Composed[Disk]):
 
     def exp(self, x: Real) -> Real:
         """e^x"""
-        return Real(self.f, elementary.exponential(self.writer, x.name, None, self.lanes), self.lanes)
+        return self.elementary("exp", x, self.all(0.0))
 
     def log(self, x: Real) -> Real:
         """ln x"""
-        return Real(self.f, elementary.logarithm(self.writer, x.name, self.lanes), self.lanes)
+        return self.elementary("log", x)
 
     def power_of(self, x: Real, exponent: float | Real) -> Real:
         """x^exponent for x >= 0."""
         if isinstance(exponent, float) and exponent == 0.5:
             return self.f.function("sqrt", x)
-        given = exponent if isinstance(exponent, Real) else self.all(exponent)
-        return Real(self.f, elementary.power(self.writer, x.name, given.name, self.lanes), self.lanes)
+        return self.elementary("pow", x, exponent if isinstance(exponent, Real) else self.all(exponent))
 
-    @property
-    def writer(self) -> Emitter:
-        """What calls are written with."""
-        return self.centres
+    def elementary(self, name: str, *arguments: Real) -> Real:
+        """A function of all lanes."""
+        return self.f.call(Real, f"{name}.{self.lanes}", *arguments, lanes=self.lanes)
 
     def among(self, condition: Bit, value: Real, other: float = float("inf")) -> Real:
         """A value where a condition holds, and another one elsewhere."""

@@ -51,7 +51,7 @@ def write_paired_jet(memory: Memory) -> str:
     head = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
     body = "\n".join(emitter.lines)
     return (
-        f"define internal {BITS} @paired_jet({head}) #1 {{\nentry:\n{body}\n"
+        f"define internal {BITS} @paired_jet({head}) #0 {{\nentry:\n{body}\n"
         f"  ret {BITS} {memory.expansion.regular}\n}}\n"
     )
 

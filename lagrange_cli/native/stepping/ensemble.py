@@ -162,12 +162,7 @@ class Follower:
             one = f.variable(none)
             with f.when(reached < Integer(f, "%count", 1)):
                 one.set(f.load_row("%times", reached, 1))
-            found = times.get()
-            times.set(
-                found.made(
-                    f"insertelement {found.kind} {found.name}, double {one.get().name}, i64 {lane.name}"
-                )
-            )
+            times.set(f.inserted(times.get(), one.get(), lane))
         f.give((times.get() - self.get(f, "time")) - self.get(f, "time_low"))
         return f
 

@@ -9,6 +9,7 @@ import pytest
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.program import write_run
+from lagrange_cli.native.llvm.declarations import complete
 from lagrange_cli.native.numbers.double import fused
 from tests.support.motion import DEFAULT, FULL, residual_of
 
@@ -48,7 +49,8 @@ def test_the_code_needs_nothing_that_the_platform_lacks(triple, cpu, system):
     run = {"method": "taylor", "tolerance": FULL, "outputs": frozenset(DEFAULT)}
     for ensemble in (False, True):
         program, _ = write_run(residual_of(system), Compilation(**run, ensemble=ensemble))
-        module = llvm.parse_assembly(fused(program.text) if cpu != "x86-64" else program.text)
+        text = fused(program.text) if cpu != "x86-64" else program.text
+        module = llvm.parse_assembly(complete(text))
         module.triple = triple
         code = machine.emit_object(module)
         if "windows" in triple:

@@ -3,7 +3,7 @@
 import itertools
 import math
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import llvmlite.binding as llvm
 import mpmath
@@ -13,9 +13,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from lagrange_cli.expression.vocabulary import FUNCTIONS as LANGUAGE
-from lagrange_cli.native.functions.elementary import FUNCTIONS, definitions, emit_function, power
+from lagrange_cli.native.functions.elementary import FUNCTIONS, definitions
 from lagrange_cli.native.functions.formulas import LARGEST_ANGLE
-from lagrange_cli.native.llvm.text import literal
+from lagrange_cli.native.llvm.declarations import complete
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Real
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from tests.support.calls import compiled, function, loaded, looped, text
 
 LANES = 8
@@ -185,7 +188,7 @@ def test_the_simplest_processor_computes_the_same_bits(name: str) -> None:
     """One without wide vectors and, on many platforms, without fma."""
     here = llvm.Target.from_triple(llvm.get_process_triple())
     plainest = here.create_target_machine(cpu="", features="", opt=1, jit=True)
-    program = llvm.parse_assembly(text(name, LANES))
+    program = llvm.parse_assembly(complete(text(name, LANES)))
     simple = loaded(plainest.emit_object(program), FUNCTIONS[name].results)
     x, y = RANDOM.uniform(0, 500, COUNT), RANDOM.uniform(-1, 1, COUNT)
     arguments = [x, y if name == "pow" else 1e-14 * y][: FUNCTIONS[name].arguments]
@@ -197,19 +200,18 @@ def test_every_function_of_the_language_in_lanes(name: str, count: int) -> None:
     """The C library's tanh is off by 2 units itself."""
     x, y = RANDOM.uniform(0.05, 0.95, (2, COUNT))
     arguments = [x, y][:count]
-    program = looped(lambda e, values: [emit_function(e, name, values, LANES)], len(arguments), LANES)
+    kind = LaneEmitter()
+
+    def write(f: Function, values: Sequence[Real]) -> list[Real]:
+        kind.lines = f.sink
+        return [Real(f, kind.function(name, *(x.name for x in values)))]
+
+    program = looped(write, len(arguments), LANES)
     found = compiled(program + definitions(program), 1)(*arguments)[0]
     with mpmath.workprec(200):
         exact = getattr(mpmath, {"pow": "power"}.get(name, name))
         known = [exact(*map(mpmath.mpf, point)) for point in zip(*arguments)]
         assert max(abs(a - b) / math.ulp(float(b) or 1.0) for a, b in zip(found, known)) < 3
-
-
-def test_constants_stand_for_all_lanes() -> None:
-    x = RANDOM.uniform(0.1, 9, COUNT)
-    program = looped(lambda e, values: [power(e, values[0], literal(1.7), LANES)], 1, LANES)
-    found = compiled(program + definitions(program), 1)(x)
-    assert np.array_equal(found, POW(x, np.full(COUNT, 1.7)))
 
 
 def test_only_what_is_called_is_defined() -> None:
@@ -218,7 +220,9 @@ def test_only_what_is_called_is_defined() -> None:
     assert one.count("define ") == 1 and eight.count("define ") == 2
 
 
-def test_declarations_are_not_repeated() -> None:
-    line = "declare double @llvm.fma.f64(double, double, double)\n"
-    calling = text("sin_cos", 1).partition("}\n")[0]
-    assert line in definitions(calling) and line not in definitions(line + calling)
+def test_what_is_called_is_declared_once() -> None:
+    declared = [line for line in complete(text("atan2", LANES)).split("\n") if line.startswith("declare")]
+    assert declared == ["declare double @atan2(double, double) memory(none)"]
+    declared = [line for line in complete(text("sin_cos", LANES)).split("\n") if line.startswith("declare")]
+    fma = "<8 x double> @llvm.fma.v8f64(<8 x double>, <8 x double>, <8 x double>)"
+    assert f"declare {fma}" in declared and len(declared) == len(set(declared)) == 7

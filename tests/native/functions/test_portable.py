@@ -19,7 +19,8 @@ from lagrange_cli.integrate.program import write_run
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
 from lagrange_cli.native.functions.portable import portable
-from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS, INTRINSICS
+from lagrange_cli.native.llvm.declarations import INTRINSICS, complete
+from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.spec.read import read_spec
 from tests.support.calls import compiled, loaded, looped
 from tests.support.draws import examples
@@ -35,8 +36,8 @@ BOUND = {"sin": 0.8, "cos": 0.8, "exp": 0.7, "pow": 0.7, "log": 1.0}
 def text(name: str) -> str:
     """A portable program that computes the function of arrays."""
     called = f"llvm.{name}.f64" if name in INTRINSICS else name
-    run = looped(lambda e, values: [e.call(called, *values)], ARITY[name], 1)
-    return portable("\n".join([DECLARATIONS, GLOBALS, run, ATTRIBUTES]))
+    run = looped(lambda f, values: [f.call(Real, called, *values)], ARITY[name], 1)
+    return portable(run)
 
 
 COMPILED = {name: compiled(text(name), 1) for name in ARITY}
@@ -143,7 +144,7 @@ def emitted(program: str, triple: str, cpu: str, features: str, optimize: int = 
     machine = llvm.Target.from_triple(triple).create_target_machine(
         cpu=cpu, features=features, opt=optimize, jit=True
     )
-    code: bytes = machine.emit_object(llvm.parse_assembly(program))
+    code: bytes = machine.emit_object(llvm.parse_assembly(complete(program)))
     return code
 
 
@@ -182,8 +183,7 @@ def test_no_function_of_the_c_library_is_called(
 
 def test_what_is_called_is_found() -> None:
     """The test above would see the C library's sine."""
-    plain = looped(lambda e, values: [e.call("llvm.sin.f64", *values)], 1, 1)
-    program = "\n".join([DECLARATIONS, GLOBALS, plain, ATTRIBUTES])
+    program = looped(lambda f, values: [f.function("sin", *values)], 1, 1)
     assert undefined(emitted(program, "aarch64-unknown-linux-gnu", "", "")) == {"sin"}
 
 

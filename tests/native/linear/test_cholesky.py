@@ -11,7 +11,6 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import UNROLLED, Factorization
 from lagrange_cli.native.linear.cholesky import LargeDefinite
-from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
 from lagrange_cli.native.llvm.text import literal
 from lagrange_cli.native.numbers.double import Emitter
 
@@ -34,13 +33,8 @@ def solver(size, level):
     body = "\n".join(emitter.lines)
     head = "define i1 @solve(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
     # the second solution is of the first one's right-hand side, as it is only overwritten at the end
-    text = [
-        DECLARATIONS,
-        GLOBALS,
-        *blocks.functions,
-        f"{head} {{\n{body}\n  ret i1 {regular}\n}}",
-    ]
-    loaded = load(compile_text("\n".join([*text, ATTRIBUTES]), level))
+    text = [*blocks.functions, f"{head} {{\n{body}\n  ret i1 {regular}\n}}"]
+    loaded = load(compile_text("\n".join(text), level))
     pointer = ctypes.c_void_p
     function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("solve"))
     return block, function, aligned(max(1, blocks.place)), loaded

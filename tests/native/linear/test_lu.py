@@ -12,7 +12,6 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import FULL, QUICK, load
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.linear.lu import LargeGeneral
-from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDouble, operations
 
@@ -39,8 +38,8 @@ def solver(make, size, level, unrolled=0, form="general"):
         kind.store(value, "%right", parts * j, 1)
     body = "\n".join(kind.body.lines)
     head = "define i1 @run(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
-    text = [DECLARATIONS, GLOBALS, *(operations() if parts == 2 else ()), *blocks.functions]
-    text += [f"{head} {{\n{body}\n  ret i1 {regular}\n}}", ATTRIBUTES]
+    text = [*(operations() if parts == 2 else ()), *blocks.functions]
+    text.append(f"{head} {{\n{body}\n  ret i1 {regular}\n}}")
     loaded, pointer = load(compile_text("\n".join(text), level)), ctypes.c_void_p
     function = ctypes.CFUNCTYPE(ctypes.c_bool, pointer, pointer, pointer)(loaded.address("run"))
     work = aligned(max(1, blocks.place))

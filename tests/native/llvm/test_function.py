@@ -22,8 +22,7 @@ VARIABLES = 3
 
 def compiled(function: Function, result: type = ctypes.c_uint64, *kinds: type) -> Callable[..., object]:
     """The function ``@run``."""
-    declared = "".join(function.declared.values())
-    code = load(compile_text(declared + function.text(), 0))
+    code = load(compile_text(function.text(), 0))
     made = ctypes.CFUNCTYPE(result, *kinds)(code.address("run"))
     return lambda *arguments: (code, made(*arguments))[1]
 

@@ -17,12 +17,11 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import load
+from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.llvm.declarations import ATTRIBUTES, DECLARATIONS, GLOBALS
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.program import with_lane_functions
 from lagrange_cli.native.recurrences.disk import Disk, Disks
 from lagrange_cli.native.recurrences.evaluation import emit_values
 
@@ -66,8 +65,8 @@ def compiled():
         f.store_row(disks.radius(made), "%out", place + 1)
         f.store_row(disks.least(made), "%out", place + 1 + LANES)
     f.give()
-    text = with_lane_functions("\n".join([DECLARATIONS, GLOBALS, f.text(), ATTRIBUTES]))
-    code = load(compile_text(text, 1))
+    text = f.text()
+    code = load(compile_text(text + definitions(text), 1))
     pointer = ctypes.c_void_p
     run = ctypes.CFUNCTYPE(None, pointer, pointer, pointer)(code.address("run"))
 

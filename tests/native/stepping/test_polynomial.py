@@ -22,7 +22,7 @@ def summed(c: np.ndarray, h: float) -> tuple[float, float]:
     for place, part in enumerate(careful_sum(f, terms, Real(f, "%h"))):
         f.store(part, "%sums", place)
     f.give()
-    code = load(compile_text("".join(f.declared.values()) + f.text(), 1))
+    code = load(compile_text(f.text(), 1))
     sums = np.empty(2)
     run = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p, ctypes.c_double)(code.address("run"))
     run(c.ctypes.data, sums.ctypes.data, h)

@@ -21,13 +21,8 @@ First = Callable[[Polynomial, float, float, bool], float]
 def first_root() -> First:
     """``@first_root`` for a polynomial, compiled."""
     roots = Roots(ORDER, 1)
-    arguments = {"fmuladd": "double, double, double", "fma": "double, double, double", "fabs": "double"}
-    heads = [
-        f"declare double @llvm.{name}.f64({given})\n"
-        for name, given in (arguments | {"floor": "double"}).items()
-    ]
     text = roots.text().replace("define internal double @first_root", "define double @first_root")
-    code = load(compile_text("".join([*heads, text, "attributes #0 = { nounwind }\n"]), 1))
+    code = load(compile_text(text, 1))
     pointer, real = ctypes.c_void_p, ctypes.c_double
     kinds = (pointer, real, real, real, ctypes.c_bool, pointer)
     call = ctypes.CFUNCTYPE(real, *kinds)(code.address("first_root"))
