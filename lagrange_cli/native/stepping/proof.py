@@ -19,8 +19,8 @@ from collections.abc import Mapping
 from math import log
 from typing import TypeAlias
 
-from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.expression.signs import Sign, signs
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.mechanics.cancellation import rooted, squared_tanh
 from lagrange_cli.mechanics.defect import Defect
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
@@ -39,8 +39,6 @@ RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
 SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step that is not proven is tried again so many times as long, or as the step before; down to this part of
 what the series suggests, below which there is none."""
-LEFT_OVER = 2.0**-48
-"""Coefficients that would cancel but for their rounding are at most so large a part of what they were."""
 WIDER = 1 + 2.0**-40
 """More than what rounding makes radii too small by."""
 
@@ -229,44 +227,3 @@ def proven(
 def centres(disks: Mapping[Node, Disk | None]) -> dict[Node, Value]:
     """The values where the step begins."""
     return {node: None if disk is None else disk.centre for node, disk in disks.items()}
-
-
-@dataclass(frozen=True)
-class Rooted:
-    """A fraction that does not cancel."""
-
-    above: Node
-    below: Node
-
-
-def rooted(node: Node) -> Rooted | None:
-    """k sqrt(P) - B as a fraction, if k B is never negative and k^2 P - B^2 does not move."""
-    if node.kind is not Kind.SUM:
-        return None
-    for term, scale in zip(node.arguments, node.data[1]):
-        if term.kind is Kind.PRODUCT and term.data == (0.5,):
-            rest = node - term * scale
-            if signs(rest if scale < 0 else -rest, {}) is Sign.ANY:
-                return None
-            above = term.arguments[0] * (scale * scale) - rest * rest
-            return Rooted(above, term * scale - rest) if still(above, term.arguments[0]) else None
-    return None
-
-
-def still(node: Node, beside: Node) -> bool:
-    """Whether a node is a number, but for what rounding of coefficients has left of those ``beside`` it."""
-    if node.kind is not Kind.SUM or beside.kind is not Kind.SUM:
-        return node.kind is Kind.NUMBER
-    largest = max(map(abs, beside.data[1]))
-    return all(abs(one) <= largest * LEFT_OVER for one in node.data[1])
-
-
-def squared_tanh(node: Node) -> Node | None:
-    """u, if it is c (1 - tanh(u)^2)."""
-    if node.kind is not Kind.SUM or len(node.arguments) != 1 or node.data[1] != (-node.data[0],):
-        return None
-    square = node.arguments[0]
-    if square.kind is not Kind.PRODUCT or square.data != (2,):
-        return None
-    inner = square.arguments[0]
-    return inner.arguments[0] if inner.kind is Kind.FUNCTION and inner.data == "tanh" else None
