@@ -28,7 +28,8 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.recurrences.disk import Disk, Disks
+from lagrange_cli.native.recurrences.disk import Disks
+from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.stepping.advance import Now
 from lagrange_cli.native.stepping.lengths import Lengths

@@ -22,7 +22,8 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.numbers.double import Emitter
-from lagrange_cli.native.recurrences.disk import Disk, Disks
+from lagrange_cli.native.recurrences.disk import Disks
+from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import emit_values
 
 MP = mpmath.mp.clone()
