@@ -11,7 +11,12 @@ proven to be the same after as before, in whatever state; else the quantity is c
 
 from __future__ import annotations
 
-from lagrange_cli.expression.node import Node
+from collections.abc import Iterable, Mapping
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.expression.zero import branches_on, independent, is_zero, zeros
 from lagrange_cli.mechanics.energetics import Energetics
@@ -57,20 +62,35 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     if any(event.changes for event in model.events):
         momenta = {f"p_{name}": p for name, p in zip(model.coordinates, energetics.momenta)}
         known = {**momenta, "h": energetics.energy_function}
-        conserved = [broken(each, known[each.quantity], model) for each in conserved]
+        changes = changes_of(model)
+        conserved = [broken(graph, each, known[each.quantity], changes) for each in conserved]
     return tuple(cyclic), tuple(conserved)
 
 
-def broken(each: Conserved, quantity: Node, model: Model[Node]) -> Conserved:
-    """A constant of the motion with the events that may change it; ``quantity`` is what it is."""
-    jumps = {
-        event.name: substituted(graph_of(model), [quantity], changes_of(model, event))[0] - quantity
-        for event in model.events
-    }
+def broken(
+    graph: Graph, each: Conserved, quantity: Node, changes: Mapping[str, Mapping[Node, Node]]
+) -> Conserved:
+    """A constant of the motion with the events that may change it; ``quantity`` is what it is, ``changes``
+    are new values by event, then by symbol."""
+    jumps = {}
+    terms = [(quantity, 1.0)]
+    if quantity.kind is Kind.SUM:
+        terms = [*zip(quantity.arguments, quantity.data[1])]
+    for event, values in changes.items():
+        changed = union(values)
+        here = [(term, coefficient) for term, coefficient in terms if term.symbols & changed]
+        if here:
+            after = substituted(graph, [term for term, _ in here], values)
+            jumps[event] = graph.sum([(new - old, c) for new, (old, c) in zip(after, here)])
     kept = zeros([*jumps.values()])
     breaks = tuple(name for name, jump in jumps.items() if jump not in kept)
     because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
     return replace(each, because=because, breaks=breaks)
+
+
+def union(symbols: Iterable[Node]) -> int:
+    """The bits of several symbols."""
+    return reduce(or_, (symbol.symbols for symbol in symbols), 0)
 
 
 def _energy(model: Model[Node], energetics: Energetics) -> Conserved:

@@ -29,8 +29,11 @@ def engine(residual: Residual) -> tuple[str, ...]:
     model = residual.model
     matrix = "the mass matrix after Routh's reduction" if residual.cyclic_momenta else "the mass matrix"
     said = [f"formulation: {formulation(residual)}"]
+    once = "once per run"
+    if any(event.changes for event in model.events):
+        once += " and after each event that sets something"
     if residual.constant_mass_matrix:
-        said.append(f"{matrix} contains parameters only: it is factored once per run, not once per step")
+        said.append(f"{matrix} contains parameters only: it is factored {once}, not once per step")
     size, blocks = len(model.q), residual.blocks
     if size > 1 and len(blocks) == size:
         said.append(f"{matrix} is diagonal: it is inverted by one division per coordinate")
@@ -42,7 +45,7 @@ def engine(residual: Residual) -> tuple[str, ...]:
     count = len(_parameter_nodes(residual))
     if count:
         noun = "subexpression" if count == 1 else "subexpressions"
-        said.append(f"{count} {noun} of parameters alone: computed once per run, not once per step")
+        said.append(f"{count} {noun} of parameters alone: computed {once}, not once per step")
     said.append("sympy and scipy are not imported: the derivation and the Taylor method do not need them")
     return tuple(said)
 

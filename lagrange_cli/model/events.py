@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.algebra import E
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.model.model import Event, Model
+from lagrange_cli.model.model import Model
 
 MOST_NAMES = 3
 """Events that are named in one sentence."""
@@ -25,11 +25,13 @@ def action_of(stops: bool, changes: Mapping[str, object]) -> str:
     return "stop" if stops else "set" if changes else "record"
 
 
-def changes_of(model: Model[E], event: Event[E]) -> dict[E, E]:
-    """What an event sets: the new values by the symbols that they replace."""
+def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
+    """What each event sets: the new values by the symbols that they replace."""
     symbols = dict(zip(model.coordinates, model.q)) | dict(model.parameters)
     symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
-    return {symbols[name]: value for name, value in event.changes.items()}
+    return {
+        event.name: {symbols[name]: value for name, value in event.changes.items()} for event in model.events
+    }
 
 
 def between_events(breaks: Sequence[str]) -> str:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import sympy
@@ -43,15 +43,16 @@ def balance(
             because = f"`{name}` is cyclic, but a generalized force acts on it"
             changing.append(Changing(f"p_{name}", force, because))
     balance_energy(model, order, energies, forces, accelerations, conserved, changing)
-    return tuple(broken(each, model, order) for each in conserved), tuple(changing)
+    changes = changes_of(model)
+    return tuple(broken(each, changes, order) for each in conserved), tuple(changing)
 
 
-def broken(each: Conserved, model: Model[sympy.Expr], order: Order) -> Conserved:
-    """A conserved quantity with the events that may change it."""
+def broken(each: Conserved, changes: Mapping[str, dict[sympy.Expr, sympy.Expr]], order: Order) -> Conserved:
+    """A conserved quantity with the events that may change it; ``changes`` are what each of them sets."""
     breaks = tuple(
-        event.name
-        for event in model.events
-        if tidy(each.expression.xreplace(changes_of(model, event)) - each.expression, order) != 0
+        name
+        for name, values in changes.items()
+        if tidy(each.expression.xreplace(values) - each.expression, order) != 0
     )
     because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
     return replace(each, because=because, breaks=breaks)

@@ -99,3 +99,12 @@ def test_of_random_systems(system: str) -> None:
 def test_polar_kepler_has_no_constant_mass_matrix() -> None:
     (fact,) = [fact for fact in engine(residual_of(CASES[0])) if "parameters only" in fact]
     assert fact.startswith("the mass matrix after Routh's reduction")
+
+
+@pytest.mark.parametrize(
+    ("action", "often"), [("stop", "once per run,"), ("{set: {m: 2*m}}", "each event that")]
+)
+def test_an_event_may_change_what_is_computed_from_parameters(action: str, often: str) -> None:
+    said = engine(residual_of(f"{CASES[0]}events: {{e: {{when: r - 2, action: {action}}}}}\n"))
+    assert all(often in fact for fact in said if "not once per step" in fact)
+    assert any("not once per step" in fact for fact in said)
