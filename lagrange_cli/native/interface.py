@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from enum import IntEnum
+from functools import cached_property
 from typing import Any
 
 from lagrange_cli.native.state import LANES as LANES
@@ -84,17 +85,17 @@ class Interface:
     changed: tuple[tuple[int, int], ...]
     series_at: tuple[int, int, int]
 
-    @property
+    @cached_property
     def state(self) -> StateLayout:
         """Where a state has its parts, for those who do not step."""
         return StateLayout(self.degrees, len(self.integrals) - self.stored, self.stored)
 
-    @property
+    @cached_property
     def auxiliary(self) -> int:
         """How many auxiliary coordinates there are, behind the others."""
         return sum(one >= 0 for one in (*self.guards, *(event[2] for event in self.events)))
 
-    @property
+    @cached_property
     def inner(self) -> StateLayout:
         """Where steps have the state's parts: with auxiliary coordinates and, where there are guards, with
         settings."""
@@ -107,7 +108,7 @@ class Interface:
         """Whether steps end at something."""
         return bool(self.guards or self.events)
 
-    @property
+    @cached_property
     def rows_of_guards(self) -> GuardRows:
         """Where that state has what guards need: those of switches, events and contacts."""
         degrees = self.degrees + self.auxiliary

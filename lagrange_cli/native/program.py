@@ -211,7 +211,7 @@ def write_program(
 
         text += definitions(text)
     return Program(
-        **{**vars(interface), "constants": size, "work": made.work, "series_at": made.series_at},
+        **{**interface.as_data(), "constants": size, "work": made.work, "series_at": made.series_at},
         text=text,
         series=series,
         hiding=hides,

@@ -8,6 +8,7 @@ numbers of a double-double motion have a third part each, behind the clock.
 from __future__ import annotations
 
 from enum import IntEnum
+from functools import cached_property
 
 from lagrange_cli.records import dataclass
 
@@ -62,17 +63,17 @@ class StateLayout:
     multipliers: int = 0
     set: int = 0
 
-    @property
+    @cached_property
     def q(self) -> slice[int, int, None]:
         """The coordinates."""
         return slice(0, self.degrees)
 
-    @property
+    @cached_property
     def v(self) -> slice[int, int, None]:
         """The velocities."""
         return slice(self.degrees, 2 * self.degrees)
 
-    @property
+    @cached_property
     def motion(self) -> slice[int, int, None]:
         """Coordinates and velocities."""
         return slice(0, 2 * self.degrees)
@@ -82,12 +83,12 @@ class StateLayout:
         """Those of constraints."""
         return slice(self.motion.stop, self.motion.stop + self.multipliers)
 
-    @property
+    @cached_property
     def integrals(self) -> slice[int, int, None]:
         """Quadratures, and cyclic momenta."""
         return slice(self.lagrange_multipliers.stop, self.rows)
 
-    @property
+    @cached_property
     def cyclic_momenta(self) -> slice[int, int, None]:
         """Those that stand for the velocities of cyclic coordinates."""
         return slice(self.rows - self.cyclic, self.rows)
@@ -97,12 +98,12 @@ class StateLayout:
         """What has a rate of its own: all but q."""
         return slice(self.degrees, self.rows)
 
-    @property
+    @cached_property
     def rows(self) -> int:
         """How many there are."""
         return self.motion.stop + self.multipliers + self.quadratures + self.cyclic
 
-    @property
+    @cached_property
     def width(self) -> int:
         """Doubles from the rows to their low parts, and from there to the clock."""
         return width_of(self.rows)
@@ -111,7 +112,7 @@ class StateLayout:
         """The rows' parts in memory: the high ones are part 0, the low ones part 1."""
         return slice(number * self.width, number * self.width + self.rows)
 
-    @property
+    @cached_property
     def clock(self) -> slice[int, int, None]:
         """The clock in memory."""
         return slice(2 * self.width, 2 * self.width + CLOCK)
@@ -120,7 +121,7 @@ class StateLayout:
         """The place in memory of one of the clock's numbers."""
         return self.clock.start + number
 
-    @property
+    @cached_property
     def time(self) -> int:
         """The place of t."""
         return self.at(Clock.TIME)
@@ -130,17 +131,17 @@ class StateLayout:
         """The clock but for the time."""
         return slice(self.at(Clock.STEP), self.clock.stop)
 
-    @property
+    @cached_property
     def third(self) -> int:
         """Where third parts begin."""
         return self.clock.stop
 
-    @property
+    @cached_property
     def settings(self) -> slice[int, int, None]:
         """What is changed between steps only."""
         return slice(self.third + self.width, self.third + self.width + self.set)
 
-    @property
+    @cached_property
     def memory(self) -> int:
         """Doubles of the state with all its parts."""
         return self.third + self.width + LANES * -(-self.set // LANES)

@@ -218,7 +218,7 @@ def test_a_kicked_rotor_is_the_standard_map(source):
         assert motion["q/theta"][2 * n + 1] == pytest.approx(q + p / 2, rel=1e-11)
         assert motion["diagnostics/p/theta"][2 * n + 1] == pytest.approx(p, rel=1e-11)
     assert np.abs(motion["diagnostics/ledger/h"]).max() < 1e-13
-    assert motion.outcome.p_drift["theta"] < 1e-13
+    assert motion.outcome.p_drift == {}  # it is conserved between kicks only
 
 
 def test_an_event_changes_a_parameter(source):

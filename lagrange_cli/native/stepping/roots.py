@@ -24,6 +24,8 @@ CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
 looked at, so much less, so often."""
 ITERATIONS, CLOSE = 200, 2.0**-52
 """Improvements of a root at most; it is found when one changes it by no more than this part of it."""
+NEARLY = 2.0**-10
+"""A root is corrected by no more than this part of it."""
 NONE, BACK = float("inf"), -1.0
 """What is given in place of a root: there is none; the motion would go back to where it came from."""
 
@@ -162,11 +164,12 @@ class Roots:
             f.give(none)
         self._each(f, lambda m: f.store(f.constant(0.0), p, m))
         self._each(f, lambda m: f.store(f.load(d, m), p, m - first.get()), first.get())
-        self._search(f, p, b, h)
+        self._search(f, p, b, d, h)
         return f
 
-    def _search(self, f: Function, p: Pointer, b: Pointer, h: Real) -> None:
-        """Give the first root of ``p`` in [0, 1], times ``h``."""
+    def _search(self, f: Function, p: Pointer, b: Pointer, whole: Pointer, h: Real) -> None:
+        """Give the first root of ``p`` in [0, 1], times ``h``; corrected by what ``whole``, a power of s times
+        ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
         one = f.constant(1.0)
         a, w = f.variable(f.constant(0.0)), f.variable(one)
         with f.forever() as pieces:
@@ -180,7 +183,10 @@ class Roots:
                 pieces.go_on()
             ends_below = f.call(Real, "value_at", p, end) < 0.0
             with f.when((changes.equals(1) & ends_below) | ((w.get() <= FINEST) & ends_below)):
-                f.give(self._refined(f, p, a.get(), end) * h)
+                root = self._refined(f, p, a.get(), end)
+                value, slope = self._both(f, whole, root)
+                near = f.magnitude(value) <= f.magnitude(slope) * root * NEARLY
+                f.give(f.larger(f.select(near, root - value / slope, root), f.constant(0.0)) * h)
             with f.when(w.get() <= FINEST):  # it touches 0, as far as doubles can tell
                 with f.when(end >= 1.0):
                     f.give(f.constant(NONE))
