@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.samples import Samples
@@ -15,15 +17,16 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Crossing:
-    """That an event happened: its number, t with its low part, and the ``state`` before any action (rows of
-    all parts). If it is ``grazing``, rounding may have decided that it happened."""
+class Crossings:
+    """That events happened, one after the other: their numbers (k,), t with its low part (k,), and the
+    ``states`` before any action (k, rows of all parts). Where one is ``grazing``, rounding may have decided
+    that it happened."""
 
-    event: int
-    t: float
-    low: float
-    state: Array
-    grazing: bool = False
+    events: NDArray[np.int64]
+    t: Array
+    low: Array
+    states: Array
+    grazing: NDArray[np.bool_]
 
 
 @dataclass(frozen=True)
@@ -45,7 +48,7 @@ class EventSink:
     names: tuple[str, ...] = ()
     """Of the events, by number."""
 
-    def crossed(self, crossings: Sequence[Crossing]) -> None:
+    def crossed(self, crossings: Crossings) -> None:
         """Events have happened."""
 
     def changed(self, change: Change) -> None:
@@ -77,16 +80,18 @@ class EventLog(EventSink):
         self._groups = prepared.recording.events
         self.names = tuple(name for group in self._groups for name in group.members)
         self.happened = {name: Happened() for name in self.names}
-        self._crossings: list[Crossing] = []
+        self._crossings: list[Crossings] = []
 
-    def crossed(self, crossings: Sequence[Crossing]) -> None:
-        self._crossings += crossings
-        for one in crossings:
-            happened = self.happened[self.names[one.event]]
-            happened.count += 1
-            happened.last = one.t
-            if one.grazing:
-                happened.grazing.append(one.t)
+    def crossed(self, crossings: Crossings) -> None:
+        import numpy as np
+
+        self._crossings.append(crossings)
+        for event in np.unique(crossings.events):
+            own = crossings.events == event
+            happened = self.happened[self.names[event]]
+            happened.count += int(own.sum())
+            happened.last = float(crossings.t[own][-1])
+            happened.grazing += crossings.t[own & crossings.grazing].tolist()
 
     def changed(self, change: Change) -> None:
         self._samples.change(change)
@@ -108,25 +113,29 @@ class EventLog(EventSink):
         from lagrange_cli.integrate.samples import LOW
 
         found: dict[str, Any] = {}
-        recording, program = self._prepared.recording, self._prepared.machine.program
         gathered, self._crossings = self._crossings, []
+        if not gathered:
+            return found
+        recording, program = self._prepared.recording, self._prepared.machine.program
+        events, t, low, states = (
+            np.concatenate([getattr(one, name) for one in gathered])
+            for name in ("events", "t", "low", "states")
+        )
         first = 0
         for group in self._groups:
-            numbers = range(first, first + len(group.members))
-            first = numbers.stop
-            own = [one for one in gathered if one.event in numbers]
-            if not own:
+            own = (events >= first) & (events < first + len(group.members))
+            numbers, first = events[own] - first, first + len(group.members)
+            if not len(numbers):
                 continue
-            found[f"{group.path}/t"] = np.array([one.t for one in own])
-            places = np.unravel_index([one.event - numbers.start for one in own], group.shape or (1,))
-            for axis, place in zip(group.axes, places):
+            found[f"{group.path}/t"] = t[own]
+            for axis, place in zip(group.axes, np.unravel_index(numbers, group.shape or (1,))):
                 found[f"{group.path}/{axis}"] = np.asarray(place, np.int64)
-            states = np.array([one.state for one in own]).T
-            for part, prefix in zip(states.reshape(program.parts, program.rows, -1), ("", LOW)):
+            parts = states[own].T.reshape(program.parts, program.rows, -1)
+            for part, prefix in zip(parts, ("", LOW)):
                 for path, row in recording.state_series(part).items():
                     found[f"{prefix}{group.path}/{path}"] = row
             if program.parts > 1:
-                found[f"{LOW}{group.path}/t"] = np.array([one.low for one in own])
+                found[f"{LOW}{group.path}/t"] = low[own]
         return found
 
 

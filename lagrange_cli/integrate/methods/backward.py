@@ -3,13 +3,12 @@ outside in t."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from typing import TypeVar
 
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.events import NO_EVENTS, Crossing, EventSink
+from lagrange_cli.integrate.events import NO_EVENTS, Crossings, EventSink
 from lagrange_cli.integrate.method import (
     NO_CHECKPOINTS,
     Accept,
@@ -78,19 +77,10 @@ class BackwardEvents(EventSink):
     def __init__(self, program: Interface, sink: EventSink) -> None:
         self._program, self._sink, self.names = program, sink, sink.names
 
-    def crossed(self, crossings: Sequence[Crossing]) -> None:
-        self._sink.crossed(
-            [
-                Crossing(
-                    one.event,
-                    reversed_time(one.t),
-                    reversed_time(one.low),
-                    reversed_state(self._program, one.state),
-                    one.grazing,
-                )
-                for one in crossings
-            ]
-        )
+    def crossed(self, crossings: Crossings) -> None:
+        times = {name: reversed_time(getattr(crossings, name)) for name in ("t", "low")}
+        states = reversed_state(self._program, crossings.states.T).T
+        self._sink.crossed(replace(crossings, **times, states=states))
 
     def grazed(self, event: int, t: float) -> None:
         self._sink.grazed(event, reversed_time(t))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.events import Change, Crossing, parameters_in
+from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.methods.settling import BEGINNING, ROUNDING
 from lagrange_cli.limits import limit
 from lagrange_cli.native.interface import NOTES, RECORDED
@@ -95,10 +95,8 @@ class Happenings:
             return None
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
-        places = [self._layout.at(one) for one in NOTES]
-        numbers, rates, bends = records[:, places].T
-        found = zip((numbers - self._switches).astype(int), records, rates, bends)
-        return self._crossed([self._crossing(int(e), *rest) for e, *rest in found])
+        numbers, rates, bends = records[:, [self._layout.at(one) for one in NOTES]].T
+        return self._crossed(records, (numbers - self._switches).astype(np.int64), rates, bends)
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Do what is to be done at the guard that is due, before the sample of that number."""
@@ -114,8 +112,8 @@ class Happenings:
         if self._side(event) * guard.direction > 0.0:
             self._pass(due)
             return None
-        _, rate, bend, *_ = self._coefficients(event)
-        ended = self._crossed([self._crossing(event, self._memory, rate, bend)])
+        _, *rates = self._coefficients(event)[:3, None]
+        ended = self._crossed(self._memory[None, :], np.array([event]), *rates)
         self._released.discard(event)
         if ended is not None or guard.role is Role.RECORD:
             self._pass(due)
@@ -141,14 +139,6 @@ class Happenings:
     def _coefficients(self, event: int) -> Array:
         return self._settling.coefficients_of(self._rows.guards[event + self._switches].row)
 
-    def _crossing(self, event: int, memory: Array, rate: float, bend: float) -> Crossing:
-        """That the event's argument, whose first coefficients are 0, ``rate`` and ``bend``, has become 0."""
-        t, low = (float(memory[self._layout.at(part)]) for part in (Clock.TIME, Clock.TIME_LOW))
-        state = self._state(memory)
-        beyond = rate * rate / (4.0 * abs(bend)) if bend != 0.0 else abs(rate)
-        grazing = beyond <= GRAZING and beyond <= GRAZING * self._act_on(state)[1][event, 0]
-        return Crossing(event, t, low, state, grazing)
-
     def _state(self, memory: Array) -> Array:
         """The rows outside, of all parts."""
         starts = range(0, self._program.parts * self._layout.width, self._layout.width)
@@ -163,12 +153,24 @@ class Happenings:
         self._settling.modes[due] *= -1.0
         self._settling.mark([due])
 
-    def _crossed(self, crossings: list[Crossing]) -> Finished | None:
-        if crossings:
-            self._sink.crossed(crossings)
-            self._count += len(crossings)
-            if self._count > self._most:
-                return self._finished(Ending.TOO_MANY_EVENTS, crossings[-1].event)
+    def _crossed(
+        self, memories: Array, events: NDArray[np.int64], rates: Array, bends: Array
+    ) -> Finished | None:
+        """Hand over that events happened, with the state's memory then. The first coefficients of their
+        arguments' series were 0, ``rates`` and ``bends``."""
+        layout, program = self._layout, self._program
+        t, low = (memories[:, layout.at(part)].copy() for part in (Clock.TIME, Clock.TIME_LOW))
+        starts = range(0, program.parts * layout.width, layout.width)
+        states = memories[:, np.concatenate([start + self._outer for start in starts])]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            beyond = rates**2 / (4.0 * np.abs(bends))
+        grazing = beyond <= GRAZING * np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
+        for k in np.flatnonzero(grazing):
+            grazing[k] = beyond[k] <= GRAZING * self._act_on(states[k])[1][events[k], 0]
+        self._sink.crossed(Crossings(events, t, low, states, grazing))
+        self._count += len(events)
+        if self._count > self._most:
+            return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))
         return None
 
     def _act(self, event: int, sample: int) -> Finished | None:

@@ -168,8 +168,8 @@ class Roots:
         return f
 
     def _search(self, f: Function, p: Pointer, b: Pointer, whole: Pointer, h: Real) -> None:
-        """Give the first root of ``p`` in [0, 1], times ``h``; corrected by what ``whole``, a power of s times
-        ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
+        """Give the first root of ``p`` in [0, 1], times ``h``; corrected by what ``whole``, a power of s
+        times ``p`` but for rounding, is there: from crossing to crossing such errors would add up."""
         one = f.constant(1.0)
         a, w = f.variable(f.constant(0.0)), f.variable(one)
         with f.forever() as pieces:
