@@ -26,7 +26,7 @@ DEFAULTS = {
     "nodes": 500_000,  # of the equations: 20 s and 0.8 GB to derive
     "work": 20_000_000,  # steps of a derivation: some 20 s
     "convolutions": 20_000,  # an order of a Taylor series: 70 bodies that all attract each other
-    "instructions": 1_500_000,  # of a compiled function: a minute and 2.7 GB to compile
+    "instructions": 800_000,  # of compiled code: 20 s and 1.3 GB
     "printed": 100_000,  # terms and factors of an expression that 'equations' prints
     "exponent": 64,  # (1 + x)**64 written out still fits a page
     "samples": 10**10,

@@ -30,10 +30,30 @@ def refuse_jumps(model: Model[Node]) -> None:
     by_place = [*model.q, *model.v]
     energy = ("potential", model.potential) if model.lagrangian is None else ("lagrangian", model.lagrangian)
     for key, node, symbols in ((*energy, by_place), ("dissipation", model.dissipation, model.v)):
-        for u in arguments(node):
+        for u, part in parts(graph, node).items():
             changes = any(u.symbols & symbol.symbols for symbol in symbols)
-            if changes and is_certain(graph, *sides(graph, node, u), u, variables(model)):
+            if changes and is_certain(graph, *sides(graph, part, u), u, variables(model)):
                 raise InfiniteForce(key)
+
+
+def parts(graph: Graph, node: Node) -> dict[Node, Node]:
+    """What decides in the switches below a node, each with the terms of the node that change with it."""
+    found: dict[Node, list[tuple[Node, float]]] = {}
+    for term, coefficient in addends(graph, node):
+        for u in arguments(term):
+            found.setdefault(u, []).append((term, coefficient))
+    return {u: graph.sum(terms) for u, terms in found.items()}
+
+
+def addends(graph: Graph, node: Node) -> list[tuple[Node, float]]:
+    """The terms of a sum, or of a sum times something else, with their coefficients."""
+    if node.kind is Kind.PRODUCT:
+        factors = [*zip(node.arguments, node.data)]
+        sums = [one for one in factors if one[0].kind is Kind.SUM and one[1] == 1 and arguments(one[0])]
+        if len(sums) == 1:
+            rest = [one for one in factors if one is not sums[0]]
+            return [(graph.product([*rest, (x, 1)]), c) for x, c in terms_of(graph, sums[0][0])]
+    return terms_of(graph, node)
 
 
 def arguments(node: Node) -> list[Node]:

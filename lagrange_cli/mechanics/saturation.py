@@ -4,10 +4,11 @@ Their arguments are held where the expression no longer changes by them: where e
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.node import Kind, Node, in_order, reachable
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
@@ -35,8 +36,20 @@ def saturated_rows(graph: Graph, rows: Sequence[Node], moving: int) -> tuple[Nod
 
 def held_in(graph: Graph, roots: Sequence[Node], moving: int) -> dict[Node, Node]:
     """The exponentials that none of ``roots`` grows with, and what takes their places."""
-    growing = [node for node in reachable(roots) if is_growing(node) and node.symbols & moving]
-    return {node: bounded(graph, node) for node in growing if all(is_bounded(root, node) for root in roots)}
+    users: dict[Node, list[Node]] = {}
+    growing: dict[Node, list[Node]] = {}
+    for node in reachable(roots):
+        for argument in node.arguments:
+            users.setdefault(argument, []).append(node)
+        if is_growing(node):
+            growing.setdefault(node.arguments[0], []).append(node)
+    found = [
+        node
+        for u, nodes in growing.items()
+        if u.symbols & moving and all(one <= 0 for one in degrees_of(roots, nodes, users))
+        for node in nodes
+    ]
+    return {node: bounded(graph, node) for node in in_order(found)}
 
 
 def bounded(graph: Graph, node: Node) -> Node:
@@ -53,22 +66,35 @@ def is_growing(node: Node) -> bool:
     return node.kind is Kind.FUNCTION and node.data in GROWING
 
 
-def is_bounded(root: Node, growing: Node) -> bool:
-    """Whether ``root`` does not grow with one of its nodes, nor with others of that one's argument; by the
-    degree of every node in these."""
-    degrees: dict[Node, float | None] = {}
-    for node in reachable([root]):
-        each = [degrees[argument] for argument in node.arguments]
-        known = [one for one in each if one is not None]
-        if is_growing(node) and node.arguments == growing.arguments:
-            degrees[node] = 1.0
-        elif len(known) < len(each):
-            degrees[node] = None
-        elif node.kind is Kind.SUM:
-            degrees[node] = max([*known, *([0.0] if node.data[0] != 0 else [])])
-        elif node.kind is Kind.PRODUCT:
-            degrees[node] = float(sum(exponent * one for exponent, one in zip(node.data, known)))
-        else:
-            degrees[node] = None if max(known, default=0.0) > 0 else 0.0
-    found = degrees[root]
-    return found is not None and found <= 0
+def degrees_of(
+    roots: Sequence[Node], growing: Sequence[Node], users: Mapping[Node, Sequence[Node]]
+) -> Iterator[float]:
+    """How ``roots`` grow with exponentials of one argument, as powers of these; infinity where there is no
+    such power. Only what uses them, directly or not, is looked at."""
+    degrees = dict.fromkeys(growing, 1.0)
+    for node in above(growing, users):
+        if node not in degrees:
+            each = [degrees.get(argument, 0.0) for argument in node.arguments]
+            if math.inf in each:
+                degrees[node] = math.inf
+            elif node.kind is Kind.SUM:
+                degrees[node] = max([*each, *([0.0] if node.data[0] != 0 else [])])
+            elif node.kind is Kind.PRODUCT:
+                degrees[node] = float(sum(exponent * one for exponent, one in zip(node.data, each)))
+            else:
+                degrees[node] = math.inf if max(each) > 0 else 0.0
+    return (degrees.get(root, 0.0) for root in roots)
+
+
+def above(nodes: Iterable[Node], users: Mapping[Node, Sequence[Node]]) -> list[Node]:
+    """The nodes and all that use them, arguments before their users."""
+    seen: set[Node] = set()
+    pending = [*nodes]
+    while pending:
+        node = pending.pop()
+        if node not in seen:
+            seen.add(node)
+            using = users.get(node, ())
+            node.graph.work.charge(1 + len(using))
+            pending.extend(using)
+    return in_order(seen)

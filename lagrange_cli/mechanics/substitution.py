@@ -9,13 +9,13 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 
 
 def substituted(graph: Graph, nodes: Iterable[Node], values: Mapping[Node, Node]) -> tuple[Node, ...]:
-    """``nodes`` with expressions in place of symbols."""
+    """``nodes`` with expressions in place of symbols, or of other nodes. What holds none of them stays."""
     nodes, gone = tuple(nodes), 0
     for symbol in values:
         gone |= symbol.symbols
     made = dict(values)
     for node in reachable(nodes, lambda node: bool(node.symbols & gone)):
-        if node not in made:
+        if node not in made and any(argument in made for argument in node.arguments):
             made[node] = rebuilt(graph, node, [made.get(argument, argument) for argument in node.arguments])
     return tuple(made.get(node, node) for node in nodes)
 

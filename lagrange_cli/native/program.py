@@ -148,7 +148,8 @@ def write_program(
 
     ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
     there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are
-    ``proven`` where a force may hide, and wherever that is asked for.
+    ``proven`` where a force may hide, and wherever that is asked for. Raises ``TooLarge`` where the program
+    has more instructions than can be compiled.
     """
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
@@ -210,6 +211,7 @@ def write_program(
         from lagrange_cli.native.functions.elementary import definitions
 
         text += definitions(text)
+    kind().body.allow(text.count(" = "))
     return Program(
         **{**interface.as_data(), "constants": size, "work": made.work, "series_at": made.series_at},
         text=text,
@@ -285,6 +287,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     stepping = follow(pack, order, tolerance, len(program.parameters))
     text = "\n".join([*tables("lane_", order + 3), prepare, jet, stepping])
     text = "\n".join([program.text, text, definitions(text)])
+    emitter.allow(text.count(" = "))
     return replace(program, text=text, lanes=LANES * pack.places["size"])
 
 

@@ -13,8 +13,10 @@ from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.residual import Residual, connected
-from lagrange_cli.mechanics.variables import variables
+from lagrange_cli.mechanics.saturation import saturated
+from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.build import build_model
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import Op, SeriesProgram
@@ -137,3 +139,36 @@ def test_blocks_are_what_entries_connect() -> None:
     matrix = tuple(tuple(graph.one if (j, k) in entries else graph.zero for k in range(6)) for j in range(6))
     assert connected(matrix) == ((0, 3, 5), (1,), (2, 4))
     assert connected(()) == ()
+
+
+MANY = """
+sizes: {{N: {count}}}
+parameters: {{k: 2}}
+coordinates: {{x[i in range(N)]: {{initial: 0.3*i}}}}
+masses: {{b[i in range(N)]: 1}}
+embedding: {{b[i in range(N)]: [x[i]]}}
+potential: {potential}
+"""
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        "sum(abs(x[i] - i)*x[(i + 1)%N] for i in range(N))",
+        "k*(x[0]**2 + 1)*sum(max(x[i], x[(i + 1)%N]) for i in range(N))",
+        "sum(1/(1 + exp(x[i] - k)) for i in range(N))",
+        "sum(1/cosh(x[i] - x[(i + 1)%N])**2 for i in range(N))",
+    ],
+)
+def test_many_switches_and_exponentials_take_work_in_proportion(potential: str) -> None:
+    """Each is looked at beside what changes with it, not beside all others."""
+    spent = []
+    for count in (30, 60):
+        model = build_model(
+            read_spec(MANY.format(count=count, potential=potential), "a.yaml"), GraphAlgebra()
+        )
+        before = graph_of(model).work.spent
+        refuse_jumps(model)
+        saturated(model)
+        spent.append(graph_of(model).work.spent - before)
+    assert spent[1] < 2.5 * spent[0]

@@ -56,11 +56,15 @@ class Emitter:
     def fresh(self) -> str:
         """A new name. Raises ``TooLarge`` where a function has more of them than can be compiled."""
         self._count += 1
-        if self._count * self.COST > MOST_INSTRUCTIONS:
+        self.allow(self._count)
+        return f"{self._prefix}{self._count}"
+
+    def allow(self, instructions: int) -> None:
+        """Raises ``TooLarge`` where so many cannot be compiled."""
+        if instructions * self.COST > MOST_INSTRUCTIONS:
             raise TooLarge(
                 f"the machine code has more than {MOST_INSTRUCTIONS // self.COST} instructions", self.WAY_OUT
             )
-        return f"{self._prefix}{self._count}"
 
     def line(self, text: str) -> None:
         """One line as it is: a label, a branch, a store."""

@@ -55,7 +55,7 @@ class Pair:
 class DoubleDoubleBody(Emitter):
     """The body of one function over such numbers and doubles; its own arithmetic is that of doubles."""
 
-    COST = 4
+    COST = 2
 
     def pair(self, value: Number) -> Pair:
         """A constant, rounded to a double-double."""

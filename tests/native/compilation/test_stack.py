@@ -8,11 +8,14 @@ import threading
 import pytest
 
 from lagrange_cli.errors import TooLarge
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
 from lagrange_cli.native.numbers import double as emitter
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
 from tests.support.command import SYSTEMS, lagrange_process
+from tests.support.motion import residual_of
 
 BODIES = """
 sizes: {N: 24}
@@ -62,9 +65,23 @@ def test_functions_of_too_many_instructions_are_refused(monkeypatch):
     with pytest.raises(TooLarge, match=r"more than 100 instructions; .*--method DOP853.*=instructions="):
         body.fresh()
     twice = DoubleDoubleBody()
-    with pytest.raises(TooLarge, match="more than 25 instructions"):
-        for _ in range(26):
+    with pytest.raises(TooLarge, match="more than 50 instructions"):
+        for _ in range(51):
             twice.fresh()
+
+
+def test_programs_of_too_many_instructions_are_refused(monkeypatch):
+    """Also where none of their functions has as many."""
+    asked = Compilation("Radau", 1e-6, frozenset({"q"}))
+    program, _ = write_run(residual_of("double_pendulum"), asked)
+    functions = program.text.split("\ndefine ")
+    count = program.text.count(" = ")
+    assert max(one.count(" = ") for one in functions) < count - 1
+    monkeypatch.setattr(emitter, "MOST_INSTRUCTIONS", count)
+    write_run(residual_of("double_pendulum"), asked)
+    monkeypatch.setattr(emitter, "MOST_INSTRUCTIONS", count - 1)
+    with pytest.raises(TooLarge, match=f"more than {count - 1} instructions"):
+        write_run(residual_of("double_pendulum"), asked)
 
 
 def test_series_of_too_many_convolutions_are_refused_before_any_code_is_written(tmp_path, monkeypatch):
