@@ -70,7 +70,8 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
             kind=DoubleDouble,
             proven=compilation.proven,
         )
-    if compilation.ensemble and needs is Needs.SERIES and not compilation.proven:
+    together = compilation.ensemble and not compilation.proven and not residual.model.events
+    if together and needs is Needs.SERIES:
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual, plan.integrands.values()):
             return with_lanes(program, residual, tolerance)

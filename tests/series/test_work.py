@@ -9,6 +9,7 @@ from tests.support.motion import NAMES, program_of
 CEILINGS = {
     # convolutions an order, floating-point operations that the series of a step take
     "atwood": (0, 10),
+    "bouncing_ball": (0, 40),  # and the expressions of its events
     "central_force": (3, 2150),  # 1/r, its square and its cube
     "central_force_cartesian": (6, 3700),  # x^2, y^2, a power (two), and its products with x and y
     "charged_particle": (0, 390),
@@ -20,6 +21,7 @@ CEILINGS = {
     "gauge_oscillator": (0, 200),  # it is the harmonic oscillator
     "harmonic_oscillator": (0, 195),
     "incline": (0, 10),
+    "kicked_rotor": (0, 200),
     "lattice": (40, 28_500),  # sine and cosine of each angle
     "n_pendulum": (20, 19_000),  # four for each bob
     "parabola_bead": (2, 1700),

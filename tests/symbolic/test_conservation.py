@@ -7,6 +7,7 @@ from tests.support.systems import NAMES, agree_at_random, derived, equations_of,
 
 CONSERVED = {
     "atwood": {"h"},
+    "bouncing_ball": {"h"},
     "central_force": {"p_theta", "h"},
     "central_force_cartesian": {"h"},
     "charged_particle": {"p_z", "h"},
@@ -18,6 +19,7 @@ CONSERVED = {
     "gauge_oscillator": set(),
     "harmonic_oscillator": {"h"},
     "incline": {"h"},
+    "kicked_rotor": {"p_theta", "h"},
     "lattice": {"h"},
     "n_pendulum": {"h"},
     "parabola_bead": {"h"},

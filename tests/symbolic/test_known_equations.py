@@ -34,6 +34,8 @@ ACCELERATIONS = {
     "pendulum": ["-g*sin(theta)/l"],
     "atwood": ["(m1 - m2)*g/(m1 + m2)"],
     "incline": ["g*sin(alpha)"],
+    "bouncing_ball": ["-g"],
+    "kicked_rotor": ["0"],
     "parabola_bead": ["-(4*k**2*x*x_dot**2 + 2*g*k*x)/(1 + 4*k**2*x**2)"],
     "rotating_hoop": ["sin(theta)*(a*omega**2*cos(theta) - g)/a"],
     "rotating_rod": ["omega**2*r"],
