@@ -64,7 +64,7 @@ class Samples:
         if not len(times):
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
-        observed, first = self._observe(times, states)
+        observed, first = self.observe(times, states)
         with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
             for name, drift in self._drift.items():
                 row, base = observed[name], first[name]
@@ -110,7 +110,7 @@ class Samples:
             sizes = np.maximum(np.abs(observed["h"][part]), terms)
             self._size = float(np.max(sizes, initial=self._size))
 
-    def _observe(self, times: Array, states: Array) -> tuple[Mapping[str, Array], Mapping[str, Any]]:
+    def observe(self, times: Array, states: Array) -> tuple[Mapping[str, Array], Mapping[str, Any]]:
         """What is observed, and what each quantity is measured from: a number, or one for each sample."""
         names, count = self._prepared.machine.program.quantities, len(times)
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
@@ -201,7 +201,7 @@ class DoubleDoubleSamples(Samples):
         if not len(times):
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
-        flat, base = self._observe(times, states)
+        flat, base = self.observe(times, states)
         observed, first = (
             {
                 name: DoubleDouble(np.asarray(rows[name]), np.asarray(rows[low(name)]))

@@ -253,8 +253,7 @@ def sizes_of(model: Model[Node]) -> list[Node]:
 
 
 def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node] = ()) -> bool:
-    """Whether its motions are followed eight at once: not where a force may hide, a switch changes, or
-    there are events."""
+    """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
     if (
         program.hiding
         or residual.model.events

@@ -14,9 +14,11 @@ from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Starts
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
+from lagrange_cli.integrate.events import Change
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import sentence
+from lagrange_cli.integrate.samples import Samples
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 
@@ -109,7 +111,7 @@ class EnsembleDatasets:
     """Gathers members that have ended and turns them into datasets, some megabytes at a time."""
 
     def __init__(self, prepared: Prepared, times: Times, emit: Emit, *, sampled: bool, members: int) -> None:
-        self._machine, self._recording = prepared.machine, prepared.recording
+        self._prepared, self._machine, self._recording = prepared, prepared.machine, prepared.recording
         self._start, self._emit = times.start, emit
         self._times = times.chunk(0, times.count) if sampled else None
         self._endings = np.full(members, UNFINISHED, dtype=np.int8)
@@ -175,7 +177,8 @@ class EnsembleDatasets:
         """Make datasets of members that have ended, and emit them."""
         program, count = self._machine.program, len(batch.index)
         names, parameters = program.observed, self._parameters[batch.index]
-        first = self._observe(parameters, np.array([self._start]), self._states[batch.index, :, None])
+        starts = self._states[batch.index, :, None]
+        first = self._observe(parameters, np.array([self._start]), starts)
         if self._times is None or batch.samples is None:
             states, times = batch.state[:, :, None], batch.t
             observed = self._observe(parameters, times[:, None], states)
@@ -183,11 +186,18 @@ class EnsembleDatasets:
             states, times = batch.samples, self._times
             observed = self._observe(parameters, times, states)
         n = states.shape[2]
+        first = np.repeat(first, n, axis=2)
+        for k, log in enumerate(batch.logs):
+            if log.changes:
+                when = times if times is self._times else times[k : k + 1]
+                observed[k], first[k] = self._with_changes(
+                    parameters[k], log.changes, starts[k], when, states[k]
+                )
         series = self._recording.series(
             states.transpose(1, 0, 2).reshape(program.rows, count * n),
             program.integrals,
             dict(zip(names, observed.transpose(1, 0, 2).reshape(len(names), count * n))),
-            dict(zip(names, np.repeat(first[:, :, 0].T, n, axis=1))),
+            dict(zip(names, first.transpose(1, 0, 2).reshape(len(names), count * n))),
         )
         shape = (count,) if self._times is None else (count, n)
         found: dict[str, Any] = {
@@ -218,6 +228,21 @@ class EnsembleDatasets:
                 machine.observe(place, at, state, result, n, n)
         return results
 
+    def _with_changes(
+        self, parameters: Array, changes: Sequence[Change], start: Array, times: Array, states: Array
+    ) -> tuple[Array, Array]:
+        """What is observed of a member that actions have changed, and what each quantity is measured from:
+        (names, n)."""
+        samples, n = Samples(self._prepared, parameters, lambda chunk: None), len(times)
+        if self._times is None:  # all has changed before its end
+            changes = [replace(one, sample=1) for one in changes]
+            times, states = np.array([self._start, *times]), np.concatenate([start, states], axis=1)
+        for one in changes:
+            samples.change(one)
+        observed, first = samples.observe(times, states)
+        rows = np.array([*observed.values()]), np.array([np.full(len(times), x) for x in first.values()])
+        return rows[0][:, -n:], rows[1][:, -n:]
+
     def outcome(self) -> EnsembleOutcome:
         """What came of all members."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
@@ -244,7 +269,9 @@ def joined(batches: Sequence[Batch]) -> Batch:
         name: np.concatenate([getattr(batch, name) for batch in batches])[ended]
         for name in ("index", "t", "state", "steps", "reached")
     }
+    logs = [log for batch in batches for log in batch.logs]
     return Batch(
+        logs=[log for log, here in zip(logs, ended) if here],
         ending=[ending for ending in endings if ending is not Ending.INTERRUPTED],
         samples=np.concatenate(samples)[ended] if samples else None,
         **arrays,

@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.events import Change, Crossings, EventSink
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, replace
 
@@ -22,13 +23,29 @@ POLL_SECONDS = 0.05
 """Seconds between two reports of progress."""
 
 
+class MemberLog(EventSink):
+    """What happened to a member."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names = names
+        self.crossings: list[Crossings] = []
+        self.changes: list[Change] = []
+
+    def crossed(self, crossings: Crossings) -> None:
+        self.crossings.append(crossings)
+
+    def changed(self, change: Change) -> None:
+        self.changes.append(change)
+
+
 @dataclass(frozen=True)
 class Batch:
     """Some members that have ended, in any order.
 
     ``index`` (b,) are their numbers, ``t`` (b,) and ``state`` (b, rows) the time and q, v and integrals at
     which each ended, and ``steps`` (b,) the numbers of steps. Of ``samples`` (b, rows, n), the first
-    ``reached`` (b,) of each member hold values, the others nan; None if no samples were asked for."""
+    ``reached`` (b,) of each member hold values, the others nan; None if no samples were asked for. If there
+    are events, ``logs`` (b) tell what happened to each."""
 
     index: Index
     ending: Sequence[Ending]
@@ -37,6 +54,7 @@ class Batch:
     steps: Index
     samples: Array | None
     reached: Index
+    logs: Sequence[MemberLog] = ()
 
 
 Accept: TypeAlias = Callable[[Batch], None]

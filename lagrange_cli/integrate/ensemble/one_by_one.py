@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Accept, Batch, Starts
+from lagrange_cli.integrate.ensemble.method import Accept, Batch, MemberLog, Starts
 from lagrange_cli.integrate.method import Method
 from lagrange_cli.records import dataclass
 
@@ -22,11 +22,13 @@ POLL_SECONDS = 0.05
 class OneByOne:
     """Integrates one member after another, or one in each thread, each as it would be alone.
 
-    ``parallel`` tells that the method releases the interpreter's lock while it works.
+    ``parallel`` tells that the method releases the interpreter's lock while it works. ``events`` are the
+    names of what may happen in each.
     """
 
     method: Method
     parallel: bool = False
+    events: tuple[str, ...] = ()
 
     def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
@@ -82,7 +84,9 @@ class OneByOne:
                 samples[:, reached : reached + len(when)] = chunk
             reached += len(when)
 
-        end = self.method.follow(starts.parameters[member], state, times, keep, interrupt)
+        log = MemberLog(self.events)
+        given = starts.parameters[member], state, times, keep, interrupt
+        end = self.method.follow(*given, events=log)
         return Batch(
             index=np.array([member], dtype=np.int64),
             ending=[end.ending],
@@ -91,4 +95,5 @@ class OneByOne:
             steps=np.array([end.steps], dtype=np.int64),
             samples=samples[None] if starts.sampled else None,
             reached=np.array([reached], dtype=np.int64),
+            logs=[log] if self.events else [],
         )

@@ -21,4 +21,5 @@ def ensemble_method(prepared: Prepared, alone: Callable[[], Method]) -> Ensemble
         return LanesMethod(prepared.machine, alone, prepared.compilation.backward)
     from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 
-    return OneByOne(prepared.follower, parallel=METHODS[prepared.compilation.method].parallel)
+    names = tuple(name for group in prepared.recording.events for name in group.members)
+    return OneByOne(prepared.follower, METHODS[prepared.compilation.method].parallel, names)
