@@ -254,3 +254,34 @@ def test_events_of_a_motion_followed_backward():
     back = follow(oscillator(*there, "x", "rising"), 0.0, 11, start=20.0)
     assert back["events/crossing/t"][::-1] == pytest.approx(forward["events/crossing/t"], rel=1e-14)
     assert back["events/crossing/v/x"] == pytest.approx(np.full(3, 1.0))
+
+
+@pytest.mark.parametrize("at_once", [False, True])
+def test_equal_balls_on_a_line_exchange_their_velocities(at_once, source):
+    """So their places are those of balls that pass through one another; also where several meet at once."""
+    n = 5
+    places = sorted(source.uniform(0.05, 0.95) for _ in range(n))
+    speeds = [source.uniform(-1, 1) for _ in range(n)]
+    if at_once:
+        places, speeds = [0.1, 0.3, 0.5, 0.7, 0.9], [1, 0, 0, 0, -1]
+    text = f"""
+    name: balls in a box
+    sizes: {{N: {n}}}
+    parameters: {{X: {places}, V: {speeds}}}
+    coordinates:
+      x[i in range(N)]: {{initial: "X[i]", velocity: "V[i]"}}
+    masses: {{b[i in range(N)]: 1}}
+    embedding: {{b[i in range(N)]: ["x[i]"]}}
+    potential: 0
+    events:
+      hit[i in range(N-1)]:
+        when: x[i+1] - x[i]
+        direction: falling
+        action: {{set: {{"x_dot[i]": "x_dot[i+1]", "x_dot[i+1]": "x_dot[i]"}}}}
+      left: {{when: "x[0]", direction: falling, action: {{set: {{"x_dot[0]": "-x_dot[0]"}}}}}}
+      right: {{when: "1 - x[N-1]", direction: falling, action: {{set: {{"x_dot[N-1]": "-x_dot[N-1]"}}}}}}
+    """
+    motion = follow(text, 20.0, 101)
+    free = (np.array(places) + np.array(speeds) * motion.t[:, None]) % 2
+    assert np.abs(motion["q/x"] - np.sort(np.minimum(free, 2 - free), axis=1)).max() < 1e-12
+    assert motion.outcome.h_drift == 0.0

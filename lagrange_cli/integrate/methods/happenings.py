@@ -137,7 +137,13 @@ class Happenings:
         return bool(self._settling.marks[event + self._switches] > 0.0)
 
     def _coefficients(self, event: int) -> Array:
-        return self._settling.coefficients_of(self._rows.guards[event + self._switches].row)
+        return self._settling.coefficients_of(self._rows.guards[event + self._switches].row)[0]
+
+    def _all_coefficients(self) -> list[Array]:
+        """Those of every event's argument."""
+        first = self._switches
+        guards = self._rows.guards[first : first + len(self._times)]
+        return self._settling.coefficients_of(*(guard.row for guard in guards))
 
     def _state(self, memory: Array) -> Array:
         """The rows outside, of all parts."""
@@ -177,18 +183,19 @@ class Happenings:
         """Change what the event's action changes."""
         memory, settling, now = self._memory, self._settling, self._now()
         parameters, before, length = self._parameters(), self._state(memory), self._last_step()
-        rows = [self._coefficients(e) for e in range(len(self._times))]
+        rows = self._all_coefficients()
         side, values = self._side(event), self._act_on(before)[0]
         if not self._put(event, values):
             return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
         settling.begin_switches()
         _, sizes = self._act_on(self._state(memory))
-        for e, (row, (_, rate)) in enumerate(zip(rows, sizes)):
-            after = self._coefficients(e)
+        for e, (row, after, (_, rate)) in enumerate(zip(rows, self._all_coefficients(), sizes)):
             if self._side(e) == 0.0:
                 self._go_on_resting(e, float(after[1]), ROUNDING * rate)
             elif e == event or after[0] != row[0]:
                 self._choose_side(e, after, 2.0 * abs(row[0]) if e == event else 0.0, rate)
+            elif self._at_zero(e) and after[1] * self._side(e) < -ROUNDING * rate:
+                settling.marks[e + self._switches] = 0.0  # driven back: it is about to happen once more
         ended = self._recurs(event, now)
         if ended is None and event in self._rests and self._at_zero(event):
             self._settle(event, side, before, float(rows[event][1]), ROUNDING * sizes[event, 1], length)
@@ -298,7 +305,7 @@ class Happenings:
         """Rest at an event, if the force that holds the motion pushes to the side that it came from."""
         settling, j, rest = self._settling, event + self._switches, self._rests[event]
         settling.modes[rest], settling.modes[j] = side, 0.0
-        force = settling.coefficients_of(self._rows.guards[rest].row)[0]
+        force = settling.coefficients_of(self._rows.guards[rest].row)[0][0]
         if not force * side > 0.0:
             settling.modes[rest], settling.modes[j] = 0.0, side
             settling.mark([j])

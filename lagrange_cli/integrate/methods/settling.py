@@ -272,10 +272,10 @@ class Settling:
         found: Array = self._work[place + orders * term] * orders
         return found
 
-    def coefficients_of(self, row: int) -> Array:
-        """Those of a row where the motion is now."""
+    def coefficients_of(self, *rows: int) -> list[Array]:
+        """Those of rows where the motion is now."""
         self._series()
-        return self._coefficients(row)
+        return [self._coefficients(row) for row in rows]
 
     def _multiplier(self, j: int) -> float:
         return float(self._coefficients(self._rows.guards[j].multiplier)[0])
