@@ -32,6 +32,7 @@ DEFAULTS = {
     "samples": 10**10,
     "events": 10**7,  # crossings in a motion
     "runs": 10**8,  # members of a sweep
+    "patience": 1_000_000,  # steps of a motion without a crossing of the section
     "seconds": math.inf,  # of a command
     "memory": math.inf,  # MB of address space of a process
 }

@@ -45,6 +45,8 @@ def modules_imported_by(arguments: list[str], cwd: Path) -> set[str]:
         (["solve", PENDULUM, "--outputs", "all"], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
         (["sweep", "--help"], {"click"}),
         (["sweep", PENDULUM, "--over", "m=1,2"], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
+        (["section", "--help"], {"click"}),
+        (["section", PENDULUM, "--where", "theta"], {"click", "yaml", "numpy", "llvmlite", "h5py"}),
         (["bench", PENDULUM, "--methods", "taylor", "--runs", "1"], {"click", "yaml", "numpy", "llvmlite"}),
         (["equations", PENDULUM], {"click", "yaml", "sympy", "mpmath"}),
     ],

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
     "sweep": "Integrate many motions, over a grid, random numbers or a table.",
+    "section": "Find where motions cross a surface: Poincare and stroboscopic sections.",
     "equations": "Print L, the equations of motion, momenta and conserved quantities.",
     "check": "Validate a system file and classify the system.",
     "bench": "Compare methods and tolerances: run time against error.",

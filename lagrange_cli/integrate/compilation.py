@@ -16,7 +16,8 @@ class Compilation:
     ``portable`` program computes the same bits on every machine, if the numbers in the equations are such.
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance. Motions that stop
     before they start need a program that is compiled ``backward``. Steps are ``proven`` for every system, not
-    only where a force may hide.
+    only where a force may hide. An ensemble's ``section`` is a kind of them (``native.interface``): what is
+    kept of its motions are not samples at given times.
     """
 
     method: str
@@ -28,3 +29,4 @@ class Compilation:
     order: int | None = None
     backward: bool = False
     proven: bool = False
+    section: str = ""

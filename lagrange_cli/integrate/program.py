@@ -12,6 +12,7 @@ from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.native.interface import SECTION
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program, suits_lanes, with_lanes, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
@@ -34,6 +35,8 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     method, precision = METHODS[compilation.method], compilation.precision
     check_convolutions(residual, compilation.method, precision)
     plan = make_plan(residual, compilation.outputs)
+    if compilation.section == SECTION:
+        residual, plan = with_surface_followed(residual, plan)
     if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
 
@@ -46,6 +49,13 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         program = replace(program, text=portable(program.text))
     return program, replace(plan.recording, undetected=undetected)
+
+
+def with_surface_followed(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:
+    """The last event's argument as the last integrand, in place of the event."""
+    *others, surface = residual.model.events
+    residual = replace(residual, model=replace(residual.model, events=tuple(others)))
+    return residual, replace(plan, integrands={**plan.integrands, SECTION: surface.argument})
 
 
 def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
@@ -74,7 +84,7 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
     if together and needs is Needs.SERIES:
         program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
         if suits_lanes(program, residual, plan.integrands.values()):
-            return with_lanes(program, residual, tolerance)
+            return with_lanes(program, residual, tolerance, compilation.section)
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
         return write_program(

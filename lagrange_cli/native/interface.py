@@ -19,6 +19,10 @@ BEYOND = 3
 """Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""
 NEXT, LIMIT, HALT = range(3)
 """Places in its queue: the next member, the first one that may not begin yet, whether to stop."""
+DIRECTION, PATIENCE = 3, 4
+"""Further ones of sections (``stepping.crossings``)."""
+SECTION, STROBE = "where", "every"
+"""Kinds of sections: crossings of a surface, states after multiples of a period."""
 
 
 def low(name: str) -> str:

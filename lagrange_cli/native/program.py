@@ -265,8 +265,9 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
     return len(program.series.series) <= MOST_SERIES and largest <= unrolled
 
 
-def with_lanes(program: Program, residual: Residual, tolerance: float) -> Program:
-    """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``)."""
+def with_lanes(program: Program, residual: Residual, tolerance: float, section: str = "") -> Program:
+    """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``), or through
+    a ``section`` (see ``stepping.crossings``)."""
     from lagrange_cli.native.functions.elementary import definitions
     from lagrange_cli.native.numbers.lanes import LaneEmitter
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
@@ -283,7 +284,13 @@ def with_lanes(program: Program, residual: Residual, tolerance: float) -> Progra
     pack = Pack(
         program.degrees, program.rows, width, layout.span, size, layout.vectors, program.state.quadratures
     )
-    stepping = follow(pack, order, tolerance, len(program.parameters))
+    given = order, tolerance, len(program.parameters)
+    if section:
+        from lagrange_cli.native.stepping.crossings import follow_section
+
+        stepping, pack = follow_section(pack, *given, section)
+    else:
+        stepping = follow(pack, *given)
     text = "\n".join([*tables("lane_", order + 3), prepare, jet, stepping])
     text = "\n".join([program.text, text, definitions(text)])
     emitter.allow(text.count(" = "))

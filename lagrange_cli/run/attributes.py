@@ -38,7 +38,7 @@ def origin(
     """The root's attributes that say what made the file; ``initial`` stands for the initial state, or
     many."""
     names = ("start", "stop", "count", "step") if sampled else ("start", "stop")
-    asked = {name: getattr(settings, name) for name in names}
+    asked = finite({name: getattr(settings, name) for name in names})
     return {
         "generator": f"lagrange-cli {lagrange_cli.__version__}",
         "name": spec.name,

@@ -11,6 +11,7 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import finite, origin, series_of
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.ensemble.method import Section
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
@@ -23,11 +24,28 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Cut:
+    """How a section is taken: the texts of the options ``where`` or ``every``, the ``direction`` (``rising``,
+    ``falling`` or ``either``), and what is kept of each motion."""
+
+    where: str
+    every: str
+    direction: str
+    kept: Section
+
+    @property
+    def described(self) -> dict[str, str | int]:
+        """The root's attributes that say how it was taken."""
+        said = {"every": self.every} if self.every else {"where": self.where, "direction": self.direction}
+        return {**said, "crossings": self.kept.count}
+
+
+@dataclass(frozen=True)
 class Ensemble:
     """Many motions to be followed: the system, its members with their values, and the settings of each.
 
-    If they are ``sampled``, samples of each motion are written, else its end. ``families`` are those of the
-    coordinates.
+    If they are ``sampled``, samples of each motion are written, else its end; if they are ``cut``, its
+    crossings. ``families`` are those of the coordinates.
     """
 
     spec: Spec
@@ -36,6 +54,7 @@ class Ensemble:
     settings: Settings
     sampled: bool
     families: tuple[Family, ...]
+    cut: Cut | None = None
 
     @property
     def times(self) -> Times:
@@ -43,7 +62,7 @@ class Ensemble:
         from lagrange_cli.integrate.times import Times
 
         settings = self.settings
-        if self.sampled:
+        if self.sampled and self.cut is None:
             return Times(settings.start, settings.stop, settings.count, settings.step)
         return Times(settings.start, settings.stop, 2, settings.stop - settings.start)
 
@@ -125,6 +144,9 @@ def series(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> 
         ),
     ]
     made = [replace(one, sampled=ensemble.sampled) for one in series_of(units, prepared)]
+    if ensemble.cut is not None:
+        found.append(Series("crossings", long_name="number of crossings", kind="i8"))
+        made.insert(0, Series("t", unit=units.get("t", ""), long_name="time"))
     return (*(replace(one, sampled=False) for one in found), *made)
 
 
@@ -162,8 +184,10 @@ def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:
     checksum = 0
     for column in (*values.differing.values(), *values.q, *values.v):
         checksum = binascii.crc32(np.asarray(column, dtype="f8").tobytes(), checksum)
+    sampled = ensemble.sampled and ensemble.cut is None
     return {
-        **origin(ensemble.spec, ensemble.settings, values.common, f"crc32 {checksum:08x}", ensemble.sampled),
+        **origin(ensemble.spec, ensemble.settings, values.common, f"crc32 {checksum:08x}", sampled),
+        **({} if ensemble.cut is None else ensemble.cut.described),
         "sweep": json.dumps({name: value for name, value in described.items() if value not in ({}, None)}),
         "members": values.members,
     }

@@ -37,12 +37,14 @@ def prepare_run(
     cached: bool,
     ensemble: bool = False,
     order: int | None = None,
+    section: str = "",
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
     """Compile a system for a run, or take the code from the cache of earlier runs if it may be ``cached``.
 
-    Code for an ``ensemble`` follows many motions. ``order`` is that of the Taylor series; without it, it
-    follows from the tolerance. ``meanwhile`` is called while LLVM compiles: it loads what the run needs next.
+    Code for an ``ensemble`` follows many motions, through a ``section`` of a kind if that is given. ``order``
+    is that of the Taylor series; without it, it follows from the tolerance. ``meanwhile`` is called while
+    LLVM compiles: it loads what the run needs next.
 
     Raises ``SpecError`` if no equations of motion can be derived, or they are too large to be compiled.
     """
@@ -60,7 +62,7 @@ def prepare_run(
                 foresee=partial(foresee, settings),
             ),
             find_cache(wanted=cached),
-            settings.compilation(ensemble=ensemble, order=order),
+            settings.compilation(ensemble=ensemble, order=order, section=section),
             stage=stage,
             meanwhile=meanwhile,
         )

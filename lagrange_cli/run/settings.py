@@ -48,8 +48,11 @@ class Settings:
         """Whether the motion is followed against the sense of time."""
         return self.stop < self.start
 
-    def compilation(self, *, ensemble: bool = False, order: int | None = None) -> Compilation:
-        """What a program for such a run is compiled for; ``order`` is that of a companion's series."""
+    def compilation(
+        self, *, ensemble: bool = False, order: int | None = None, section: str = ""
+    ) -> Compilation:
+        """What a program for such a run is compiled for; ``order`` is that of a companion's series,
+        ``section`` the kind of an ensemble's section."""
         from lagrange_cli.integrate.compilation import Compilation
 
         return Compilation(
@@ -62,6 +65,7 @@ class Settings:
             order=order,
             backward=self.backward,
             proven=self.proven,
+            section=section,
         )
 
 

@@ -83,6 +83,10 @@ class Coordinate:
     description: str = ""
 
 
+SURFACE = "--where"
+"""The name of the event that a section is taken at; no name of a file is like it."""
+
+
 @dataclass(frozen=True)
 class Event:
     """What happens where ``when`` becomes 0.

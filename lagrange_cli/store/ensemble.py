@@ -36,9 +36,9 @@ class EnsembleWriter(Output):
 
     The members, in their order, fill the grid that ``dimensions`` span, the last one fastest. Without any
     they are one dimension, ``/member``. Every dataset begins with these dimensions; that of the sample times
-    ``/t`` follows, if it is sampled. Each dimension is a scale in the root, attached to every dataset; for
-    the other axes see ``Scales``. On a grid ``/member`` numbers the members: a coordinate, which every
-    dataset names in its attribute ``coordinates``.
+    ``/t`` follows, or the dimension ``samples``, if it is sampled. Each dimension is a scale in the root,
+    attached to every dataset; for the other axes see ``Scales``. On a grid ``/member`` numbers the members: a
+    coordinate, which every dataset names in its attribute ``coordinates``.
 
     Every dataset has its full size from the start and lies in one piece, so that the bytes do not depend on
     the order in which members are written, and no memory is taken for those that are not. Every member must
@@ -53,10 +53,17 @@ class EnsembleWriter(Output):
         members: int,
         times: NDArray[np.float64] | None,
         dimensions: Sequence[Dimension] = (),
+        samples: Dimension | None = None,
     ) -> None:
         self._members = members
         names = name_dimensions(layout, dimensions)
-        layout = replace(layout, scales=names if times is None else (*names, TIME))
+        scales = names if times is None else (*names, TIME)
+        if samples is not None:
+            samples = replace(
+                samples, name=free_name(samples.name, taken_names(layout, dimensions) | {*names})
+            )
+            scales = (*names, samples.name)
+        layout = replace(layout, scales=scales)
 
         def create(sink: Sink) -> Any:
             file = open_file(sink, BLOCK)
@@ -76,6 +83,8 @@ class EnsembleWriter(Output):
                 self._time = file.create_dataset(TIME, data=times)
                 describe(self._time, layout.time)
                 self._time.make_scale(TIME)
+            if samples is not None:
+                self._time = create_dimension(file, sink, samples.name, samples)
             self._scales = Scales(file, layout)
             self._datasets = {one.path: self._create(file, one) for one in layout.series}
             for scale, dimension in zip(self._leading, dimensions):
@@ -180,13 +189,18 @@ class EnsembleWriter(Output):
 def name_dimensions(layout: Layout, dimensions: Sequence[Dimension]) -> tuple[str, ...]:
     """What the dimensions are called in the file, and behind them what numbers the members: their names, with
     underscores behind those that something else has."""
-    groups = {part for one in dimensions for part in one.path.split("/")[:-1]}
-    taken = layout.taken() | groups | {TIME, MESSAGE, CHECKPOINT}
-    taken |= {AXES[:size] for size in layout.vector_sizes()}
+    taken = taken_names(layout, dimensions)
     names: list[str] = []
     for name in (*(one.name for one in dimensions), NUMBERS.name):
         names.append(free_name(name, taken | {*names}))
     return tuple(names)
+
+
+def taken_names(layout: Layout, dimensions: Sequence[Dimension]) -> set[str]:
+    """What no dimension can be called."""
+    groups = {part for one in dimensions for part in one.path.split("/")[:-1]}
+    taken = layout.taken() | groups | {TIME, MESSAGE, CHECKPOINT}
+    return taken | {AXES[:size] for size in layout.vector_sizes()}
 
 
 def create_dimension(file: Any, sink: Sink, name: str, dimension: Dimension) -> Any:

@@ -26,6 +26,7 @@ FACTS = {
     "double_pendulum": (2, True, [], {"h"}),
     "atwood": (1, True, [], {"h"}),
     "incline": (1, True, [], {"h"}),
+    "henon_heiles": (2, True, [], {"h"}),
     "parabola_bead": (1, True, [], {"h"}),
     "rotating_hoop": (1, False, [], {"h"}),
     "rotating_rod": (1, False, [], {"h"}),

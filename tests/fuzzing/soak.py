@@ -36,9 +36,9 @@ MOST = 8
 SECOND = {
     "central_force": 100_000, "central_force_cartesian": 80_000, "charged_particle": 400_000,
     "double_pendulum": 12_000, "driven_damped_pendulum": 100_000, "figure_eight": 20_000, "fpu_chain": 40_000,
-    "free_particles": 30_000, "gauge_oscillator": 500_000, "harmonic_oscillator": 500_000, "lattice": 10_000,
-    "n_pendulum": 1_200, "parabola_bead": 40_000, "pendulum": 120_000, "rotating_hoop": 40_000,
-    "solar_system": 40_000, "spherical_pendulum": 25_000,
+    "free_particles": 30_000, "gauge_oscillator": 500_000, "harmonic_oscillator": 500_000,
+    "henon_heiles": 200_000, "lattice": 10_000, "n_pendulum": 1_200, "parabola_bead": 40_000,
+    "pendulum": 120_000, "rotating_hoop": 40_000, "solar_system": 40_000, "spherical_pendulum": 25_000,
 }  # fmt: skip
 """What is followed, and for how long: about a second of work."""
 DAMPED = "driven_damped_pendulum"

@@ -20,6 +20,7 @@ CEILINGS = {
     "free_particles": (24, 17_500),  # eight for each of the three pairs
     "gauge_oscillator": (0, 200),  # it is the harmonic oscillator
     "harmonic_oscillator": (0, 195),
+    "henon_heiles": (3, 2000),
     "incline": (0, 10),
     "kicked_rotor": (0, 200),
     "lattice": (40, 28_500),  # sine and cosine of each angle

@@ -18,6 +18,7 @@ CONSERVED = {
     "free_particles": {"h"},
     "gauge_oscillator": set(),
     "harmonic_oscillator": {"h"},
+    "henon_heiles": {"h"},
     "incline": {"h"},
     "kicked_rotor": {"p_theta", "h"},
     "lattice": {"h"},

@@ -39,6 +39,7 @@ ACCELERATIONS = {
     "parabola_bead": ["-(4*k**2*x*x_dot**2 + 2*g*k*x)/(1 + 4*k**2*x**2)"],
     "rotating_hoop": ["sin(theta)*(a*omega**2*cos(theta) - g)/a"],
     "rotating_rod": ["omega**2*r"],
+    "henon_heiles": ["-x - 2*x*y", "-y - x**2 + y**2"],
     "harmonic_oscillator": ["-k*x/m"],
     "gauge_oscillator": ["-k*x/m"],
     "central_force": ["r*theta_dot**2 - mu/r**2", "-2*r_dot*theta_dot/r"],

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 import click
 
 from lagrange_cli.cli.console import STANDARD_INPUT, complain, display_name, run_each, stem
-from lagrange_cli.cli.options.completion import files
+from lagrange_cli.cli.options.draws import draw_options
 from lagrange_cli.cli.options.run import list_of_outputs, run_options
-from lagrange_cli.cli.options.shared import SETTABLE, parse_pairs, system_argument
+from lagrange_cli.cli.options.shared import system_argument
 from lagrange_cli.cli.output import Invocation, find_output, format_of, output_name
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
@@ -29,45 +29,7 @@ if TYPE_CHECKING:
 
 @click.command("sweep")
 @system_argument
-@click.option(
-    "--over",
-    metavar="NAME=VALUES",
-    multiple=True,
-    callback=parse_pairs,
-    shell_complete=SETTABLE,
-    help="Sweep NAME over START:STOP:COUNT (both ends included), log:START:STOP:COUNT or a list such as "
-    "1,2,5. Repeat it for a grid of all combinations. NAME is a parameter or an initial value (theta, "
-    "theta_dot).",
-)
-@click.option(
-    "--random",
-    metavar="NAME=DISTRIBUTION",
-    multiple=True,
-    callback=parse_pairs,
-    shell_complete=SETTABLE,
-    help="Draw NAME from normal(mean,deviation), uniform(low,high), lognormal(median,sigma) or "
-    "loguniform(low,high); repeatable.",
-)
-@click.option(
-    "--members", type=click.IntRange(min=1), help="The number of draws of --random, at each grid point."
-)
-@click.option(
-    "--seed",
-    type=click.IntRange(min=0),
-    default=0,
-    help="The seed of the random numbers: the same seed gives the same numbers [0].",
-)
-@click.option(
-    "--table",
-    metavar="FILE.csv",
-    shell_complete=files("csv"),
-    help="Run one motion for each row of a CSV file. The first line has the names, as in m,theta,theta_dot.",
-)
-@click.option(
-    "--jobs",
-    type=click.IntRange(min=1),
-    help="The number of processors to use [all]. The results do not depend on it.",
-)
+@draw_options
 @run_options(
     output="The file to write [SYSTEM_sweep.h5 in the current directory].",
     outputs=f"Write samples of each motion: {list_of_outputs()}. Without this option only the end is "
@@ -76,11 +38,7 @@ if TYPE_CHECKING:
 def sweep(
     system: str,
     asked: Invocation,
-    over: tuple[tuple[str, str], ...],
-    random: tuple[tuple[str, str], ...],
-    members: int | None,
-    seed: int,
-    table: str | None,
+    draws: Draws,
     jobs: int | None,
 ) -> int:
     """Integrate many motions of a system and write them to one HDF5 file.
@@ -94,9 +52,6 @@ def sweep(
     lagrange sweep pendulum.yaml --random 'theta=normal(0,0.1)' --members 1000
     lagrange sweep pendulum.yaml --table runs.csv --outputs q,v --samples 101
     """
-    from lagrange_cli.cli.options.members import Draws
-
-    draws = Draws(over, random, table, members, seed)
     threads = processors() if jobs is None else jobs
     return run_each((system,), lambda one: sweep_system(one, asked, draws, threads), as_json=asked.as_json)
 

@@ -57,6 +57,11 @@ class Draws:
     members: int | None = None
     seed: int = 0
 
+    @property
+    def any(self) -> bool:
+        """Whether there is one of them; the seed and the number of members choose none."""
+        return bool(self.over or self.random or self.table or self.members)
+
     def as_data(self) -> dict[str, Any]:
         """What the output says of it, in terms of JSON."""
         seed = self.seed if self.random else None

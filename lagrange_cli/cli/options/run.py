@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from functools import wraps
 from typing import Any
 
@@ -18,87 +18,88 @@ from lagrange_cli.run.request import COUNT, SECONDS, TIMES, Request
 from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES
 from lagrange_cli.spec.spec import SolveDefaults
 
-OPTIONS = (
-    click.option("--start", metavar="TIME", help="The time at which the motion begins [0]."),
-    click.option(
+OPTIONS: Mapping[str, Callable[[Command], Command]] = {
+    "start": click.option("--start", metavar="TIME", help="The time at which the motion begins [0]."),
+    "stop": click.option(
         "--stop",
         metavar="TIME",
         help="The time at which the motion ends: a number, or an expression in parameters (10*2*pi/omega). "
         "If it is before the start, the motion is integrated backward.",
     ),
-    click.option(
+    "samples": click.option(
         "--samples", type=int, help=f"The number of samples, evenly spaced over the run [{DEFAULT_SAMPLES}]."
     ),
-    click.option(
+    "step": click.option(
         "--step",
         metavar="TIME",
         help="The time between samples, in place of their number. The last sample is at the stop time.",
     ),
-    click.option(
+    "tolerance": click.option(
         "--tolerance", type=float, help="The relative error per step [full double precision; scipy: 1e-10]."
     ),
-    click.option(
+    "method": click.option(
         "--method",
         metavar="NAME",
         shell_complete=word(METHODS),
         help=f"The integration method: one of {', '.join(METHODS)} [{TAYLOR}].",
     ),
-    click.option(
+    "proven": click.option(
         "--proven",
         is_flag=True,
         help="Prove that each step satisfies the equations all through, also where nothing can hide. Without "
         "it, this is done for systems in which a narrow force may hide.",
     ),
-    click.option(
+    "resume": click.option(
         "--resume",
         is_flag=True,
         help="Continue an earlier run that was killed or interrupted, or extend one to a later --stop. The "
         "result has the same bytes as that of an uninterrupted run. Without an earlier run, start at the "
         "beginning.",
     ),
-    click.option(
+    "checkpoint": click.option(
         "--checkpoint",
         type=click.FloatRange(min=0),
         default=SECONDS,
         help=f"The time in seconds between the checkpoints from which --resume continues [{SECONDS:g}].",
     ),
-    click.option(
+    "checkpoint-count": click.option(
         "--checkpoint-count",
         type=click.IntRange(min=1),
         default=COUNT,
         help=f"Also write a checkpoint after this many steps (sweep: members) [{COUNT}].",
     ),
-    click.option(
+    "force": click.option(
         "--force",
         is_flag=True,
         help="Replace any existing output. By default, only the result of a short run of the same command "
         "is replaced.",
     ),
-    click.option(
+    "no-cache": click.option(
         "--no-cache",
         is_flag=True,
         help="Do not use the cache of compiled programs ('lagrange cache --help').",
     ),
-    click.option("--timings", is_flag=True, help="Print how long each stage took."),
-)
+    "timings": click.option("--timings", is_flag=True, help="Print how long each stage took."),
+}
+"""By name."""
 
 
-def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
+def run_options(output: str, outputs: str, without: Sequence[str] = ()) -> Callable[[Command], Command]:
     """The options of every command that integrates; the command gets them as one ``asked``.
 
-    ``output`` and ``outputs`` are the help of the options of these names.
+    ``output`` and ``outputs`` are the help of the options of these names. A command may be ``without`` some.
     """
 
     def decorate(command: Command) -> Command:
         @wraps(command)
         def gathered(
             output: str | None, force: bool, no_cache: bool, timings: bool, overrides: dict[str, str],
-            sizes: dict[str, str], as_json: bool, quiet: bool, resume: bool, checkpoint: float,
-            checkpoint_count: int, proven: bool, **given: Any,
+            sizes: dict[str, str], as_json: bool, quiet: bool, resume: bool = False,
+            checkpoint: float = SECONDS, checkpoint_count: int = COUNT, proven: bool = False, **given: Any,
         ) -> Any:  # fmt: skip
             names = ("samples", "method", "tolerance", "outputs")
-            times = {name: text for name in TIMES if (text := given.pop(name)) is not None}
-            options = SolveDefaults(**{name: given.pop(name) for name in names})
+            times = {name: text for name in TIMES if (text := given.pop(name, None)) is not None}
+            options = SolveDefaults(**{name: given.pop(name, None) for name in names})
             if resume and force:
                 raise UsageError("--resume keeps the earlier run, --force discards it: give one of them")
             request = Request(
@@ -117,7 +118,7 @@ def run_options(output: str, outputs: str) -> Callable[[Command], Command]:
 
         decorated: Any = shared_options(gathered)
         for option in (
-            *reversed(OPTIONS),
+            *(option for name, option in reversed([*OPTIONS.items()]) if name not in without),
             click.option(
                 "--outputs",
                 metavar="LIST",

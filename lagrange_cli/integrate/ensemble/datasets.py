@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Starts
+from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Section, Starts
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.events import Change
 from lagrange_cli.integrate.method import End
@@ -51,6 +51,7 @@ def follow_ensemble(
     sampled: bool,
     threads: int,
     checkpointing: Checkpointing[EnsembleOutcome] | None = None,
+    section: Section | None = None,
 ) -> EnsembleOutcome:
     """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
 
@@ -59,9 +60,12 @@ def follow_ensemble(
     ``families`` are those of the coordinates. ``interrupt`` is told how many members have ended, several
     times a second; True stops them all. The arrays are valid during the call only. With ``checkpointing``,
     members that an earlier run has followed to their end are not followed again; only their start is emitted.
+    Samples are those of the ``section``, if there is one.
     """
     program = prepared.machine.program
-    datasets = EnsembleDatasets(prepared, times, emit, sampled=sampled, members=values.members)
+    datasets = EnsembleDatasets(
+        prepared, times, emit, sampled=sampled, members=values.members, section=section
+    )
     if checkpointing is not None and checkpointing.begin is not None:
         datasets.restore(checkpointing.begin)
     size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))
@@ -81,7 +85,8 @@ def follow_ensemble(
                     checkpointing.keep(datasets.outcome(), before + done)
                 return interrupt(before + done)
 
-            starts = Starts(parameters, states, times, sampled).only(missing)
+            own = None if section is None else section.only(part)
+            starts = Starts(parameters, states, times, sampled, own).only(missing)
             going = method.follow(starts, datasets.accept, told, threads)
         datasets.close()
     return datasets.outcome()
@@ -110,16 +115,27 @@ def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) ->
 class EnsembleDatasets:
     """Gathers members that have ended and turns them into datasets, some megabytes at a time."""
 
-    def __init__(self, prepared: Prepared, times: Times, emit: Emit, *, sampled: bool, members: int) -> None:
+    def __init__(
+        self,
+        prepared: Prepared,
+        times: Times,
+        emit: Emit,
+        *,
+        sampled: bool,
+        members: int,
+        section: Section | None = None,
+    ) -> None:
         self._prepared, self._machine, self._recording = prepared, prepared.machine, prepared.recording
         self._start, self._emit = times.start, emit
         self._times = times.chunk(0, times.count) if sampled else None
+        self._section = section
+        count = times.count if sampled else 1 if section is None else section.count
         self._endings = np.full(members, UNFINISHED, dtype=np.int8)
         self._failed: tuple[int, str] | None = None
         self._steps = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
-        self._most = max(1, MEMORY // (8 * width * (times.count if sampled else 1)))
+        self._most = max(1, MEMORY // (8 * width * count))
 
     def restore(self, outcome: EnsembleOutcome) -> None:
         """Go on where another run has come to."""
@@ -150,8 +166,11 @@ class EnsembleDatasets:
         self.flush()
         missing = self.missing()
         width, samples = self._states.shape[1], None if self._times is None else len(self._times)
+        if self._section is not None:
+            samples = self._section.count
         for start in range(0, len(missing), self._most):
-            self._write(unfinished(missing[start : start + self._most], width, samples))
+            some = missing[start : start + self._most]
+            self._write(unfinished(some, width, samples, self._section is not None))
 
     def flush(self) -> None:
         """Write what has ended."""
@@ -179,7 +198,10 @@ class EnsembleDatasets:
         names, parameters = program.observed, self._parameters[batch.index]
         starts = self._states[batch.index, :, None]
         first = self._observe(parameters, np.array([self._start]), starts)
-        if self._times is None or batch.samples is None:
+        if batch.samples is not None and batch.times is not None:
+            states, times = batch.samples, batch.times
+            observed = self._observe(parameters, times, states)
+        elif self._times is None or batch.samples is None:
             states, times = batch.state[:, :, None], batch.t
             observed = self._observe(parameters, times[:, None], states)
         else:
@@ -199,11 +221,13 @@ class EnsembleDatasets:
             dict(zip(names, observed.transpose(1, 0, 2).reshape(len(names), count * n))),
             dict(zip(names, first.transpose(1, 0, 2).reshape(len(names), count * n))),
         )
-        shape = (count,) if self._times is None else (count, n)
+        sampled = self._times is not None or batch.times is not None
+        shape = (count, n) if sampled else (count,)
         found: dict[str, Any] = {
             "t_end": batch.t,
             "steps": batch.steps,
             "status": np.array([ending.status.encode() for ending in batch.ending], dtype=STATUS),
+            **({} if batch.times is None else {"crossings": batch.reached, "t": batch.times}),
             **{path: values.reshape(*shape, *values.shape[1:]) for path, values in series.items()},
         }
         for name in self._drift:
@@ -263,6 +287,7 @@ def drift_path(name: str) -> str:
 def joined(batches: Sequence[Batch]) -> Batch:
     """One batch of several, without the members that were interrupted on the way."""
     samples = [batch.samples for batch in batches if batch.samples is not None]
+    times = [batch.times for batch in batches if batch.times is not None]
     endings = [ending for batch in batches for ending in batch.ending]
     ended = np.array([ending is not Ending.INTERRUPTED for ending in endings])
     arrays = {
@@ -274,11 +299,12 @@ def joined(batches: Sequence[Batch]) -> Batch:
         logs=[log for log, here in zip(logs, ended) if here],
         ending=[ending for ending in endings if ending is not Ending.INTERRUPTED],
         samples=np.concatenate(samples)[ended] if samples else None,
+        times=np.concatenate(times)[ended] if times else None,
         **arrays,
     )
 
 
-def unfinished(index: Index, width: int, samples: int | None) -> Batch:
+def unfinished(index: Index, width: int, samples: int | None, section: bool = False) -> Batch:
     """Members that never came to an end: nan throughout."""
     count = len(index)
     return Batch(
@@ -289,4 +315,5 @@ def unfinished(index: Index, width: int, samples: int | None) -> Batch:
         steps=np.zeros(count, dtype=np.int64),
         samples=None if samples is None else np.full((count, width, samples), np.nan),
         reached=np.zeros(count, dtype=np.int64),
+        times=np.full((count, samples), np.nan) if section and samples else None,
     )

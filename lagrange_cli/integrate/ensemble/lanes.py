@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -12,12 +13,23 @@ from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Accept, Batch, Starts
+from lagrange_cli.integrate.ensemble.method import Accept, Batch, Section, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.method import Method
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
+from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import BEYOND, HALT, LANES, LIMIT, NEXT, Interface, Stop
+from lagrange_cli.native.interface import (
+    BEYOND,
+    DIRECTION,
+    HALT,
+    LANES,
+    LIMIT,
+    NEXT,
+    PATIENCE,
+    Interface,
+    Stop,
+)
 from lagrange_cli.records import dataclass, replace
 
 POLL_SECONDS = 0.02
@@ -101,17 +113,23 @@ class Members:
 
     def __init__(self, machine: Machine, starts: Starts, threads: int) -> None:
         assert machine.follow is not None
-        (count, rows), times, sampled = starts.states.shape, starts.times, starts.sampled
+        (count, rows), times, section = starts.states.shape, starts.times, starts.section
+        sampled = starts.sampled or section is not None
         self._machine, self._follow, self._rows, self._times = machine, machine.follow, rows, times
-        self._parameters, self._states = map(np.ascontiguousarray, (starts.parameters, starts.states))
-        self._wanted = times.chunk(0, times.count if sampled else 0)
-        size = 8 * rows * len(self._wanted)
+        self._section, parameters = section, starts.parameters
+        if section is not None and section.periods is not None:
+            parameters = np.column_stack([parameters, section.periods])
+        self._parameters, self._states = map(np.ascontiguousarray, (parameters, starts.states))
+        self._wanted = times.chunk(0, times.count if starts.sampled else 0)
+        self._count = len(self._wanted) if section is None else section.count
+        height = rows if section is None else rows + 1
+        size = 8 * height * self._count
         room = max(1, MEMORY // size, min(LANES * threads, LARGEST // size)) if sampled else count
         self._slots = min(room, count)
-        self._samples = np.empty((self._slots, rows, len(self._wanted))) if sampled else None
+        self._samples = np.empty((self._slots, height, self._count)) if sampled else None
         self._results = np.empty((count, rows + BEYOND))
         self._reasons, self._given = np.zeros(count, dtype=np.int8), np.zeros(count, dtype=bool)
-        self._queue = np.array([0, self._slots, 0], dtype=np.int64)
+        self._queue = queue_of(self._slots, section)
         self._first = 0
         """The first member that has not been given away."""
         self.left: list[int] = []
@@ -134,7 +152,7 @@ class Members:
             self._follow(
                 pack.ctypes.data, self._parameters.ctypes.data, self._states.ctypes.data,
                 self._queue.ctypes.data, self._times.start, self._times.stop, self._wanted.ctypes.data,
-                len(self._wanted), self._results.ctypes.data, self._reasons.ctypes.data,
+                self._count, self._results.ctypes.data, self._reasons.ctypes.data,
                 None if self._samples is None else self._samples.ctypes.data, self._slots,
             )  # fmt: skip
             if self._queue[NEXT] >= len(self._states):
@@ -146,7 +164,7 @@ class Members:
         window = slice(self._first, int(self._queue[LIMIT]))
         index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
         size = max(1, self._slots // PARTS)
-        whole = self._reasons[index] == 1 + Stop.END
+        whole = (self._reasons[index] == 1 + Stop.END) | (self._section is not None)
         self.left += index[~whole].tolist()
         self._given[index[~whole]] = True
         index = index[whole]
@@ -167,7 +185,7 @@ class Members:
             samples = self._samples[index % self._slots]
             for one, good in zip(samples, reached):
                 one[:, good:] = np.nan
-        return Batch(
+        batch = Batch(
             index=index,
             ending=[Ending.COMPLETE] * len(index),
             t=results[:, rows],
@@ -176,6 +194,35 @@ class Members:
             samples=samples,
             reached=reached,
         )
+        return batch if self._section is None else self._crossings(batch, self._section)
+
+    def _crossings(self, batch: Batch, section: Section) -> Batch:
+        """Members of a section: how each ended, and where."""
+        assert batch.samples is not None
+        states, times = batch.samples[:, :-1], batch.samples[:, -1]
+        t, state, ending = batch.t.copy(), batch.state.copy(), list(batch.ending)
+        for i, (member, reached) in enumerate(zip(batch.index, batch.reached)):
+            if reached == section.count:
+                t[i], state[i] = times[i, -1], states[i, :, -1]
+            elif self._reasons[member] != 1 + Stop.END:
+                ending[i] = Ending.NOT_FOLLOWED
+            elif not close(t[i], self._times):
+                ending[i] = Ending.NO_CROSSING
+        return replace(batch, t=t, state=state, ending=ending, samples=states, times=times)
+
+
+def close(t: float, times: Times) -> bool:
+    """Whether a motion has come to its stop time, but for rounding."""
+    return math.isclose(t, times.stop, rel_tol=1e-12, abs_tol=1e-12 * abs(times.start))
+
+
+def queue_of(limit: int, section: Section | None) -> NDArray[np.int64]:
+    """What threads share: up to which member they may begin, and what a section is taken by."""
+    queue = np.array([0, limit, 0, 0, 0], dtype=np.int64)
+    if section is not None:
+        queue[DIRECTION:PATIENCE].view(np.float64)[0] = section.direction
+        queue[PATIENCE] = section.patience
+    return queue
 
 
 def reversed_members(program: Interface, one: Seen) -> Seen:
@@ -186,4 +233,6 @@ def reversed_members(program: Interface, one: Seen) -> Seen:
     samples = one.samples
     if samples is not None:
         samples = reversed_state(program, samples.transpose(1, 0, 2)).transpose(1, 0, 2)
-    return replace(one, t=reversed_time(one.t), state=reversed_state(program, one.state.T).T, samples=samples)
+    times = None if one.times is None else reversed_time(one.times)
+    state = reversed_state(program, one.state.T).T
+    return replace(one, t=reversed_time(one.t), state=state, samples=samples, times=times)

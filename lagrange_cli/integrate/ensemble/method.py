@@ -44,8 +44,8 @@ class Batch:
 
     ``index`` (b,) are their numbers, ``t`` (b,) and ``state`` (b, rows) the time and q, v and integrals at
     which each ended, and ``steps`` (b,) the numbers of steps. Of ``samples`` (b, rows, n), the first
-    ``reached`` (b,) of each member hold values, the others nan; None if no samples were asked for. If there
-    are events, ``logs`` (b) tell what happened to each."""
+    ``reached`` (b,) of each member hold values, the others nan; None if no samples were asked for. Those of a
+    section have ``times`` (b, n) of their own. If there are events, ``logs`` (b) tell what happened to each."""
 
     index: Index
     ending: Sequence[Ending]
@@ -55,27 +55,50 @@ class Batch:
     samples: Array | None
     reached: Index
     logs: Sequence[MemberLog] = ()
+    times: Array | None = None
 
 
 Accept: TypeAlias = Callable[[Batch], None]
 
 
 @dataclass(frozen=True)
+class Section:
+    """What is kept of each motion of a section: its first ``count`` crossings of a surface, or its states
+    after as many multiples of its own of the ``periods`` (members,).
+
+    A crossing counts where it goes in the ``direction``: +1 rising, -1 falling, 0 either. A motion is given
+    up after ``patience`` steps without any.
+    """
+
+    count: int
+    direction: int = 0
+    periods: Array | None = None
+    patience: int = 0
+
+    def only(self, members: Index | slice) -> Section:
+        """That of some members (b,)."""
+        return self if self.periods is None else replace(self, periods=self.periods[members])
+
+
+@dataclass(frozen=True)
 class Starts:
     """The initial values of members, and the samples asked for: ``parameters`` (members, P), ``states``
-    (members, rows) of q, v and zeros for the integrals, and the sample ``times``, if they are ``sampled``."""
+    (members, rows) of q, v and zeros for the integrals, and the sample ``times``, if they are ``sampled``; or
+    a ``section``, for which ``times`` say when motions start and stop."""
 
     parameters: Array
     states: Array
     times: Times
     sampled: bool
+    section: Section | None = None
 
     def __len__(self) -> int:
         return len(self.states)
 
     def only(self, index: Index) -> Starts:
         """Some of them (b,)."""
-        return replace(self, parameters=self.parameters[index], states=self.states[index])
+        section = None if self.section is None else self.section.only(index)
+        return replace(self, parameters=self.parameters[index], states=self.states[index], section=section)
 
 
 class EnsembleMethod(Protocol):

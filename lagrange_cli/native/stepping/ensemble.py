@@ -40,7 +40,11 @@ ALL = 2**LANES - 1
 @dataclass(frozen=True)
 class Pack:
     """What eight lanes work on, in vectors: places of each part and ``size``, that of all. So many of
-    the rows are ``quadratures``."""
+    the rows are ``quadratures``.
+
+    A way of sampling has more ``numbers`` of its own, so many rows of a sample behind those of the state that
+    are ``sampled``, and ``scratch``.
+    """
 
     degrees: int
     rows: int
@@ -49,6 +53,9 @@ class Pack:
     constants: int
     work: int
     quadratures: int = 0
+    numbers: tuple[str, ...] = ()
+    sampled: int = 0
+    scratch: int = 0
 
     @property
     def places(self) -> dict[str, int]:
@@ -56,14 +63,15 @@ class Pack:
         sizes = {
             "state": self.width,
             "low": self.width,
-            **dict.fromkeys(NUMBERS[1:], 1),
+            **dict.fromkeys((*NUMBERS[1:], *self.numbers), 1),
             **dict.fromkeys(("member", "active", "finishing"), 1),
             "constants": self.constants,
             "scratch": -(-self.constants // LANES),
-            "trial": self.rows,
+            "trial": self.rows + self.sampled,
             "rates": self.degrees,
             "allowed": self.degrees,
             "work": self.work,
+            "own": self.scratch,
             "size": 0,
         }
         found, place = {}, 0
@@ -93,10 +101,14 @@ class Follower:
 
     def text(self) -> str:
         """All of them."""
-        own = self.admit(), self.retire(), self.ahead(), self.record(), self.follow()
+        own = self.admit(), self.retire(), *self.sampling(), self.record(), self.follow()
         rough = [self.quadratures.rough()] if self.quadratures else []
         made = *self.sizes.functions(), accepted(self.lengths), *rough, *own
         return "".join(f.text() for f in made)
+
+    def sampling(self) -> list[Function]:
+        """Those that find out when samples are due."""
+        return [self.ahead()]
 
     def column(self, f: Function, lane: Integer) -> Pointer:
         """The first double of a lane, from which others are ``LANES`` doubles apart."""
@@ -127,13 +139,16 @@ class Follower:
         f.call(None, "prepare_lane", f.place("%parameters", n.get() * self.parameters), scratch)
         spread(f, scratch, self.number(f, "constants", lane), self.pack.constants)
         spread(f, f.place("%states", n.get() * rows), self.number(f, "state", lane), rows)
-        low = self.places["low"]
-        with f.loop(low, self.places["reached"] + 1, tested=False) as i:
+        with f.loop(self.places["low"], self.places["member"], tested=False) as i:
             f.store(f.constant(0.0), self.column(f, lane), i * LANES)
+        self.begin(f, n.get(), lane)
         f.store(Real(f, "%start"), self.number(f, "time", lane))
         f.store(n.get(), self.number(f, "member", lane))
         f.give(Bit(f, "true"))
         return f
+
+    def begin(self, f: Function, n: Integer, lane: Integer) -> None:
+        """Load what else a member begins with."""
 
     def retire(self) -> Function:
         """``@retire``: store the result of a lane's member."""
@@ -172,10 +187,12 @@ class Follower:
             f"ptr %state, ptr %work, <{LANES} x double> %dt, i64 %mask, i64 %count, i64 %slots, ptr %samples"
         )
         f = Function(f"define internal void @record({heads}) #0", LANES)
-        dt, trial, rows = Real(f, "%dt"), self.part(f, "trial"), self.pack.rows
+        dt, trial = Real(f, "%dt"), self.part(f, "trial")
+        rows = self.pack.rows + self.pack.sampled
         with self.lengths.each(f) as row:
             change = polynomial(f, row.series().terms(1, self.lengths.order), dt) * dt
             row.put(row.at("%state") + (change + row.at("%state", self.pack.width)), trial)
+        self.complete(f, dt, trial)
         count = Integer(f, "%count", 1)
         with each_lane(f, Integer(f, "%mask", 1)) as lane:
             slot = f.load_integer(self.number(f, "member", lane)).operation("urem", Integer(f, "%slots", 1))
@@ -189,6 +206,9 @@ class Follower:
         f.give()
         return f
 
+    def complete(self, f: Function, dt: Real, trial: Pointer) -> None:
+        """Write what else belongs to a sample at the time ``dt`` of the step."""
+
     def get(self, f: Function, name: str) -> Real:
         """A number of each lane."""
         return f.load("%state", self.places[name])
@@ -196,6 +216,26 @@ class Follower:
     def put(self, f: Function, name: str, value: Real) -> None:
         """The same, stored."""
         f.store(value, "%state", self.places[name])
+
+    def bounded(self, f: Function, h: Real, left: Real, live: Bit) -> Real:
+        """The step of the lanes that are ``live``, which may be shorter than ``h``; so much time is
+        ``left``."""
+        return h
+
+    def sample(self, f: Function, step: Real, moving: Bit, count: Integer) -> Integer | None:
+        """Take the samples of lanes that are ``moving``; those that need no others, if there are such."""
+        with f.when(~count.equals(0)), f.forever() as sampling:
+            dt = f.call(Real, "ahead", f.pointer("%state"), f.pointer("%times"), count)
+            due = ((dt <= step) & moving).mask()
+            with f.when(due.equals(0)):
+                sampling.leave()
+            self.take(f, dt, due, count)
+        return None
+
+    def take(self, f: Function, dt: Real, due: Integer, count: Integer) -> None:
+        """Sample the lanes that are ``due``."""
+        places = f.pointer("%state"), f.pointer("%work")
+        f.call(None, "record", *places, dt, due, count, Integer(f, "%slots", 1), f.pointer("%samples"))
 
     def follow(self) -> Function:
         """``@follow``."""
@@ -236,28 +276,14 @@ class Follower:
             finishing = f.load_integer(self.part(f, "finishing")).flags(LANES)
             h, met = chosen_step(f, previous, (state, work), live)
             left, passed = (stop - t) - low, f.magnitude(t)
+            h = self.bounded(f, h, left, live)
             stuck = (h <= passed * bounds.shortest + SMALLEST) & (h < left)
             moving = live & regular & (met < ENDLESS) & ~(stuck | finishing | refused)
             if self.quadratures:  # steps are divided by single motions only
                 moving = moving & ~f.call(Bit, "rough", state, work, f.smaller(h, left))
             final = (left <= h) & moving
             step = f.select(moving, f.smaller(h, left), zero)
-            with f.when(~count.equals(0)), f.forever() as sampling:
-                dt = f.call(Real, "ahead", state, f.pointer("%times"), count)
-                due = ((dt <= step) & moving).mask()
-                with f.when(due.equals(0)):
-                    sampling.leave()
-                f.call(
-                    None,
-                    "record",
-                    state,
-                    work,
-                    dt,
-                    due,
-                    count,
-                    Integer(f, "%slots", 1),
-                    f.pointer("%samples"),
-                )
+            full = self.sample(f, step, moving, count)
             usual = f.larger(step, self.get(f, "usual") * LAG)
             allowed = allowance(f, bounds, passed, usual, step)
             farthest = moved(f, self.lengths, step, allowed, expected, self.pack.width, moving=moving)
@@ -271,7 +297,7 @@ class Follower:
             self.put(f, "uneven", farthest * allowed.place)
             self.put(f, "previous", f.select(moving, step, previous))
             self.put(f, "steps", (self.get(f, "steps").bits() + moving.to_integer()).number())
-            f.store(final.mask(), self.part(f, "finishing"))
+            f.store(final.mask() if full is None else final.mask() | full, self.part(f, "finishing"))
             done = (live & ~moving).mask()
             with f.when(~done.equals(0)):
                 ended = (finishing & ~refused).mask()

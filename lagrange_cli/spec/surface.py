@@ -1,0 +1,85 @@
+"""An expression of the command line in the names of a system file, whose zeros are looked for: a surface in
+the space of states, such as ``theta`` or ``x - l*sin(omega*t)``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.bounds import Bounds
+from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.records import replace
+from lagrange_cli.spec.event_readers import read_when
+from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.names import Names, scalar
+from lagrange_cli.spec.nodes import Scalar
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.settling import check_scalar
+from lagrange_cli.spec.source import Passage, Source
+from lagrange_cli.spec.spec import SURFACE, Event, Expression, Spec, grouped
+
+KEYS = re.compile(r"'(when|direction): ([^']*)'")
+"""What a hint says of keys of the file, where options are meant."""
+
+
+def with_surface(spec: Spec, text: str) -> Spec:
+    """The system with an event where the expression ``text`` becomes 0, called ``SURFACE``.
+
+    Raises ``UsageError`` where it is no scalar expression in the system's names that varies along a motion.
+    """
+    source = Source(SURFACE, text)
+    problems = Problems(source)
+    names = names_of(spec, problems)
+    when = read_when(Scalar(Passage(source, text, (0, 0), (0, len(text))), False), SURFACE, problems)
+    if when is not None and problems.trusts(when.tree):
+        check_scalar(names, when, "events", SURFACE)
+        kinds, _ = names.check(when, "events", SURFACE)
+        if not problems.found and kinds <= {Kind.PARAMETER, Kind.SIZE}:
+            problems.add(when.place, "this never changes", "let it depend on a coordinate, a velocity or t")
+    if problems.found or when is None:
+        first = problems.found[0]
+        message = first.message.removesuffix(f" in {SURFACE}").replace(f"{SURFACE} is", "a surface is")
+        hint = KEYS.sub(r"--\1 '\2'", first.hint).replace("--when", SURFACE)
+        raise UsageError(f"{SURFACE} {text}: {message}" + (f"; {hint}" if hint else ""))
+    return replace(spec, events={**spec.events, SURFACE: Event(when, 0, False, {}, when.place)})
+
+
+def names_of(spec: Spec, problems: Problems) -> Names:
+    """The table of names of a system that has been read, for expressions that stand elsewhere."""
+    names = Names(problems, spec.sizes, {row.key: row.rule for row in SECTIONS.rows})
+    names.declare(TIME, Kind.TIME, None, scalar())
+    for size, value in spec.sizes.items():
+        names.declare(size, Kind.SIZE, None, Bounds(float(value)))
+        names.settle(size, frozenset(), Bounds(float(value)))
+
+    def declare(section: str, members: Iterable[str], what: Kind, value: object = None) -> None:
+        families = spec.families.get(section, {})
+        if what is Kind.PARTICLE:
+            families = {**spec.families.get("masses", {}), **families}
+        for family in grouped(members, families):
+            names.declare(family.name, what, None, value, family if family.shape else None)
+            if what is Kind.COORDINATE:
+                rates = tuple(map(velocity_name, family.members))
+                own = replace(family, name=velocity_name(family.name), members=rates)
+                names.declare(own.name, Kind.VELOCITY, None, value, own if family.shape else None)
+
+    declare("coordinates", (one.name for one in spec.coordinates), Kind.COORDINATE, scalar())
+    declare("parameters", (one.name for one in spec.parameters), Kind.PARAMETER, scalar())
+    for section, what, given in (
+        ("definitions", Kind.DEFINITION, spec.definitions),
+        ("embedding", Kind.PARTICLE, spec.embedding),
+    ):
+        declare(section, given, what)
+        for name, expression in given.items():
+            settle(names, name, what, expression, section)
+    return names
+
+
+def settle(names: Names, name: str, what: Kind, expression: Expression, section: str) -> None:
+    """Say what a definition or a particle comes to."""
+    kinds, bounds = names.check(expression, section, "")
+    if what is Kind.PARTICLE:
+        kinds, bounds = frozenset({what}), bounds if isinstance(bounds, tuple) else (bounds,)
+    names.settle(name, kinds, bounds)

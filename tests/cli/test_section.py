@@ -1,0 +1,159 @@
+"""``lagrange section`` as a user runs it: what it writes, says and refuses."""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+import xarray
+
+from tests.cli.test_solve import datasets
+from tests.support.command import SYSTEMS, lagrange, lagrange_process
+
+HENON = SYSTEMS / "henon_heiles.yaml"
+SPRING = """
+parameters: {w: {value: 1.0, unit: 1/s}}
+coordinates: {x: {initial: 0.0, velocity: w}}
+definitions: {both: x + x_dot}
+lagrangian: x_dot**2/2 - w**2*x**2/2
+time: {unit: s}
+solve: {stop: 2*pi/w, step: 0.1, method: DOP853}
+"""
+
+
+def section(*arguments: str | Path, cwd: Path, status: int = 0) -> dict:
+    run = lagrange("section", "--json", *arguments, cwd=cwd)
+    assert run.returncode == status, run.stderr
+    return json.loads(run.stdout)
+
+
+@pytest.fixture
+def spring(tmp_path) -> Path:
+    path = tmp_path / "spring.yaml"
+    path.write_text(SPRING)
+    return path
+
+
+def test_one_motion_has_a_file_like_that_of_solve(tmp_path):
+    run = lagrange_process("section", HENON, "--where", "x", "--crossings", "7", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert run.stdout.startswith("Henon-Heiles: section where x = 0, rising\n  7 crossings\n")
+    assert os.listdir(tmp_path) == ["henon_heiles_section.h5"]
+    with h5py.File(tmp_path / "henon_heiles_section.h5") as file:
+        names = ("q/x", "q/y", "v/x", "v/y", "diagnostics/p/x", "diagnostics/p/y", "diagnostics/h", "t")
+        assert datasets(file) == dict.fromkeys(names, (7,))
+        x, y, u, v = (file[name][()] for name in ("q/x", "q/y", "v/x", "v/y"))
+        assert np.abs(x).max() < 1e-15 and (u > 0).all()
+        assert np.abs((u**2 + v**2 + y**2) / 2 - y**3 / 3 - 1 / 8).max() < 1e-15
+        said = dict(file.attrs)
+        assert (said["where"], said["direction"], said["crossings"]) == ("x", "rising", 7)
+        assert said["t_end"] == file["t"][-1] and said["method"] == "taylor"
+        assert "sweep" not in said and "members" not in said
+    with xarray.open_dataset(tmp_path / "henon_heiles_section.h5", group="q", engine="h5netcdf") as q:
+        assert q.x.dims == ("t",)
+
+
+def test_a_sweep_has_its_dimensions_and_the_crossings(tmp_path, spring):
+    grid = ("--over", "w=1,2,4", "--over", "x=0,0.5")
+    told = section(spring, "--where", "both", "--direction", "either", "--crossings", "5", "--stop", "6",
+                   *grid, cwd=tmp_path)  # fmt: skip
+    assert (told["status"], told["members"], told["complete"]) == ("complete", 6, 6)
+    assert told["where"] == "both" and told["direction"] == "either" and "every" not in told
+    with h5py.File(tmp_path / "spring_section.h5") as file:
+        assert file["t"].shape == file["q/x"].shape == (3, 2, 5)
+        assert [dim[0].name for dim in file["t"].dims] == ["/w", "/x_0", "/crossing"]
+        assert file["t"].attrs["unit"] == "s"
+        count, t = file["crossings"][()], file["t"][()]
+        assert count.tolist() == [[2, 2], [4, 4], [5, 5]] and told["crossings"] == 22
+        assert (np.isnan(t).sum(axis=2) == 5 - count).all()
+        first = [(math.pi - math.atan(w)) / w for w in (1, 2, 4)]  # x = sin(w t): tan(w t) = -w
+        assert np.abs(t[:, 0, 0] - first).max() < 1e-14
+        assert file["t_end"][0, 0] == 6.0 and file["t_end"][2, 0] == t[2, 0, 4]
+    assert told["message"] == "22 crossings by 6 members; 4 of them reached the stop time before the last one"
+
+
+def test_a_stroboscopic_section_has_the_periods_of_its_members(tmp_path, spring):
+    told = section(spring, "--every", "pi/(2*w)", "--crossings", "4", "--over", "w=1,3", cwd=tmp_path)
+    assert told["every"] == "pi/(2*w)" and "where" not in told and told["crossings"] == 8
+    with h5py.File(tmp_path / "spring_section.h5") as file:
+        assert file.attrs["every"] == "pi/(2*w)" and "where" not in file.attrs
+        periods = math.pi / 2 / np.array([1.0, 3.0])
+        assert np.abs(file["t"][()] - periods[:, None] * np.arange(1, 5)).max() < 1e-14
+        assert np.abs(file["q/x"][()] - [[1, 0, -1, 0]] * 2).max() < 1e-14
+
+
+def test_the_same_section_has_the_same_bytes_whatever_the_jobs(tmp_path):
+    draws = ("--where", "x", "--random", "y0=uniform(-0.2,0.4)", "--members", "30", "--crossings", "20")
+    for name, jobs in (("a.h5", "1"), ("b.h5", "3")):
+        section(HENON, *draws, "--jobs", jobs, "-o", name, cwd=tmp_path)
+    assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
+
+
+def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
+    monkeypatch.setenv("LAGRANGE_LIMITS", "patience=100")
+    told = section(spring, "--where", "x - 2", "--outputs", "q", cwd=tmp_path, status=4)
+    assert told["status"] == "failed" and told["crossings"] == 0
+    assert told["message"].startswith("0 crossings; no crossing was found any more at t = ")
+    told = section(spring, "--where", "x - 2", "--force", "--over", "w=1,2", cwd=tmp_path, status=4)
+    assert "2 of 2 members failed; the first is member 0 (w = 1): no crossing was found" in told["message"]
+    told = section(spring, "--where", "x - 2", "--force", "--stop", "9", cwd=tmp_path)
+    assert told["message"] == "0 crossings; the motion reached the stop time before the last one"
+
+
+REFUSED = {
+    "neither": ((), "give one of --where EXPRESSION"),
+    "both": (("--where", "x", "--every", "1"), "give one of --where EXPRESSION"),
+    "a direction of time": (("--every", "1", "--direction", "rising"), "--direction belongs to --where"),
+    "unknown": (("--where", "y"), "--where y: unknown name 'y'"),
+    "a condition": (("--where", "x > 1"), "--where x > 1: a surface is where an expression becomes 0"),
+    "how to write it": (("--where", "x > 1"), "write --where 'x - 1' and --direction 'rising'"),
+    "unfinished": (("--where", "x +"), "--where x +: missing value after '+'"),
+    "a vector": (("--where", "(x, x)"), "expected a scalar"),
+    "constant": (("--where", "w - 1"), "--where w - 1: this never changes"),
+    "zero": (("--where", "x - x"), "--where x - x: this never changes"),
+    "a switch": (("--where", "abs(x) - 1"), "a section of this system cannot be taken yet"),
+    "a period that moves": (("--every", "x"), "--every x: 'x' is not constant"),
+    "a negative period": (("--every", "-w"), "--every -w: a period is a positive number, not -1"),
+    "an infinite one": (("--every", "1/(w - 1)"), "--every 1/(w - 1): division by zero"),
+    "of a member": (("--every", "w - 1", "--over", "w=2,1"), "a positive number, not 0 for member 1"),
+    "too many": (("--where", "x", "--crossings", "10000000000"), "exceed the limit"),
+    "a table": (("--where", "x", "-o", "a.csv"), "a section is written as HDF5"),
+    "a stream": (("--where", "x", "-o", "-"), "a section cannot be written to standard output"),
+    "members of nothing": (("--where", "x", "--members", "3"), "no members given"),
+}
+
+
+@pytest.mark.parametrize("case", REFUSED)
+def test_what_is_refused(case, tmp_path, spring):
+    arguments, message = REFUSED[case]
+    run = lagrange("section", spring, *arguments, cwd=tmp_path)
+    assert run.returncode == 2 and run.stdout == ""
+    assert run.stderr.startswith("Error: ") and message in " ".join(run.stderr.split())
+    assert os.listdir(tmp_path) == ["spring.yaml"]
+
+
+def test_names_of_families_particles_and_definitions(tmp_path):
+    chain = tmp_path / "chain.yaml"
+    chain.write_text(
+        "sizes: {N: 3}\n"
+        "coordinates: {u[i in range(N)]: {initial: 0.1*i, velocity: 1}}\n"
+        "definitions: {far[i in range(N)]: u[i] - 1, where_all: (far[0], far[1])}\n"
+        "masses: {m[i in range(N)]: 1}\n"
+        "embedding: {m[i in range(N)]: [u[i]]}\n"
+        "potential: 0\n"
+    )
+    for where, t in (
+        ("u[2] - 1", 0.8), ("far[1]", 0.9), ("m[1].x + m[1].vx - 3", 1.9),
+        ("sum(u[i] for i in range(N)) - N", 0.9), ("where_all.y", 0.9),
+    ):  # fmt: skip
+        told = section(chain, "--where", where, "--crossings", "1", "--force", "-o", "a.h5", cwd=tmp_path)
+        assert told["crossings"] == 1
+        with h5py.File(tmp_path / "a.h5") as file:
+            assert abs(file["t"][0] - t) < 1e-14, where
+    run = lagrange("section", chain, "--where", "u", cwd=tmp_path)
+    assert run.returncode == 2 and "missing index on the family 'u'" in run.stderr
