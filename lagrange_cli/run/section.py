@@ -323,7 +323,8 @@ class Single:
         assert ensemble.cut is not None
         units = units_of(ensemble.spec)
         layout = Layout(series_of(units, prepared), time_unit=units.get("t", ""))
-        self.output = Writer(start.target, layout, expected=ensemble.cut.kept.count)
+        times = replace(ensemble.times, count=ensemble.cut.kept.count, step=0.0)
+        self.output = Writer(start.target, layout, times)
         self._paths = ["t", *(one.path for one in layout.series)]
         self._end: dict[str, float] = {}
 
