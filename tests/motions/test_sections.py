@@ -177,13 +177,17 @@ def test_surfaces_may_depend_on_velocities_time_and_parameters():
 
 def test_a_motion_is_the_same_whatever_runs_beside_it():
     source = np.random.default_rng(3)
-    states = np.column_stack([source.uniform(-2, 2, 40), source.uniform(-1, 1, 40)])
-    together = take(PENDULUM, "u", states, 15)
-    threaded = take(PENDULUM, "u", states, 15, threads=3)
+    states = np.column_stack([source.uniform(-2, 2, 200), source.uniform(-1, 1, 200)])
+    where = "(u - 0.1)*(u + 0.3)*(u_dot - u/3)"
+    together = take(PENDULUM, where, states, 30)
+    threaded = take(PENDULUM, where, states, 30, threads=3)
     assert together.t.tobytes() == threaded.t.tobytes()
     assert together.states.tobytes() == threaded.states.tobytes()
+    order = source.permutation(200)
+    shuffled = take(PENDULUM, where, states[order], 30)
+    assert shuffled.t.tobytes() == together.t[order].tobytes()
     for member in (0, 7, 39):
-        alone = take(PENDULUM, "u", states[member : member + 1], 15)
+        alone = take(PENDULUM, where, states[member : member + 1], 30)
         assert alone.t[0].tobytes() == together.t[member].tobytes()
 
 

@@ -45,7 +45,8 @@ class Batch:
     ``index`` (b,) are their numbers, ``t`` (b,) and ``state`` (b, rows) the time and q, v and integrals at
     which each ended, and ``steps`` (b,) the numbers of steps. Of ``samples`` (b, rows, n), the first
     ``reached`` (b,) of each member hold values, the others nan; None if no samples were asked for. Those of a
-    section have ``times`` (b, n) of their own. If there are events, ``logs`` (b) tell what happened to each."""
+    section have ``times`` (b, n) of their own. If there are events, ``logs`` (b) tell what happened to
+    each."""
 
     index: Index
     ending: Sequence[Ending]

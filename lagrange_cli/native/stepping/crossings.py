@@ -293,7 +293,7 @@ class Crossings(Returns):
             inside = (newton >= low.get()) & (newton <= high.get())
             following = f.select(inside, newton, (low.get() + high.get()) * 0.5)
             change = f.magnitude(following - at)
-            x.set(following)
+            x.set(f.select(pending.get(), following, at))  # whatever others still need
             pending.set(pending.get() & (change > CLOSE) & ~(inside & (change <= QUADRATIC)))
             with f.when(~f.any(pending.get())):
                 found.leave()
