@@ -26,7 +26,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.formulation import rate
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
-from lagrange_cli.mechanics.switches import Merging, has_rates, switches, vanishes_with
+from lagrange_cli.mechanics.switches import Merging, has_rates, switches, vanishes_with, where_zero
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
@@ -149,16 +149,38 @@ class _Freezing:
             mode = graph.symbol(f"mode {len(self.guards)}")
             self.guards[original] = Guard(argument, original, mode)
         guard = self.guards[original]
-        if node in self.inertial or not self._jumps(node) or self._held_inside(above - below):
+        if node in self.inertial or self._held_inside(above - below):
             return graph.switch(guard.mode, above, below, -1)
+        if not self._jumps(node):
+            resting = self._resting(original, above, below)
+            if resting is None:
+                return graph.switch(guard.mode, above, below, -1)
+            return self._three_ways(guard.mode, above, below, resting[0])
         if guard.auxiliary is None and self._moves(original) and original not in self.free:
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
         if guard.auxiliary is None:
             return graph.switch(guard.mode, above, below, -1)
         multiplier = self.multipliers[guard.auxiliary]
-        held = (above + below) / 2.0 + multiplier * (above - below) / 2.0
+        first, second = self._resting(original, above, below) or (above, below)
+        held = (first + second) / 2.0 + multiplier * (first - second) / 2.0
         return self._three_ways(guard.mode, above, below, held)
+
+    def _resting(self, argument: Node, above: Node, below: Node) -> tuple[Node, Node] | None:
+        """What both branches are where a velocity is 0, if they have a root of it: this has no series there,
+        and may bring to rest in a finite time."""
+        if argument not in self.residual.model.v:
+            return None
+        rooted = any(
+            node.kind is Kind.PRODUCT
+            and any(
+                base.symbols & argument.symbols and e != int(e) for base, e in zip(node.arguments, node.data)
+            )
+            for node in reachable([above, below])
+        )
+        if not rooted:
+            return None
+        return where_zero(self.graph, above, argument), where_zero(self.graph, below, argument)
 
     def _held_inside(self, node: Node) -> bool:
         """Whether a multiplier stands in it: the equations must stay linear in all of them."""

@@ -34,7 +34,7 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
         return True
     _, argument = graph.split_coefficient(argument)
     if argument.kind is not Kind.SUM:
-        return substituted(graph, [node], {argument: graph.zero})[0].is_zero
+        return where_zero(graph, node, argument).is_zero
     for term, coefficient in zip(argument.arguments, argument.data[1]):
         rest = [(a, -k / coefficient) for a, k in zip(argument.arguments, argument.data[1]) if a is not term]
         others = graph.sum([(graph.constant(argument.data[0]), -1.0 / coefficient), *rest])
@@ -43,6 +43,19 @@ def vanishes_with(graph: Graph, node: Node, argument: Node) -> bool:
             if left.is_zero or (left.kind is Kind.NUMBER and abs(left.data) <= ROUNDED * largest(node)):
                 return True
     return False
+
+
+def where_zero(graph: Graph, node: Node, argument: Node) -> Node:
+    """``node`` where ``argument`` is 0: powers of it and of its multiples in one product count together."""
+    gone = {}
+    for one in reachable([node]):
+        if one.kind is Kind.PRODUCT:
+            multiples = [
+                e for a, e in zip(one.arguments, one.data) if graph.split_coefficient(a)[1] is argument
+            ]
+            if len(multiples) > 1 and sum(multiples) > 0:
+                gone[one] = graph.zero
+    return substituted(graph, [node], {**gone, argument: graph.zero})[0]
 
 
 def largest(node: Node) -> float:

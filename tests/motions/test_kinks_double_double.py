@@ -141,3 +141,20 @@ lagrangian: (th_dot**2 + ph_dot**2*sin(th)**2)/2 + 9.81*cos(th)
     plane = [1 - 2 * (k * MP.ellipfun("cd", MP.sqrt(MP.mpf("9.81")) * t, k=k)) ** 2 for t in found["t"]]
     assert largest([MP.cos(th) for th in found["q/th"]], plane) < 1e-14
     assert attributes["h_drift"] < 1e-29
+
+
+@pytest.mark.parametrize("power", ["1.5", "2.5"])
+def test_a_contact_force_that_has_no_series_where_it_begins(tmp_path, power):
+    """x'' = -7 u^p, u = max(0, x - 0.7): how long it stays is an integral over u."""
+    system = f"""
+        coordinates: {{x: {{initial: 0, velocity: 1.2}}}}
+        lagrangian: x_dot**2/2
+        generalized_forces: {{x: "-7*max(0, x - 0.7)**{power}"}}
+        """
+    _, found = solved(tmp_path, system, *LONG, "--stop", "4", "--samples", "3")
+    v, n = MP.mpf("1.2"), MP.mpf(power) + 1
+    deepest = (v**2 * n / 14) ** (1 / n)
+    inside = 2 * deepest / v * MP.quad(lambda s: 1 / MP.sqrt(1 - s**n), [0, 0.5, 1])
+    known = MP.mpf("0.7") - v * (found["t"][-1] - MP.mpf("0.7") / v - inside)
+    assert abs(found["q/x"][-1] - known) < 1e-26
+    assert abs(found["v/x"][-1] + v) < 1e-27

@@ -90,3 +90,29 @@ def test_a_motion_comes_to_rest_where_two_jumps_meet():
     assert abs(motion["q/x"][-1]) <= 1e-12
     still = np.abs(motion["q/x"]) <= 1e-12
     assert np.all(still[np.argmax(still) :])
+
+
+@pytest.mark.parametrize(
+    "spelling",
+    [
+        "-C*sqrt(abs(x_dot))*sign(x_dot)",
+        "-C*where(x_dot > 0, 1, -1)*abs(x_dot)**0.5",
+        "-C*x_dot/abs(x_dot)**0.5",
+    ],
+)
+def test_a_resistance_that_has_no_series_at_rest_brings_to_rest(spelling, source):
+    """v' = -c sqrt(v) ends at t = 2 sqrt(v)/c, after 2 v^1.5/(3 c)."""
+    c, v = source.uniform(0.8, 2), source.uniform(0.5, 1.5)
+    motion = follow(line(0.0, v, "0", spelling.replace("C", repr(c))), 4.0, 9)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["q/x"][-1] == pytest.approx(2 * v**1.5 / (3 * c), rel=1e-13)
+    assert motion["v/x"][-1] == 0.0
+
+
+def test_what_such_a_resistance_has_stopped_is_moved_by_another_force():
+    """From t = 4 on v' = 0.3 - 0.8 s, s = sqrt(v), by which t - 4 = -2 s/0.8 - 0.6/0.64 log(1 - 0.8 s/0.3)."""
+    force = "-0.8*sqrt(abs(x_dot))*sign(x_dot) + where(t > 4, 0.3, 0)"
+    motion = follow(line(0.0, 1.0, "0", force), 6.0, 3)
+    assert motion.outcome.ending is Ending.COMPLETE
+    root = math.sqrt(motion["v/x"][-1])
+    assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)

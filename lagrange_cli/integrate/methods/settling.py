@@ -25,14 +25,18 @@ HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 DERIVATIVES = 6
 """Derivatives of u that are looked at."""
-WAY, FELT, FARTHER = (2.0**-40, 2.0**-80), (2.0**-50, 2.0**-98), 6
-"""The way across u = 0 as a part of the coordinates, and the change of velocities that is not felt on it, in
-doubles and in double-double; how often it is made longer."""
+WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4)]
+"""The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
+double-double. (There the longest come first: proofs of steps know of u no more than a double.)"""
+FELT = 2.0**-50, 2.0**-98
+"""The change of velocities that is not felt on such a way."""
 BRIEF = 2.0**-20
 """What is a short part of all the time since t = 0."""
 BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
 """What is forgotten where other equations begin to hold."""
 SMALLEST = 2.0**-1022
+SOON = 2.0**-30
+"""What becomes 0 within this part of the time is brought to rest."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 ROUNDS = 8
@@ -96,8 +100,8 @@ class Settling:
     def goes_on(self, stop: Stop, due: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped."""
         if stop is Stop.GUARD:
-            return self.settle(due) or self.cross()
-        return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and self.cross()
+            return self.settle(due) or self.rest() or self.cross()
+        return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and (self.rest() or self.cross())
 
     def settle(self, due: int) -> bool:
         """Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound;
@@ -114,15 +118,47 @@ class Settling:
         if self.memory[self._layout.at(Clock.PASSES)] >= CHANGES and self._rows.guards[due].multiplier:
             self._stop_at(due)
         if before == 0.0:
-            side = 1.0 if self._multiplier(due) > 0.0 else -1.0
+            leaving = self._multiplier(due) if self._rows.guards[due].multiplier else self._arguments()[due]
+            side = 1.0 if leaving > 0.0 else -1.0
             return self._choose([due, *marked], {due: side}, held=False)
         return self._choose([due, *marked], {due: -before})
+
+    def rest(self) -> bool:
+        """Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series, such as
+        sqrt(|v|); whether there is one that stays 0."""
+        self._series()
+        soon = max(abs(self.memory[self._layout.time]), SMALLEST) * SOON
+        for j in range(self.count):
+            u = self._coefficients(self._rows.first + j)[:2]
+            if self.modes[j] * u[1] < 0.0 < abs(u[0]) <= abs(u[1]) * soon and self._rests(j, u[0]):
+                return True
+            self._series()
+        return False
+
+    def _rests(self, j: int, u: float) -> bool:
+        """Take away the velocity that is the argument of a guard, and set its mode to 0; whether it stays."""
+        layout, memory = self._layout, self.memory.copy()
+        row = next((i for i in range(layout.v.start, layout.v.stop) if memory[i] == u), None)
+        if row is None:
+            return False
+        self.memory[layout.part(0)][row] = self.memory[layout.part(1)][row] = 0.0
+        self.modes[j] = 0.0
+        self._series()
+        coefficients = self._coefficients(self._rows.first + j)
+        if np.all(np.abs(coefficients) <= ROUNDING * self.scale()[: len(coefficients)]):
+            self.marks[j] = 0.0
+            for number in BEGINNING:
+                self.memory[layout.at(number)] = 0.0
+            return True
+        self.memory[:] = memory
+        return False
 
     def cross(self) -> bool:
         """Take the motion a little way across u = 0, where u has a power that has no series there, as
         |u|^1.5; whether that could be done. The force must change too little on this way to be felt.
 
-        It is taken with the acceleration on the side from which the motion comes.
+        It is taken with the acceleration on the side from which the motion comes, or on that to which it goes
+        if it begins at u = 0 where the force jumps.
         """
         now = tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
         if now == self._crossed:
@@ -131,26 +167,33 @@ class Settling:
         self._series()
         free = [j for j in range(self.count) if self.modes[j] != 0.0]
         u = {j: self._coefficients(self._rows.first + j)[:2] for j in free}
-        marked = [j for j in free if self.marks[j] > 0.0]
+        marked = [j for j in range(self.count) if self.marks[j] > 0.0]
         ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
         if marked:
-            return self._crossed_by(marked[0], 0.0, float(self.modes[marked[0]]))
+            j, side = marked[0], float(self.modes[marked[0]]) or 1.0
+            tried = (-side, side), (side, side), (-side, -side)
+            return any(self._crossed_by(j, 0.0, *modes) for modes in tried)
         if not ahead:
             return False
         j = min(ahead, key=lambda j: abs(ahead[j]))
-        return self._crossed_by(j, abs(float(ahead[j])), -float(self.modes[j]))
+        return self._crossed_by(j, abs(float(ahead[j])), float(self.modes[j]), -float(self.modes[j]))
 
-    def _crossed_by(self, j: int, left: float, mode: float) -> bool:
-        """Move on by the time ``left`` until u = 0, and a little more, to where the mode is another one."""
+    def _crossed_by(self, j: int, left: float, begin: float, mode: float) -> bool:
+        """Move on by the time ``left`` until u = 0, and a little more, to where the mode is right, with the
+        accelerations of the one to ``begin`` with."""
         layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
         q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
+        self.modes[j] = begin
+        self._series()
+        v = max(v, self._speed())
         if not v > 0.0:
+            self.memory[:] = memory
             return False
         usual = max(q / v, abs(memory[layout.time]) * BRIEF)
-        for k in range(FARTHER):
+        for way in WAYS[parts - 1]:
             self.memory[:] = memory
-            self.modes[j] = -mode
-            if self._moved(left + float(usual) * WAY[parts - 1] * 16.0**k, mode, j):
+            self.modes[j] = begin
+            if self._moved(left + float(usual) * way, mode, j):
                 self.marks[:] = 0.0
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
@@ -177,11 +220,21 @@ class Settling:
         time[:] = later, time[1] + (length - (later - time[0]))
         self.modes[j] = mode
         self._series()
+        if not self._coefficients(self._rows.first + j)[0] * mode > 0.0:
+            return False
         series = [self._coefficients(row) for row in range(layout.v.start, layout.v.stop)]
         after = np.array([one[0] for one in series])
         felt = np.abs(after - before[: layout.degrees]) * length
-        least = FELT[self.machine.program.parts - 1] * np.max(np.abs(high[layout.v]))
+        least = FELT[self.machine.program.parts - 1] * max(np.max(np.abs(high[layout.v])), self._speed())
         return bool(np.all(np.isfinite(series)) and np.all(felt <= least))
+
+    def _speed(self) -> float:
+        """The speed that the motion gets from rest on a way as long as its coordinates."""
+        high, layout = self.memory[self._layout.part(0)], self._layout
+        rows = range(layout.v.start, layout.v.stop)
+        accelerations = np.abs([self._coefficients(row)[0] for row in rows])
+        known = accelerations[np.isfinite(accelerations)]
+        return float(np.sqrt(np.max(known, initial=0.0) * np.max(np.abs(high[layout.q]))))
 
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
@@ -248,6 +301,7 @@ class Settling:
     def _series(self) -> Array:
         """The series from here on; the rates of velocities and integrals."""
         self.prepare()
+        self._work[:] = 0.0  # what is not finite would spread
         rates = np.empty(self._layout.rows)
         self.machine.accelerate(
             self.constants.ctypes.data,

@@ -234,6 +234,7 @@ class Stepper:
 
     def _rates(self) -> Array:
         """The rates of velocities and integrals there."""
+        self._work[:] = 0.0  # what is not finite would spread
         rates = np.empty(self._layout.rows)
         self._machine.accelerate(
             self._constants.ctypes.data,

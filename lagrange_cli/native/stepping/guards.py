@@ -24,6 +24,9 @@ NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
 
+AT_REST = 2.0**-80
+"""An argument that rests at 0, with no force that holds it, moves again where it has become so large."""
+
 
 @dataclass(frozen=True)
 class GuardCode:
@@ -99,6 +102,10 @@ class GuardCode:
                 multiplier = f.load_integer("@guard_multipliers", j)
                 for side in (-1.0, 1.0):
                     look(self._series(f, multiplier), Real(f, "%unit"), f.constant(side), Bit(f, "false"), j)
+            with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):
+                row, rest = f.load_integer("@guard_rows", j), f.constant(AT_REST)
+                for side in (-1.0, 1.0):
+                    look(self._series(f, row), rest, f.constant(side), Bit(f, "false"), j)
         f.give(earliest.get(), which.get(), reach.get())
         return f
 
@@ -111,6 +118,8 @@ class GuardCode:
         role = f.load_integer("@guard_roles", j)
         mode, fresh = j + rows.mode(layout), j + rows.fresh(layout)
         before = f.load(state, mode)
+        with f.when(role.equals(Role.SWITCH) & before.equals(0.0)):
+            f.give(f.count(AWAY))
         result = f.variable(f.count(NOTED))
         if self.rows.events:
             self._note(f, role, j, before, result)
