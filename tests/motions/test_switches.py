@@ -110,7 +110,7 @@ def test_a_resistance_that_has_no_series_at_rest_brings_to_rest(spelling, source
 
 
 def test_what_such_a_resistance_has_stopped_is_moved_by_another_force():
-    """From t = 4 on v' = 0.3 - 0.8 s, s = sqrt(v), by which t - 4 = -2 s/0.8 - 0.6/0.64 log(1 - 0.8 s/0.3)."""
+    """From t = 4 on v' = 0.3 - 0.8 s, s = sqrt(v), and t - 4 = -2 s/0.8 - 0.6/0.64 log(1 - 0.8 s/0.3)."""
     force = "-0.8*sqrt(abs(x_dot))*sign(x_dot) + where(t > 4, 0.3, 0)"
     motion = follow(line(0.0, 1.0, "0", force), 6.0, 3)
     assert motion.outcome.ending is Ending.COMPLETE
