@@ -13,7 +13,7 @@ from lagrange_cli.integrate.ending import State
 from lagrange_cli.integrate.method import Snapshot
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 T = TypeVar("T")
 
@@ -24,14 +24,15 @@ RARELY = 50
 @dataclass(frozen=True)
 class Progress:
     """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
-    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, and the last
-    sample, ``final``."""
+    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, the last
+    sample, ``final``, and what balances begin with since actions of events have added to it, ``base``."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
     drift: Mapping[str, float]
     size: float
     final: State | None
+    base: Mapping[str, float] = field(default_factory=dict)
 
     def as_data(self) -> dict[str, Any]:
         """All but the memory, in terms of JSON (with NaN and infinities)."""
@@ -44,6 +45,7 @@ class Progress:
             "first": dict(self.first),
             "drift": dict(self.drift),
             "size": self.size,
+            **({"base": dict(self.base)} if self.base else {}),
             "final": None if self.final is None else self.final.as_data(),
         }
 
@@ -56,6 +58,7 @@ class Progress:
         try:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
+            base = {str(k): float(x) for k, x in data.get("base", {}).items()}
             size, limited = float(data["size"]), bool(data["limited"])
             final = None if data["final"] is None else State(**data["final"])
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
@@ -68,7 +71,9 @@ class Progress:
             raise ValueError("not of this run")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
-        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final)
+        if base and list(base) != list(first):
+            raise ValueError("of other quantities")
+        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final, base)
 
 
 class Schedule:

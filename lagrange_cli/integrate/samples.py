@@ -15,6 +15,7 @@ from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Progress
 from lagrange_cli.integrate.events import Change, parameters_in
 from lagrange_cli.native.interface import low
+from lagrange_cli.outputs.recording import Making
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -46,7 +47,10 @@ class Samples:
         self._prepare(parameters)
         self._wide = self._other = np.empty((0, 0))
         self._first: dict[str, float] = {}
-        """What is observed at the start, and what actions have added to it."""
+        """What is observed at the start."""
+        self._base: dict[str, float] = {}
+        """The same, and what actions have added to it."""
+        self._balances = any(one.making is Making.BALANCE for one in prepared.recording.made)
         self._changes: list[Change] = []
         """What actions have changed that no sample follows yet."""
         self._done = 0
@@ -57,42 +61,42 @@ class Samples:
 
     def change(self, change: Change) -> None:
         """Take in what an action has changed, before the samples that follow it."""
-        self._changes.append(change)
+        if self._balances or not np.array_equal(*change.parameters):
+            self._changes.append(change)
 
     def accept(self, times: Array, states: Array) -> None:
         """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
         if not len(times):
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
-        observed, first = self.observe(times, states)
+        observed, base = self.observe(times, states)
         with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
             for name, drift in self._drift.items():
-                row, base = observed[name], first[name]
-                if not isinstance(base, float):
-                    row, base = row - base, 0.0
-                self._drift[name] = max(drift, float(np.max(row)) - base, base - float(np.min(row)))
+                row, first = observed[name], self._first[name]
+                self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
         self._measure(observed, states)
-        self._emit({"t": times, **recording.series(states, program.integrals, observed, first)})
+        self._emit({"t": times, **recording.series(states, program.integrals, observed, base)})
 
     def _prepare(self, parameters: Array) -> None:
         given = with_modes(self._prepared.machine.program, parameters)
         self._prepared.machine.prepare(given.ctypes.data, self._constants.ctypes.data)
 
     def _apply(self, changes: Iterable[Change]) -> None:
-        """Add what actions have changed to what the quantities are measured from."""
+        """Add what actions have changed to what balances begin with."""
         for one in changes:
-            values = []
+            values, same = [], bool(np.array_equal(*one.parameters))
             for parameters, state in zip(one.parameters, (one.before, one.after)):
-                self._prepare(parameters)
+                if not same:
+                    self._prepare(parameters)
                 found = np.empty((len(self._prepared.machine.program.quantities), 1))
                 self._compute(np.array([one.t]), state[:, None], found, 1)
                 values.append(dict(zip(self._prepared.machine.program.quantities, found[:, 0].tolist())))
             self._add(*values)
 
     def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        """Add the change of each quantity to where it is measured from."""
-        for name in self._first:
-            self._first[name] += after[name] - before[name]
+        """Add the change of each quantity to what its balance begins with."""
+        for name in self._base:
+            self._base[name] += after[name] - before[name]
 
     def _measure(self, observed: Mapping[str, Array], states: Array) -> None:
         """Update the size of h's terms from the first samples and some of the others, which do not depend on
@@ -111,7 +115,8 @@ class Samples:
             self._size = float(np.max(sizes, initial=self._size))
 
     def observe(self, times: Array, states: Array) -> tuple[Mapping[str, Array], Mapping[str, Any]]:
-        """What is observed, and what each quantity is measured from: a number, or one for each sample."""
+        """What is observed, and what the balance of each quantity begins with: a number, or one for each
+        sample."""
         names, count = self._prepared.machine.program.quantities, len(times)
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
@@ -129,10 +134,12 @@ class Samples:
                 self._compute(times[start:stop], states[:, start:], wide[:, start:], stride)
                 if not self._first:
                     self._first = {name: float(row[0]) for name, row in zip(names, wide)}
-            firsts.append((stop - start, self._first.copy()))
+                    self._base = self._first.copy()
+            if now:
+                firsts.append((stop - start, self._base.copy()))
         observed = dict(zip(names, wide[:, :count]))
         if not now:
-            return observed, self._first
+            return observed, self._base
         lengths = [length for length, _ in firsts]
         return observed, {name: np.repeat([one[name] for _, one in firsts if one], lengths) for name in names}
 
@@ -150,11 +157,13 @@ class Samples:
         """The progress of the run when the method is at ``snapshot``."""
         self._apply(self._changes)
         self._changes = []
-        return Progress(snapshot, dict(self._first), dict(self._drift), self._size, self.final)
+        first, base = dict(self._first), {} if self._base == self._first else dict(self._base)
+        return Progress(snapshot, first, dict(self._drift), self._size, self.final, base=base)
 
     def restore(self, progress: Progress) -> Snapshot:
         """Continue from the progress of another run."""
         self._first, self._drift = dict(progress.first), dict(progress.drift)
+        self._base = {**self._first, **progress.base}
         self._size, self._count = progress.size, progress.snapshot.samples
         self.final, self._done = progress.final, progress.snapshot.samples
         program, memory = self._prepared.machine.program, progress.snapshot.memory
@@ -201,13 +210,10 @@ class DoubleDoubleSamples(Samples):
         if not len(times):
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
-        flat, base = self.observe(times, states)
-        observed, first = (
-            {
-                name: DoubleDouble(np.asarray(rows[name]), np.asarray(rows[low(name)]))
-                for name in program.observed
-            }
-            for rows in (flat, base)
+        flat, beginnings = self.observe(times, states)
+        observed, first, base = (
+            {name: DoubleDouble(*map(np.asarray, (rows[name], rows[low(name)]))) for name in program.observed}
+            for rows in (flat, self._first, beginnings)
         )
         with np.errstate(invalid="ignore"):
             for name, drift in self._drift.items():
@@ -221,16 +227,16 @@ class DoubleDoubleSamples(Samples):
         for prefix, part in (("", high), (LOW, beyond)):
             chunk |= {prefix + path: row for path, row in recording.state_series(part).items()}
         for made in recording.made:
-            rows = made.parts(observed, quadratures, first)
+            rows = made.parts(observed, quadratures, base)
             chunk[made.path] = made.shaped([row.high for row in rows])
             chunk[LOW + made.path] = made.shaped([row.low for row in rows])
         self._emit(chunk)
 
     def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        for name in self._prepared.machine.program.observed if self._first else ():
-            first, old, new = (
+        for name in self._prepared.machine.program.observed if self._base else ():
+            base, old, new = (
                 DoubleDouble(np.array(rows[name]), np.array(rows[low(name)]))
-                for rows in (self._first, before, after)
+                for rows in (self._base, before, after)
             )
-            total = first + (new - old)
-            self._first[name], self._first[low(name)] = float(total.high), float(total.low)
+            total = base + (new - old)
+            self._base[name], self._base[low(name)] = float(total.high), float(total.low)

@@ -48,6 +48,9 @@ RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP
 """Where a record has the number of the guard, and the first two coefficients of its argument's series."""
+SAMPLE, AFTER = Clock.LEAVING, -1.0
+"""Where it has the number of samples before it; and the number of the record that follows, of the state after
+a simple action."""
 ARRAYS = 7
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
 
@@ -68,11 +71,12 @@ class Interface:
     is what eight motions at once work on; 0 where the
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or -1; ``events`` for each event its direction, 1 if it has an action, and that number for resting
-    contact, or -1. The integrals of their arguments are the first. ``changed`` are the new values that
-    actions give: the event, and the place among q, q_dot and the parameters. ``@act`` computes them, and
-    two sizes of each event's argument. ``series_at`` tells where series are in what steps work on:
-    coefficient m of row i at the first number, i times the second and m times the third."""
+    or -1; ``events`` for each event its direction, its role, and that number for resting contact, or -1. The
+    integrals of their arguments are the first. ``changed`` are the new values that actions give: the event,
+    and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action, and
+    what it changes the argument of. ``@act`` computes new values, and two sizes of each event's argument.
+    ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
+    times the second and m times the third."""
 
     order: int
     degrees: int
@@ -87,6 +91,7 @@ class Interface:
     guards: tuple[int, ...]
     events: tuple[tuple[int, int, int], ...]
     changed: tuple[tuple[int, int], ...]
+    affected: tuple[tuple[int, int], ...]
     series_at: tuple[int, int, int]
 
     @cached_property
@@ -124,11 +129,13 @@ class Interface:
         for one in self.guards:
             role = Role.SWITCH if one < 0 else Role.HOLD
             made.append(GuardRow(role, first + len(made), multiplier(one)))
-        for direction, acts, _ in self.events:
-            made.append(GuardRow(Role.ACTION if acts else Role.RECORD, first + len(made), 0, direction))
-        arguments = len(made)
+        for direction, kind, _ in self.events:
+            made.append(GuardRow(Role(kind), first + len(made), 0, direction))
+        arguments, switches = len(made), len(self.guards)
         made += [GuardRow(Role.REST, multiplier(one)) for _, _, one in self.events if one >= 0]
-        return GuardRows(first, arguments, tuple(made), len(self.parameters))
+        changed = tuple((switches + event, place) for event, place in self.changed)
+        affected = tuple((switches + a, switches + b) for a, b in self.affected)
+        return GuardRows(first, arguments, tuple(made), len(self.parameters), changed, affected)
 
     @property
     def rows(self) -> int:
@@ -144,7 +151,8 @@ class Interface:
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
         series ahead, and what parts of steps need."""
-        return self.records + (RECORDS * self.inner.memory if self.events else 0)
+        results = len(self.changed) + 2 * len(self.events)
+        return self.records + (RECORDS * self.inner.memory + results if self.events else 0)
 
     @property
     def records(self) -> int:

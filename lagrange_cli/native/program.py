@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import reduce
+from operator import or_
 from typing import Any
 
 from lagrange_cli.expression.node import Node
@@ -24,11 +26,13 @@ from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
 from lagrange_cli.native.orders import lane_order
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import GuardRows, Role, StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
 
+FEW_EVENTS = 64
+"""Events of the largest system whose actions compiled code does."""
 MOST_SERIES = 600
 """Series of the largest system that is followed in lanes.
 
@@ -157,6 +161,7 @@ def write_program(
     residual = smooth.residual
     stepping = order >= STEPPING
     changed, changes = changes_of(model) if stepping else ((), [])
+    events, affected = events_of(model, smooth, parts) if stepping else ((), ())
     hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
     hiding = stepping and hides
     proven = stepping and (proven or may_hide(residual))
@@ -181,8 +186,9 @@ def write_program(
         lanes=0,
         parts=parts,
         guards=tuple(-1 if one.auxiliary is None else one.auxiliary for one in smooth.guards),
-        events=events_of(model, smooth) if stepping else (),
+        events=events,
         changed=changed,
+        affected=affected,
         series_at=(0, 0, 0),
     )
     rows = interface.rows_of_guards if interface.guarded else None
@@ -221,13 +227,28 @@ def write_program(
     )
 
 
-def events_of(model: Model[Node], smooth: Guarded) -> tuple[tuple[int, int, int], ...]:
-    """The model's events as ``Interface`` has them."""
+def events_of(
+    model: Model[Node], smooth: Guarded, parts: int
+) -> tuple[tuple[tuple[int, int, int], ...], tuple[tuple[int, int], ...]]:
+    """The model's events as ``Interface`` has them, and which arguments simple actions change.
+
+    An action is simple if nothing but events may have to be chosen anew, and not its own.
+    """
     rests = {one.event: one.auxiliary for one in smooth.rests}
-    return tuple(
-        (event.direction, int(event.stops or bool(event.changes)), rests.get(i, -1))
-        for i, event in enumerate(model.events)
-    )
+    few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
+    symbols = dict(zip(model.coordinates, model.q))
+    symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
+    symbols |= dict(model.parameters)
+    found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
+    for i, event in enumerate(model.events):
+        bits = reduce(or_, (symbols[name].symbols for name in event.changes), 0)
+        simple = bool(event.changes) and few and not event.argument.symbols & bits
+        acts = Role.CHANGE if simple else Role.ACTION
+        role = acts if event.stops or event.changes else Role.RECORD
+        found.append((event.direction, int(role), rests.get(i, -1)))
+        if simple:
+            affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
+    return tuple(found), tuple(affected)
 
 
 def changes_of(model: Model[Node]) -> tuple[tuple[tuple[int, int], ...], list[Node]]:

@@ -149,13 +149,14 @@ class StateLayout:
 
 class Role(IntEnum):
     """What a guard is for: a switch, which is simple, or one that may hold the motion; an event of which no
-    more than a record is made, or one with an action; resting contact."""
+    more than a record is made, one whose action is simple, or one with another action; resting contact."""
 
     SWITCH = 0
     HOLD = 1
     RECORD = 2
-    ACTION = 3
-    REST = 4
+    CHANGE = 3
+    ACTION = 4
+    REST = 5
 
 
 @dataclass(frozen=True)
@@ -180,6 +181,10 @@ class GuardRows:
     arguments: int
     guards: tuple[GuardRow, ...]
     parameters: int
+    changed: tuple[tuple[int, int], ...] = ()
+    """The new values that simple actions give: the guard, and the place among q, q_dot and the parameters."""
+    affected: tuple[tuple[int, int], ...] = ()
+    """Guards with such an action, each with those whose arguments it changes."""
 
     @property
     def count(self) -> int:
@@ -189,7 +194,7 @@ class GuardRows:
     @property
     def events(self) -> int:
         """How many of them are for events."""
-        return sum(one.role in (Role.RECORD, Role.ACTION) for one in self.guards)
+        return sum(one.role in (Role.RECORD, Role.CHANGE, Role.ACTION) for one in self.guards)
 
     def settings(self, parts: int) -> int:
         """Doubles that parameters, modes, times of events and marks take."""

@@ -284,4 +284,4 @@ def test_equal_balls_on_a_line_exchange_their_velocities(at_once, source):
     motion = follow(text, 20.0, 101)
     free = (np.array(places) + np.array(speeds) * motion.t[:, None]) % 2
     assert np.abs(motion["q/x"] - np.sort(np.minimum(free, 2 - free), axis=1)).max() < 1e-12
-    assert motion.outcome.h_drift == 0.0
+    assert motion.outcome.h_drift < 1e-14

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.events import Change, Crossings, parameters_in
 from lagrange_cli.integrate.methods.settling import BEGINNING, ROUNDING
 from lagrange_cli.limits import limit
-from lagrange_cli.native.interface import NOTES, RECORDED
+from lagrange_cli.native.interface import AFTER, NOTES, RECORDED, SAMPLE
 from lagrange_cli.native.state import Clock, Role
 from lagrange_cli.records import dataclass
 
@@ -81,22 +81,30 @@ class Happenings:
             guard = self._rows.guards[e + self._switches]
             values = self._coefficients(e)
             self._choose_side(e, values, ROUNDING * size, rate)
-            forbidden = guard.role is Role.ACTION and self._side(e) == guard.direction
+            forbidden = guard.role is not Role.RECORD and self._side(e) == guard.direction
             if forbidden and self._at_zero(e) and abs(values[1]) <= ROUNDING * rate:
                 if e not in self._rests:
                     return self._finished(Ending.RECURRING, e)
                 self._hold(e, -float(guard.direction))
         return None
 
-    def drain(self) -> Finished | None:
-        """Hand over the records that compiled code has made."""
+    def drain(self, sample: int) -> Finished | None:
+        """Hand over the records that compiled code has made since it was called, before that sample."""
         count, size, first = int(self._info[RECORDED]), self._layout.memory, self._program.records
         if not count:
             return None
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
         numbers, rates, bends = records[:, [self._layout.at(one) for one in NOTES]].T
-        return self._crossed(records, (numbers - self._switches).astype(np.int64), rates, bends)
+        changed, crossed = np.flatnonzero(numbers == AFTER), numbers != AFTER
+        for k in changed:
+            before, after = records[k - 1], records[k]
+            passed = sample + int(before[self._layout.at(SAMPLE)])
+            states = self._state(before), self._state(after)
+            parameters = parameters_in(self._program, before), parameters_in(self._program, after)
+            self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
+        events = (numbers[crossed] - self._switches).astype(np.int64)
+        return self._crossed(records[crossed], events, rates[crossed], bends[crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Do what is to be done at the guard that is due, before the sample of that number."""
@@ -104,7 +112,7 @@ class Happenings:
         if guard.role is Role.REST:
             self._release(due)
             return None
-        if self._at_zero(event):  # the motion turns back where it has come from
+        if self._at_zero(event) and not self._driven_back(event):  # the motion turns where it has come from
             self._settling.modes[due] *= -1.0
             if event not in self._released:
                 self._sink.grazed(event, self._now())
@@ -135,6 +143,13 @@ class Happenings:
 
     def _at_zero(self, event: int) -> bool:
         return bool(self._settling.marks[event + self._switches] > 0.0)
+
+    def _driven_back(self, event: int) -> bool:
+        """Whether another action takes the motion back to an event that acts, with a speed."""
+        if self._rows.guards[event + self._switches].role is Role.RECORD:
+            return False
+        rate = self._act_on(self._state(self._memory))[1][event, 1]
+        return bool(self._coefficients(event)[1] * self._side(event) < -ROUNDING * rate)
 
     def _coefficients(self, event: int) -> Array:
         return self._settling.coefficients_of(self._rows.guards[event + self._switches].row)[0]
@@ -194,8 +209,6 @@ class Happenings:
                 self._go_on_resting(e, float(after[1]), ROUNDING * rate)
             elif e == event or after[0] != row[0]:
                 self._choose_side(e, after, 2.0 * abs(row[0]) if e == event else 0.0, rate)
-            elif self._at_zero(e) and after[1] * self._side(e) < -ROUNDING * rate:
-                settling.marks[e + self._switches] = 0.0  # driven back: it is about to happen once more
         ended = self._recurs(event, now)
         if ended is None and event in self._rests and self._at_zero(event):
             self._settle(event, side, before, float(rows[event][1]), ROUNDING * sizes[event, 1], length)

@@ -279,9 +279,10 @@ class Stepper:
             if self._first is not None:
                 self._memory[self._layout.remembered] = self._usual
                 self._first = None
+            before = first + done
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])
-            if self._settling is not None and self._goes_on(stop, first + done):
+            if self._settling is not None and self._goes_on(stop, before, first + done):
                 if not interrupt(self.t):
                     continue
                 stop = Stop.PAUSE
@@ -295,12 +296,13 @@ class Stepper:
                 max(FEWEST, min(4 * self._pause, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
 
-    def _goes_on(self, stop: Stop, sample: int) -> bool:
-        """Whether the motion goes on from where compiled code has stopped, before that sample."""
+    def _goes_on(self, stop: Stop, began: int, sample: int) -> bool:
+        """Whether the motion goes on from where compiled code has stopped, before that sample; it was called
+        before the one where it ``began``."""
         assert self._settling is not None
         due = int(self._info[DUE])
         if self._happenings is not None:
-            self.finished = self._happenings.drain()
+            self.finished = self._happenings.drain(began)
             if stop is Stop.GUARD and due >= self._settling.count and self.finished is None:
                 self.finished = self._happenings.happen(due, sample)
                 return self.finished is None

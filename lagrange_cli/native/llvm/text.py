@@ -6,6 +6,7 @@ A value is the text of an operand (``%12`` or a hexadecimal constant), or None f
 from __future__ import annotations
 
 import struct
+from collections.abc import Sequence
 from fractions import Fraction
 from typing import TypeAlias
 
@@ -26,3 +27,8 @@ def literal(value: float | Fraction) -> Value:
 def operand(value: Value) -> Operand:
     """A value as an instruction needs it: 0 written out."""
     return ZERO if value is None else value
+
+
+def table(name: str, row: Sequence[int]) -> str:
+    """Constant integers of that name."""
+    return f"@{name} = private constant [{len(row)} x i64] [{', '.join(f'i64 {x}' for x in row)}]\n"

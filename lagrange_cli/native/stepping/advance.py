@@ -171,7 +171,7 @@ def advance(steps: Steps) -> str:
         remember(Clock.LAST_PASS, clock(Clock.TIME))
         with f.when(times >= CHANGES):
             leave(Stop.GUARD, taken.get())
-        given = state, f.pointer("%constants"), due.get(), trial, info, f.pointer("%work")
+        given = state, f.pointer("%constants"), due.get(), trial, info, f.pointer("%work"), index.get()
         done = f.call(Integer, "flip", *given)
         with f.when(done.equals(AWAY)):
             leave(Stop.GUARD, taken.get())

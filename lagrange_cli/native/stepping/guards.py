@@ -7,12 +7,12 @@ recorded is copied behind ``%trial``, and ``%info`` counts the copies."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
 from lagrange_cli.native.llvm.function import Function, Variable
+from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import BRIEF, NOWHERE, Clock, GuardRows, Role, StateLayout
+from lagrange_cli.native.stepping.actions import LEFT, ActionCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.roots import NONE, Roots
 from lagrange_cli.records import dataclass
@@ -41,15 +41,22 @@ class GuardCode:
     def functions(self) -> list[str]:
         """The functions."""
         roots = Roots(self.lengths.order, self.lengths.term)
-        own = self._first(), self._flip(), self._settled()
+        own = [self._first(), self._flip(), self._settled()]
+        actions = self.actions.functions() if self.actions.any else []
+        own += [roots.side()] if self.actions.any else []
         guards = self.rows.guards
         tables = [
-            _table("guard_roles", [one.role for one in guards]),
-            _table("guard_rows", [one.row for one in guards]),
-            _table("guard_multipliers", [one.multiplier for one in guards]),
-            _table("guard_directions", [one.direction for one in guards]),
+            table("guard_roles", [one.role for one in guards]),
+            table("guard_rows", [one.row for one in guards]),
+            table("guard_multipliers", [one.multiplier for one in guards]),
+            table("guard_directions", [one.direction for one in guards]),
         ]
-        return [*tables, roots.text(), *(f.text() for f in own)]
+        return [*tables, roots.text(), *actions, *(f.text() for f in own)]
+
+    @property
+    def actions(self) -> ActionCode:
+        """What simple actions need."""
+        return ActionCode(self.rows, self.layout, self.records)
 
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
@@ -93,6 +100,8 @@ class GuardCode:
                 reach.set(f.larger(f.constant(0.0), f.smaller(found, reach.get())))
 
         with f.loop(0, rows.count, tested=False) as j:
+            if self.actions.any:
+                self._decide(f, j)
             mode = f.load("%state", j + rows.mode(layout))
             fresh = f.load("%state", j + rows.fresh(layout)) > 0.0
             with f.when(~mode.equals(0.0)):
@@ -109,10 +118,27 @@ class GuardCode:
         f.give(earliest.get(), which.get(), reach.get())
         return f
 
+    def _decide(self, f: Function, j: Integer) -> None:
+        """Set the mode of an event that has none since an action has been done."""
+        rows, layout, state = self.rows, self.layout, f.pointer("%state")
+        mode, mark = j + rows.mode(layout), j + rows.fresh(layout)
+        with f.when(f.load(state, mode).equals(0.0)):
+            row = self._series(f, f.load_integer("@guard_rows", j))
+            fresh = f.load(state, mark) > 0.0
+            known = f.call(Real, "known", row, Real(f, "%h"))
+            side = f.call(Real, "side_of", row, known, fresh, f.pointer("%scratch"))
+            f.store(side, state, mode)
+            with f.when(f.load(row, self.lengths.term).equals(0.0)):
+                f.store(self._mark(f), state, mark)
+
+    def _mark(self, f: Function) -> Real:
+        """The mark of an argument that is 0 now."""
+        return f.larger(f.load("%state", self.layout.at(Clock.LENGTH)), f.constant(SMALLEST))
+
     def _flip(self) -> Function:
-        """``@flip(state, constants, j, trial, info, work)``: change the mode of a guard, if that is all
-        there is to do: ``AWAY``, ``CHANGED`` or ``NOTED``."""
-        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, ptr %work"
+        """``@flip(state, constants, j, trial, info, work, sample)``: change the mode of a guard, or do what
+        an event does, if that is simple: ``AWAY``, ``CHANGED`` or ``NOTED``."""
+        given = "ptr %state, ptr %constants, i64 %j, ptr %trial, ptr %info, ptr %work, i64 %sample"
         f = Function(f"define internal i64 @flip({given}) #0")
         j, rows, layout, state = Integer(f, "%j"), self.rows, self.layout, f.pointer("%state")
         role = f.load_integer("@guard_roles", j)
@@ -128,7 +154,7 @@ class GuardCode:
             with f.when(~role.equals(Role.SWITCH)):
                 f.give(f.count(AWAY))
         f.store(-before, state, mode)
-        f.store(f.larger(f.load(state, layout.at(Clock.LENGTH)), f.constant(SMALLEST)), state, fresh)
+        f.store(self._mark(f), state, fresh)
         with f.when(result.get().equals(CHANGED)):
             f.call(None, "prepare", f.place(state, layout.settings.start), f.pointer("%constants"))
         f.give(result.get())
@@ -155,6 +181,14 @@ class GuardCode:
             notes = j.to_real(), f.load(row, 2 * term) * 2.0, f.load(row, 3 * term) * 3.0
             for note, value in zip(NOTES, notes):
                 f.store(value, place, layout.at(note))
+            if self.actions.any:
+                with f.when(role.equals(Role.CHANGE)):
+                    given = state, f.pointer("%constants"), j, f.pointer("%trial"), info
+                    done = f.call(Integer, "change", *given, Integer(f, "%sample"))
+                    with f.when(done.equals(LEFT)):
+                        f.give(f.count(AWAY))
+                    f.store(self._mark(f), state, j + self.rows.fresh(layout))
+                    f.give(f.count(CHANGED))
             f.store(count + 1, info, RECORDED)
 
     def _settled(self) -> Function:
@@ -171,7 +205,3 @@ class GuardCode:
             f.store(f.select(leads, f.constant(0.0), mark), "%state", at)
         f.give()
         return f
-
-
-def _table(name: str, row: Sequence[int]) -> str:
-    return f"@{name} = private constant [{len(row)} x i64] [{', '.join(f'i64 {x}' for x in row)}]\n"

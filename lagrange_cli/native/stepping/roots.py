@@ -10,7 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.function import Function, Variable
 from lagrange_cli.native.llvm.text import literal, operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_roughly, log2_roughly
 from lagrange_cli.records import dataclass
@@ -138,33 +138,55 @@ class Roots:
         h, fresh, none = Real(f, "%h"), Bit(f, "%fresh"), f.constant(NONE)
         d, size = f.pointer("%scratch"), self.degree + 1
         p, b = f.place(d, size), f.place(d, 2 * size)
-        power, total = f.variable(Real(f, "%side")), f.variable(f.constant(0.0))
-        start = f.variable(Real(f, "%start"))
+        total = self._scaled(f, d, h, Real(f, "%start"), Real(f, "%side"))
+        first = f.variable(f.count(0))
+        with f.when(fresh):
+            self._counting(f, d, total, first, none)
+        begins = f.load(d, first.get())
+        with f.when(begins < 0.0):
+            f.give(f.select(fresh, f.constant(BACK), f.constant(0.0)))
+        with f.when(begins + begins > total):
+            f.give(none)
+        self._each(f, lambda m: f.store(f.constant(0.0), p, m))
+        self._each(f, lambda m: f.store(f.load(d, m), p, m - first.get()), first.get())
+        self._search(f, p, b, d, h)
+        return f
+
+    def _scaled(self, f: Function, d: Pointer, h: Real, start: Real, side: Real) -> Real:
+        """Put the coefficients of ``start`` + ``side`` u, with the step as unit of time, to ``d``; the sum of
+        their sizes."""
+        power, total = f.variable(side), f.variable(f.constant(0.0))
+        begin = f.variable(start)
 
         def scale(m: Integer) -> None:
-            one = start.get() + f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get()
-            start.set(f.constant(0.0))
+            one = begin.get() + f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get()
+            begin.set(f.constant(0.0))
             f.store(one, d, m)
             total.set(total.get() + f.magnitude(one))
             power.set(power.get() * h)
 
         self._each(f, scale)
-        first = f.variable(f.count(0))
-        with f.when(fresh), f.forever() as rounds:
+        return total.get()
+
+    def _counting(self, f: Function, d: Pointer, total: Real, first: Variable[Integer], none: Real) -> None:
+        """Set ``first`` to the next coefficient that is not rounding; give ``none`` if all are."""
+        with f.forever() as rounds:
             first.set(first.get() + 1)
             with f.when(first.get() > self.degree):
                 f.give(none)
-            counts = f.magnitude(f.load(d, first.get())) > total.get() * NOTHING
-            with f.when(counts):
+            with f.when(f.magnitude(f.load(d, first.get())) > total * NOTHING):
                 rounds.leave()
-        begins = f.load(d, first.get())
-        with f.when(begins < 0.0):
-            f.give(f.select(fresh, f.constant(BACK), f.constant(0.0)))
-        with f.when(begins + begins > total.get()):
-            f.give(none)
-        self._each(f, lambda m: f.store(f.constant(0.0), p, m))
-        self._each(f, lambda m: f.store(f.load(d, m), p, m - first.get()), first.get())
-        self._search(f, p, b, d, h)
+
+    def side(self) -> Function:
+        """``@side_of(row, h, fresh, scratch)``: the sign of u from here on, which is 0 now if it is
+        ``fresh``."""
+        f = Function("define internal double @side_of(ptr %row, double %h, i1 %fresh, ptr %scratch) #0")
+        d, zero, one = f.pointer("%scratch"), f.constant(0.0), f.constant(1.0)
+        total = self._scaled(f, d, Real(f, "%h"), zero, one)
+        first = f.variable(f.count(0))
+        with f.when(Bit(f, "%fresh") | f.load(d).equals(0.0)):
+            self._counting(f, d, total, first, one)
+        f.give(f.select(f.load(d, first.get()) < 0.0, -one, one))
         return f
 
     def _search(self, f: Function, p: Pointer, b: Pointer, whole: Pointer, h: Real) -> None:
