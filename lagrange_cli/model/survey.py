@@ -7,8 +7,7 @@ file gives too little a unit is unknown.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
-from typing import TypeVar
+from collections.abc import Mapping
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.syntax import Number, Span
@@ -32,7 +31,7 @@ from lagrange_cli.model.units import is_energy, is_pure, meaning
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.source import Place
-from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec
+from lagrange_cli.spec.spec import Coordinate, Expression, Parameter, Spec, by_family
 
 
 @dataclass(frozen=True)
@@ -234,17 +233,6 @@ class Survey:
                 for value in distinct(values):
                     message = f"{where} is in {{}}, and should be in {{}}"
                     self.agree(expected, named(self.scalar(value, where)), value.place, message)
-
-
-T = TypeVar("T")
-
-
-def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
-    """What belongs to each name, or to the members of each family, in the file's order."""
-    found: dict[str, list[T]] = {}
-    for name, item in pairs:
-        found.setdefault(family_name(name), []).append(item)
-    return found
 
 
 def distinct(expressions: list[Expression]) -> list[Expression]:

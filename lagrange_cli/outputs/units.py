@@ -9,14 +9,14 @@ from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.model.dimensions import BROKEN, Quantity
-from lagrange_cli.model.survey import Conflict, Survey, by_family
+from lagrange_cli.model.survey import Conflict, Survey
 from lagrange_cli.model.unit import WHOLE, Unit
 from lagrange_cli.model.unit_text import read_unit
 from lagrange_cli.model.units import is_pure, simplified, times_within
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import WHOLE_FILE
-from lagrange_cli.spec.spec import Spec, has_units
+from lagrange_cli.spec.spec import Spec, by_family, has_units
 
 UNNAMED = "the unit of t"
 """Stands for the unit of t where the file has no unit of time at all."""

@@ -22,7 +22,8 @@ class Classification:
     """A system with its equations of motion, and what is known of it before any run.
 
     ``skipped`` says what a run does not compute, ``engine`` how the equations are integrated, sentence by
-    sentence. ``warnings`` are the places of the file where units contradict each other.
+    sentence. ``warnings`` are the places of the file where units contradict each other, and where rounding may
+    decide whether two numbers are equal.
     """
 
     spec: Spec
@@ -44,7 +45,7 @@ def classify(spec: Spec, stage: Stage = untimed) -> Classification:
     with stage("derive"), located(spec):
         residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
         check_convolutions(residual, method, DOUBLE)
-    warnings = contradicting_units(spec)
+    warnings = (*contradicting_units(spec), *rounded_equalities(spec))
     return Classification(spec, residual, skipped(residual, left_out_of(spec)), engine(residual), warnings)
 
 
@@ -58,6 +59,20 @@ def contradicting_units(spec: Spec) -> tuple[Problem, ...]:
         return ()
     source = Source(spec.filename, spec.text)
     return tuple(source.problem(one.place, one.message, one.hint) for one in conflicts)
+
+
+def rounded_equalities(spec: Spec) -> tuple[Problem, ...]:
+    """A warning for each comparison of numbers by == or != that are not whole."""
+    if "==" not in spec.text and "!=" not in spec.text:
+        return ()
+    from lagrange_cli.spec.equality import doubtful_equalities
+    from lagrange_cli.spec.source import Source
+
+    source, hint = Source(spec.filename, spec.text), "compare whole numbers, or write abs(a - b) < 1e-9"
+    return tuple(
+        source.problem(place, f"rounding may decide whether {comparison} holds", hint)
+        for place, comparison in doubtful_equalities(spec)
+    )
 
 
 def left_out_of(spec: Spec) -> list[str]:

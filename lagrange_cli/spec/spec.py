@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree
 from lagrange_cli.expression.vocabulary import family_name, member_name
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -49,6 +52,14 @@ class Family:
     def label(self) -> str:
         """The family as it is called in texts: ``u[i,j]``."""
         return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
+
+
+def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
+    """What belongs to each name, or to the members of each family, in the file's order."""
+    found: dict[str, list[T]] = {}
+    for name, item in pairs:
+        found.setdefault(family_name(name), []).append(item)
+    return found
 
 
 def grouped(names: Iterable[str], families: Mapping[str, Family]) -> tuple[Family, ...]:

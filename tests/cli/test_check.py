@@ -138,3 +138,24 @@ def test_many_warnings_are_counted(tmp_path):
     run = lagrange("check", "a.yaml", cwd=tmp_path)
     assert run.stderr.count("warning: m and kg are added in observable") == 20
     assert run.stderr.splitlines()[-1] == "a.yaml: 5 more warnings, see --json"
+
+
+def test_events_are_listed_and_what_they_may_change(tmp_path):
+    run = lagrange("check", SYSTEMS / "bouncing_ball.yaml", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert (
+        "    floor: y = 0, falling: y_dot -> -e*y_dot\n    top: y_dot = 0, falling: recorded\n" in run.stdout
+    )
+    assert "only between events, as 'floor' may change it\n" in run.stdout
+    (answer,) = check("bouncing_ball", cwd=tmp_path)
+    assert answer["events"] == [
+        {
+            "name": "floor",
+            "when": "y",
+            "direction": "falling",
+            "action": "set",
+            "set": {"y_dot": "-e*y_dot"},
+        },
+        {"name": "top", "when": "y_dot", "direction": "falling", "action": "record", "set": {}},
+    ]
+    assert [each.get("broken_by") for each in answer["conserved"]] == [["floor"]]

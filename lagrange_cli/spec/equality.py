@@ -1,0 +1,76 @@
+"""Comparisons by ``==`` and ``!=`` that rounding may decide."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Set
+
+from lagrange_cli.expression.near import shown
+from lagrange_cli.expression.syntax import (
+    Binary,
+    Comparison,
+    Name,
+    Negative,
+    Number,
+    Tree,
+    equalities,
+    sums,
+)
+from lagrange_cli.expression.vocabulary import family_name
+from lagrange_cli.spec.source import Place
+from lagrange_cli.spec.spec import Expression, Spec, by_family
+
+
+def doubtful_equalities(spec: Spec) -> Iterator[tuple[Place, str]]:
+    """The comparisons that are exact only if both sides have the same last digit, and the place of each.
+
+    Whole numbers have no such digit: sizes, indices, and parameters that are given as whole numbers.
+    """
+    known = {*spec.sizes}
+    for name, parameters in by_family((one.name, one.value) for one in spec.parameters).items():
+        if all(_is_whole(value.tree, known | value.indices.keys()) for value in parameters):
+            known.add(name)
+    for event in spec.events.values():
+        known -= {family_name(name) for name, x in event.changes.items() if not _is_whole(x.tree, known)}
+    seen: set[int] = set()
+    for expression in expressions(spec):
+        if id(expression.tree) in seen:
+            continue  # members of a family share theirs
+        seen.add(id(expression.tree))
+        for comparison in equalities(expression.tree):
+            own = {*expression.indices, *(loop.index for loop, _ in sums(expression.tree))}
+            if not all(_is_whole(one, known | own) for one in comparison.operands):
+                yield expression.at(comparison.span), _text(expression, comparison)
+
+
+def _text(expression: Expression, comparison: Comparison) -> str:
+    return shown(expression.text[comparison.span.start : comparison.span.stop])
+
+
+def _is_whole(tree: Tree, known: Set[str]) -> bool:
+    """Whether it is made of whole numbers and of names that are ``known`` to be some."""
+    if isinstance(tree, Number):
+        return tree.text.isdecimal()
+    if isinstance(tree, Name):
+        return family_name(tree.identifier) in known and "." not in tree.identifier
+    if isinstance(tree, Negative):
+        return _is_whole(tree.operand, known)
+    if isinstance(tree, Binary):
+        return tree.operator in ("+", "-", "*", "//", "%") and all(
+            _is_whole(one, known) for one in (tree.left, tree.right)
+        )
+    return False
+
+
+def expressions(spec: Spec) -> Iterator[Expression]:
+    """Every expression of a file."""
+    yield from (one.value for one in spec.parameters)
+    for one in spec.coordinates:
+        yield from (given for given in (one.initial, one.velocity) if given is not None)
+    sections = (spec.definitions, spec.masses, spec.embedding, spec.potential, spec.observables)
+    for section in (*sections, *spec.forces.values()):
+        yield from section.values()
+    if spec.lagrangian is not None:
+        yield spec.lagrangian
+    for event in spec.events.values():
+        yield from (event.when, *event.changes.values())
+    yield from spec.solve.times.values()
