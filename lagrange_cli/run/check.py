@@ -22,8 +22,8 @@ class Classification:
     """A system with its equations of motion, and what is known of it before any run.
 
     ``skipped`` says what a run does not compute, ``engine`` how the equations are integrated, sentence by
-    sentence. ``warnings`` are the places of the file where units contradict each other, and where rounding may
-    decide whether two numbers are equal.
+    sentence. ``warnings`` are the places of the file where units contradict each other, and where rounding
+    may decide whether two numbers are equal.
     """
 
     spec: Spec
