@@ -10,6 +10,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import State
+from lagrange_cli.integrate.events import Happened
 from lagrange_cli.integrate.method import Snapshot
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import Interface
@@ -25,7 +26,8 @@ RARELY = 50
 class Progress:
     """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
     what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, the last
-    sample, ``final``, and what balances begin with since actions of events have added to it, ``base``."""
+    sample, ``final``, what balances begin with since actions of events have added to it, ``base``, and what
+    ``happened`` at each event."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
@@ -33,6 +35,7 @@ class Progress:
     size: float
     final: State | None
     base: Mapping[str, float] = field(default_factory=dict)
+    happened: tuple[Happened, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
         """All but the memory, in terms of JSON (with NaN and infinities)."""
@@ -47,6 +50,8 @@ class Progress:
             "size": self.size,
             **({"base": dict(self.base)} if self.base else {}),
             "final": None if self.final is None else self.final.as_data(),
+            **({"events": [one.as_data() for one in self.happened]} if self.happened else {}),
+            **({"actions": list(snapshot.actions)} if snapshot.actions else {}),
         }
 
     @classmethod
@@ -61,19 +66,25 @@ class Progress:
             base = {str(k): float(x) for k, x in data.get("base", {}).items()}
             size, limited = float(data["size"]), bool(data["limited"])
             final = None if data["final"] is None else State(**data["final"])
+            happened = tuple(Happened(*one) for one in data.get("events", ()))
+            actions = tuple(map(float, data.get("actions", ())))
+            list(map(int, (*actions[:1], *actions[2:])))  # all but the time are whole numbers
         except (KeyError, TypeError, AttributeError, OverflowError) as error:
             raise ValueError("no progress") from error
         if memory is None or memory.shape != (program.inner.memory,) or memory.dtype != np.float64:
             raise ValueError("not of this program")
         within = min(times.start, times.stop) <= t <= max(times.start, times.stop)
-        within &= abs(float(memory[program.state.time])) == abs(t)  # backward it is -t
+        within &= abs(float(memory[program.inner.time])) == abs(t)  # backward it is -t
         if not within or steps < 0 or not 0 <= samples <= times.count:
             raise ValueError("not of this run")
         if list(first) != list(program.quantities if samples else ()) or list(drift) != list(conserved):
             raise ValueError("of other quantities")
         if base and list(base) != list(first):
             raise ValueError("of other quantities")
-        return cls(Snapshot(memory, t, steps, samples, limited), first, drift, size, final, base)
+        if len(happened) != len(program.events) or bool(happened) != (len(actions) >= 2):
+            raise ValueError("of other events")
+        snapshot = Snapshot(memory, t, steps, samples, limited, actions)
+        return cls(snapshot, first, drift, size, final, base, happened)
 
 
 class Schedule:

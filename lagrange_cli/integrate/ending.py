@@ -45,6 +45,8 @@ class Ending(Enum):
         return "interrupted" if self is Ending.INTERRUPTED else "failed"
 
 
+DONE = ("complete", "stopped")
+"""The words for motions of which nothing more is to come."""
 WAYS_OUT = {
     Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",

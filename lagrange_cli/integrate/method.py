@@ -24,9 +24,9 @@ next call; whoever needs them longer must copy them."""
 class Snapshot:
     """What a method needs to continue a motion from time ``t`` with the same bits.
 
-    ``memory`` is all that it knows of the motion. So far it has taken ``steps`` steps and handed over
-    ``samples`` samples, and of each event so many crossings. Unless the steps were ``limited`` by the stop
-    time, a motion that stops later takes the same steps.
+    ``memory`` is all that it knows of the motion, but for ``actions``, what it knows of those of events. So
+    far it has taken ``steps`` steps and handed over ``samples`` samples. Unless the steps were ``limited`` by
+    the stop time, a motion that stops later takes the same steps.
     """
 
     memory: Array
@@ -34,7 +34,7 @@ class Snapshot:
     steps: int
     samples: int
     limited: bool = False
-    events: tuple[int, ...] = ()
+    actions: tuple[float, ...] = ()
 
 
 @dataclass(frozen=True)

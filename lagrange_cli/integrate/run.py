@@ -13,7 +13,7 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Pipelined
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
 from lagrange_cli.integrate.ending import Ending, State
-from lagrange_cli.integrate.events import EventLog
+from lagrange_cli.integrate.event_log import EventLog
 from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Snapshot
 from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.prepared import Prepared
@@ -48,7 +48,8 @@ def integrate(
     the call only. However the motion ends, all samples up to then have been emitted. With ``checkpointing``
     the motion goes on where an earlier run has got to. With a ``certificate`` its estimates are emitted, too,
     and the motion ends where that misses its target. ``explain`` says what in the system ended a motion that
-    could not go on. Crossings of events go to ``emit_events`` in the same way as chunks, as {path: rows}.
+    could not go on. Crossings of events go to ``emit_events`` in the same way as chunks, as {path: rows}:
+    those up to a sample before this sample.
     """
     assert prepared.compilation.backward == times.backward
     program = prepared.machine.program
@@ -67,29 +68,24 @@ def integrate(
             pipeline.call(partial(emit, chunk if certificate is None else {**chunk, **certificate.errors}))
 
         def accept(times: Array, states: Array) -> None:
+            log.hand_over()
             count = len(times) if certificate is None else certificate.judge(times, states, interrupted)
             if count:
                 samples.final = state_of(float(times[count - 1]), states[:, count - 1], prepared)
             samples.accept(times[:count], states[:, :count])
-            hand_over_events()
 
         def reached(snapshot: Snapshot) -> Progress:
-            return samples.progress(replace(snapshot, events=log.counts()))
-
-        def hand_over_events() -> None:
-            chunk = log.take()
-            if chunk:
-                pipeline.call(partial(emit_events, chunk))
+            return replace(samples.progress(snapshot), happened=log.happened)
 
         samples = samples_of(prepared)(prepared, parameters, emit_pipelined)
-        log = EventLog(prepared, samples)
+        log = EventLog(prepared, samples, lambda chunk: pipeline.call(partial(emit_events, chunk)))
         following = partial(prepared.follower.follow, parameters, state, times, accept, interrupt, events=log)
         if checkpointing is None:
             end = following()
         else:
 
             def keep(snapshot: Snapshot) -> None:
-                hand_over_events()
+                log.hand_over()
                 pipeline.wait()
                 checkpointing.keep(reached(snapshot), snapshot.steps)
 
@@ -97,9 +93,12 @@ def integrate(
                 nonlocal further
                 further = reached(snapshot)
 
-            begin = None if checkpointing.begin is None else samples.restore(checkpointing.begin)
+            begin = None
+            if checkpointing.begin is not None:
+                begin = samples.restore(checkpointing.begin)
+                log.restore(checkpointing.begin.happened)
             end = following(CheckpointSink(begin, checkpointing.due, keep, ends))
-        hand_over_events()
+        log.hand_over()
     if certificate is not None:
         end = certified(end, certificate)
     h_drift, p_drift = samples.drifts()
@@ -113,7 +112,7 @@ def integrate(
         h_size=samples.size,
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
-        happened=log.happened,
+        happened=dict(zip(log.names, log.happened)),
         progress=further if end.snapshot is None else reached(end.snapshot),
         trusted_until=None if certificate is None else certificate.trusted_until,
         error=None if certificate is None else certificate.error,

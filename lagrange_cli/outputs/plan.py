@@ -5,7 +5,7 @@ Only what an output needs is derived.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import Protocol
 
@@ -41,19 +41,25 @@ def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
     """The plan for ``outputs``, which are names in the catalog."""
     conserved = frozenset(each.quantity for each in residual.conserved)
     constant = {each.quantity for each in residual.conserved if not each.breaks}
-    planner = Planner(residual.model, Energetics(residual.model), conserved)
-    for row in OUTPUTS.values():
-        if row.name in outputs:
-            module: OutputModule = import_module(f"lagrange_cli.outputs.datasets.{row.module}")
-            module.plan(planner)
+    energetics = Energetics(residual.model)
+    planner = planned(Planner(residual.model, energetics, conserved), outputs)
+    events = planner.families("events", (event.name for event in residual.model.events))
+    at_events = planned(Planner(residual.model, energetics, conserved), {"q", "v"} if events else ())
     recording = Recording(
         coordinates=residual.coordinates,
         states=tuple(planner.states),
         made=tuple(planner.made),
         conserved=tuple(name for name in planner.observed if name in constant),
-        events=tuple(
-            EventGroup(one.name, one.shape, one.members, one.axes)
-            for one in planner.families("events", (event.name for event in residual.model.events))
-        ),
+        events=tuple(EventGroup(one.name, one.shape, one.members) for one in events),
+        at_events=tuple(at_events.states),
     )
     return Plan(planner.observed, planner.integrands, recording)
+
+
+def planned(planner: Planner, outputs: Collection[str]) -> Planner:
+    """The planner with what these outputs need."""
+    for row in OUTPUTS.values():
+        if row.name in outputs:
+            module: OutputModule = import_module(f"lagrange_cli.outputs.datasets.{row.module}")
+            module.plan(planner)
+    return planner

@@ -90,6 +90,9 @@ NARROW, SWITCHES = "narrow", "switches"
 """Hidden forces (see ``mechanics.defect``), and changes of switches (see ``mechanics.guards``)."""
 
 
+INDICES = "ijklmn"
+
+
 @dataclass(frozen=True)
 class EventGroup:
     """The ``members`` of a family of events, or one event: their crossings are in one group of the file."""
@@ -97,7 +100,11 @@ class EventGroup:
     name: str
     shape: tuple[int, ...]
     members: tuple[str, ...]
-    axes: tuple[str, ...]
+
+    @property
+    def indices(self) -> tuple[str, ...]:
+        """What the indices of the members are called."""
+        return tuple(INDICES[: len(self.shape)])
 
     @property
     def path(self) -> str:
@@ -110,7 +117,8 @@ class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
-    steps may pass over, of ``NARROW`` and ``SWITCHES``. ``events`` are in the order of the model.
+    steps may pass over, of ``NARROW`` and ``SWITCHES``. ``events`` are in the order of the model, and
+    ``at_events`` are the datasets of q and v at their crossings.
     """
 
     coordinates: tuple[str, ...]
@@ -119,6 +127,7 @@ class Recording:
     conserved: tuple[str, ...]
     undetected: tuple[str, ...] = ()
     events: tuple[EventGroup, ...] = ()
+    at_events: tuple[Dataset, ...] = ()
 
     @property
     def datasets(self) -> tuple[Dataset, ...]:
@@ -141,10 +150,17 @@ class Recording:
 
     def state_series(self, states: Array) -> dict[str, Array]:
         """Those of q and v."""
+        return self._parts_of(states, self.states)
+
+    def crossing_series(self, states: Array) -> dict[str, Array]:
+        """q and v at crossings of events, from states (rows, k) there."""
+        return self._parts_of(states, self.at_events)
+
+    def _parts_of(self, states: Array, datasets: Sequence[Dataset]) -> dict[str, Array]:
         found = {}
         layout = StateLayout(len(self.coordinates))
         row = {"q": layout.q.start, "v": layout.v.start}
-        for dataset in self.states:
+        for dataset in datasets:
             kind, count = dataset.path[0], math.prod(dataset.shape)
             found[dataset.path] = states[row[kind] : row[kind] + count].T.reshape(-1, *dataset.shape)
             row[kind] += count
@@ -158,19 +174,19 @@ class Recording:
             "made": list(map(_as_list, self.made)),
             "conserved": self.conserved,
             "undetected": self.undetected,
-            "events": [[one.name, one.shape, one.members, one.axes] for one in self.events],
+            "events": [[one.name, one.shape, one.members] for one in self.events],
+            "at_events": list(map(_as_list, self.at_events)),
         }
 
     @classmethod
     def from_data(cls, data: Mapping[str, Any]) -> Recording:
         """What ``as_data`` gave, after JSON."""
-        states, made = (tuple(map(_dataset, data[kind])) for kind in ("states", "made"))
+        states, made, there = (tuple(map(_dataset, data[kind])) for kind in ("states", "made", "at_events"))
         events = tuple(
-            EventGroup(name, tuple(shape), tuple(members), tuple(axes))
-            for name, shape, members, axes in data["events"]
+            EventGroup(name, tuple(shape), tuple(members)) for name, shape, members in data["events"]
         )
         conserved, undetected = tuple(data["conserved"]), tuple(data["undetected"])
-        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events)
+        return cls(tuple(data["coordinates"]), states, made, conserved, undetected, events, there)
 
 
 def _as_list(one: Dataset) -> list[Any]:

@@ -67,8 +67,22 @@ def attributes(
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
         "final": json.dumps(finite(final_state(outcome))),
+        **({"events": json.dumps(finite(events_told(outcome)))} if outcome.happened else {}),
         **({} if warning is None else {"warning": warning}),
         **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
+    }
+
+
+def events_told(outcome: Outcome) -> dict[str, Any]:
+    """What happened at each event, in terms of JSON."""
+    return {
+        name: {
+            "count": one.count,
+            "last": one.last,
+            "grazing": one.grazing,
+            "accumulates": one.accumulates,
+        }
+        for name, one in outcome.happened.items()
     }
 
 

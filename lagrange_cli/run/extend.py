@@ -112,13 +112,13 @@ def refuse_other_kinds(target: Target, head: Mapping[str, Any], made_by: Mapping
 def to_extend(found: Earlier | Finished | None) -> Earlier | Finished | None:
     """The checkpoint from which a run that ends later continues.
 
-    It is the earlier run itself if its motion failed: it cannot be continued. It is None if the run has to
-    start again, because the last steps depend on the earlier stop time.
+    It is the earlier run itself if its motion failed, or an event stopped it: it cannot be continued. It is
+    None if the run has to start again, because the last steps depend on the earlier stop time.
     """
     from lagrange_cli.store.resume import Finished
 
     if isinstance(found, Finished):
-        if found.attributes["status"] == "failed":
+        if found.attributes["status"] in ("failed", "stopped"):
             return found
         found = found.further
     limited = found is not None and found.checkpoint.head["progress"]["limited"]

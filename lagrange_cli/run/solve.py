@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.request import Request
     from lagrange_cli.store.checkpoint import Checkpoint
-    from lagrange_cli.store.layout import Layout
+    from lagrange_cli.store.layout import EventSeries, Layout
     from lagrange_cli.store.resume import Earlier
     from lagrange_cli.store.target import Target
     from lagrange_cli.store.writer import Writer
@@ -99,7 +99,12 @@ def integrate_and_write(
             from lagrange_cli.run.certify import series_of_errors
 
             series = series_of_errors(series, series_of(units, ready.companions[0]))
-        layout = Layout(series, time_unit=units.get("t", ""))
+        events: tuple[EventSeries, ...] = ()
+        if ready.motion.spec.events:
+            from lagrange_cli.run.events import crossings_of
+
+            events = crossings_of(ready.motion.spec, ready.prepared, units)
+        layout = Layout(series, time_unit=units.get("t", ""), events=events)
     if request.format == CSV:
         from lagrange_cli.run.tabulate import tabulate
 
@@ -131,13 +136,17 @@ def record(
             with stage("write"):
                 writer.append(chunk)
 
+        def emit_events(chunk: dict[str, np.ndarray]) -> None:
+            with stage("write"):
+                writer.append_crossings(chunk)
+
         def checkpoint(reached: Progress, *, inside: bool = False) -> Checkpoint:
             arrays = {"memory": reached.snapshot.memory, **writer.state()}
             content = {"reached": reached.snapshot.t, "progress": reached.as_data()}
             return start.checkpoint(content, arrays, inside=inside)
 
         def continued(outcome: Outcome) -> tuple[Checkpoint | None, Checkpoint | None]:
-            if outcome.progress is None or outcome.ending.status == "failed":
+            if outcome.progress is None or outcome.ending.status in ("failed", "stopped"):
                 return None, None
             last = checkpoint(outcome.progress, inside=True)
             if outcome.ending.status == "interrupted":
@@ -171,6 +180,7 @@ def record(
                     checkpointing,
                     certificate,
                     ready.motion.cause,
+                    emit_events,
                 )
             progress.clear()
             with stage("write"):
@@ -191,5 +201,10 @@ def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared,
         progress = Progress.from_data(data, memory, program, prepared.recording.conserved, times)
     except ValueError as error:
         raise damaged(earlier.shown) from error
-    writer.restore(earlier, rows, progress.snapshot.samples, ())
+    crossings: list[int] = []
+    if progress.happened:
+        from lagrange_cli.run.events import counts
+
+        crossings = counts(prepared, progress.happened)
+    writer.restore(earlier, rows, progress.snapshot.samples, crossings)
     return progress

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, BinaryIO
 
-from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.run.motion import certificate_of
 from lagrange_cli.store.csv_file import CsvFile
@@ -33,6 +33,8 @@ def tabulate(
     reader that has hung up."""
     values, times, stage = ready.motion.values, ready.times, monitor.stage
     progress = monitor.progress()
+    if ready.motion.spec.events:
+        monitor.tell(f"{ready.motion.spec.name}: events are written to HDF5 files only, not to tables")
     with monitor.interrupts() as interrupted:
         with stage("write"):
             table = CsvFile(target, series) if stream is None else CsvFile(None, series, stream)
@@ -58,5 +60,5 @@ def tabulate(
                 )
             progress.clear()
             with stage("write"):
-                table.close(complete=outcome.ending is Ending.COMPLETE)
+                table.close(complete=outcome.ending.status in DONE)
     return None if table.gone else outcome

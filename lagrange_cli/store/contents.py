@@ -53,9 +53,19 @@ def either(*checks: Check) -> Check:
     return lambda value: any(check(value) for check in checks)
 
 
-def pair(first: Check, second: Check) -> Check:
-    """A list of two."""
-    return lambda value: type(value) is list and len(value) == 2 and first(value[0]) and second(value[1])
+def row(*checks: Check) -> Check:
+    """A list of as many as there are checks."""
+
+    def each(value: Any) -> bool:
+        fits = type(value) is list and len(value) == len(checks)
+        return fits and all(check(one) for check, one in zip(checks, value))
+
+    return each
+
+
+def sequence(check: Check) -> Check:
+    """A list of any number."""
+    return lambda value: type(value) is list and all(map(check, value))
 
 
 def table(check: Check) -> Check:
@@ -100,25 +110,31 @@ def state_of(check: Check) -> Check:
 
 
 numbers = table(either(number, nothing))
+instant = either(nothing, finite)
 attribute = either(text, number)
+happened = fields({"count": count, "last": instant, "grazing": count, "accumulates": instant})
 told: dict[str, Check] = {
     "generator": text, "name": shown, "spec": text, "method": shown, "message": shown,
     "status": lambda value: value in STATUSES, "p_drift": written(numbers),
     "final": either(nothing, written(either(nothing, state_of(either(number, nothing))))),
+    "events": either(nothing, written(table(happened))),
 }  # fmt: skip
 """What is told of a run that has ended."""
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
 """What makes a run; of the machine it is a list."""
 
+event = row(count, instant, count, instant, count, instant)
+"""What happened at an event, in the order of ``integrate.events.Happened``."""
 progress = fields(
     {
         "t": finite, "steps": count, "samples": count, "size": number, "limited": flag,
         "first": table(number), "drift": table(number), "final": either(nothing, state_of(number)),
-    }
+    },
+    {"base": table(number), "events": sequence(event), "actions": sequence(number)},
 )  # fmt: skip
 outcome = fields(
     {
-        "failed": either(nothing, pair(count, text)), "steps": count,
+        "failed": either(nothing, row(count, text)), "steps": count,
         "h_drift": either(nothing, number), "p_drift": table(number),
     }
 )  # fmt: skip
@@ -128,7 +144,7 @@ common: dict[str, Check] = {
 }  # fmt: skip
 motion = fields({**common, "progress": progress})
 """The head of the checkpoint of a motion,"""
-sweep = fields({**common, "outcome": outcome, "regions": table(pair(count, count))})
+sweep = fields({**common, "outcome": outcome, "regions": table(row(count, count))})
 """of a sweep's,"""
 
 

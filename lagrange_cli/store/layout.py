@@ -22,7 +22,7 @@ MEMORY = 32 * 2**20
 """Bytes that the unfinished chunks of all series may take together."""
 
 CROSSINGS, FEWEST = 1024, 16
-"""Crossings of an event per HDF5 chunk, where they are small, and where they are not."""
+"""EventSeries of an event per HDF5 chunk, where they are small, and where they are not."""
 
 EVENTS = "events/"
 """Where the groups of events are."""
@@ -70,7 +70,7 @@ class Dimension:
 
 
 @dataclass(frozen=True)
-class Crossings:
+class EventSeries:
     """The datasets of an event, or of a family of events, each of shape (k, *shape) for its k crossings.
 
     The first of the ``series`` has their times and is the scale of all others. The ``attributes`` of the
@@ -95,7 +95,7 @@ class Layout:
     series: tuple[Series, ...]
     scales: tuple[str, ...] = ("t",)
     time_unit: str = ""
-    events: tuple[Crossings, ...] = ()
+    events: tuple[EventSeries, ...] = ()
 
     def chunk_rows(self, expected: int) -> int:
         """Samples per chunk for about ``expected`` samples: large, but bounded over all series."""
@@ -103,7 +103,7 @@ class Layout:
         return max(1, min(ROWS, expected, max(64, MEMORY // row)))
 
     def crossing_rows(self) -> int:
-        """Crossings per chunk: few, as there may be few in all, and bounded over all events."""
+        """EventSeries per chunk: few, as there may be few in all, and bounded over all events."""
         row = BYTES * sum(math.prod(one.shape) for event in self.events for one in event.series)
         return max(FEWEST, min(CROSSINGS, MEMORY // max(1, row)))
 

@@ -12,6 +12,7 @@ import h5py
 import numpy as np
 
 from lagrange_cli.errors import FileError
+from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target, unwritable
 
@@ -94,7 +95,7 @@ class Output:
         self.sink.synchronize()
         self.check()
         self.sink.close()
-        self._target.publish(complete=attributes.get("status") == "complete")
+        self._target.publish(complete=attributes.get("status") in DONE)
 
     def _put_inside(self, packed: bytes) -> None:
         """Make a record a dataset, as it must lie there (see ``trusted``)."""

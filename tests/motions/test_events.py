@@ -77,7 +77,7 @@ def test_many_crossings_in_a_step(source):
     known = np.arange(1, math.floor(5 * omega / math.pi) + 1) * math.pi / omega
     for name in ("crossing", "same"):
         assert motion[f"events/{name}/t"] == pytest.approx(known, rel=1e-14)
-    assert motion.outcome.happened["same"].grazing == []
+    assert motion.outcome.happened["same"].grazing == 0
 
 
 def test_a_zero_at_the_start_is_no_event():
@@ -139,7 +139,8 @@ def test_a_ball_comes_to_rest(precision, source):
     n = np.arange(happened.count)
     known = first * (1 + 2 * e * (1 - e**n) / (1 - e))
     assert motion["events/floor/t"] == pytest.approx(known, rel=3e-15)
-    assert happened.accumulated == [pytest.approx(first * (1 + e) / (1 - e), rel=1e-14)]
+    assert happened.accumulations == 1
+    assert happened.accumulates == pytest.approx(first * (1 + e) / (1 - e), rel=1e-14)
     assert abs(motion["q/y"][-1]) < 1e-14
     assert abs(motion["v/y"][-1]) < 1e-20
     assert motion["q/x"] == pytest.approx(motion.t, rel=1e-14)

@@ -13,7 +13,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.store import layout as layouts
 from lagrange_cli.store.checkpoint import Checkpoint
 from lagrange_cli.store.find_target import find_target
-from lagrange_cli.store.layout import Crossings, Layout, Series
+from lagrange_cli.store.layout import EventSeries, Layout, Series
 from lagrange_cli.store.resume import Earlier
 from lagrange_cli.store.writer import Writer
 from tests.support.draws import examples
@@ -22,10 +22,10 @@ STOP, COUNT = 30.0, 31
 ATTRIBUTES = {"generator": "test", "status": "complete"}
 
 
-def event_of(name: str, *indices: str) -> Crossings:
+def event_of(name: str, *indices: str) -> EventSeries:
     """An event of a system with a coordinate x and a family u."""
     group = f"events/{name}"
-    return Crossings(
+    return EventSeries(
         name,
         (
             Series(f"{group}/t", unit="s", long_name="time"),
@@ -42,7 +42,7 @@ LAYOUT = Layout(
     events=(event_of("floor"), event_of("wall", "i"), event_of("never"), event_of("twin")),
 )
 RATES = {"floor": 7.0, "wall": 3.0, "twin": 7.0}
-"""Crossings per unit of time: two events have theirs at the same times."""
+"""EventSeries per unit of time: two events have theirs at the same times."""
 
 
 def crossings(after: float, until: float, *, sense: float = 1.0) -> dict[str, np.ndarray]:

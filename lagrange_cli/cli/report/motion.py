@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.expression.vocabulary import velocity_name
-from lagrange_cli.run.attributes import doubt, final_state
+from lagrange_cli.integrate.ending import DONE
+from lagrange_cli.run.attributes import doubt, events_told, final_state
 from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
@@ -25,6 +26,8 @@ Seconds = Mapping[str, float]
 
 MOST_COORDINATES = 3
 """Coordinates whose final values are shown; where there are more, one less."""
+MOST_EVENTS = 4
+"""Events whose counts are shown."""
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
 
@@ -52,6 +55,11 @@ def say_solved(
         resumable = outcome.progress is not None and asked.request.format == HDF5
         way_on = "; --resume continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
+    if outcome.happened and not asked.quiet:
+        from lagrange_cli.run.events import notes
+
+        for note in notes(solved.motion.spec, outcome.happened):
+            complain(f"{name}: {note}")
     warning = doubt(outcome, solved.motion.settings)
     if warning is not None and not asked.quiet:
         complain(f"{name}: warning: {warning}")
@@ -62,15 +70,16 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
     """Say that an earlier run left nothing to do, and how it had ended; returns its exit status."""
     told = {name: x.item() if hasattr(x, "item") else x for name, x in found.attributes.items()}
     final: Mapping[str, Any] | None = json.loads(told.get("final", "null"))
+    events = json.loads(told.get("events", "{}"))
     if asked.as_json:
         names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
         listed = {name: told[name] for name in names if name in told}
         where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
-        ends = {} if "members" in told else {"t": found.t, "final": final}
+        ends = {} if "members" in told else {"t": found.t, "final": final, "events": events}
         emit_json({**listed, **where, **ends, "seconds": seconds})
     elif not asked.quiet:
         said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
-        emit("\n".join([said, *final_shown(final)]))
+        emit("\n".join([said, *final_shown(final), *events_shown(events)]))
     return EXIT_STATUS[told["status"]]
 
 
@@ -92,6 +101,7 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "final": final_state(outcome),
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
+        "events": events_told(outcome),
         "trusted_until": outcome.trusted_until,
         "error": outcome.error,
         "resumed_from": start.reached,
@@ -118,10 +128,23 @@ def final_shown(final: Mapping[str, Any] | None) -> list[str]:
     return [f"  at t = {final['t']:.6g}: {', '.join(shown)}{rest}"]
 
 
+def events_shown(events: Mapping[str, Any]) -> list[str]:
+    """The line of the summary that says how often each event happened: of many those that happened most."""
+    if not events:
+        return []
+    shown = sorted(events.items(), key=lambda one: -one[1]["count"])[:MOST_EVENTS]
+    said = [
+        f"{name} {one['count']}" + (f" (last at t = {one['last']:.6g})" if one["count"] else "")
+        for name, one in shown
+    ]
+    more = len(events) - len(shown)
+    return [f"  events: {', '.join(said)}" + (f" (and {more} more)" if more else "")]
+
+
 def ended(outcome: Outcome) -> str:
     """How the motion ended; why, if it did not reach the end, is said on standard error."""
     status: str = outcome.ending.status
-    return outcome.message if status == "complete" else f"{status}; the results so far are written"
+    return outcome.message if status in DONE else f"{status}; the results so far are written"
 
 
 def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand | None) -> str:
@@ -135,6 +158,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
             *final_shown(final_state(outcome)),
+            *events_shown(events_told(outcome)),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *certified_shown(outcome, demand),
             wrote(start, seconds["total"]),

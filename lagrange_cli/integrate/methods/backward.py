@@ -75,7 +75,8 @@ class BackwardEvents(EventSink):
     """Hands on what happens in reversed time."""
 
     def __init__(self, program: Interface, sink: EventSink) -> None:
-        self._program, self._sink, self.names = program, sink, sink.names
+        self._program, self._sink = program, sink
+        self.names, self.before = sink.names, sink.before
 
     def crossed(self, crossings: Crossings) -> None:
         times = {name: reversed_time(getattr(crossings, name)) for name in ("t", "low")}

@@ -6,6 +6,7 @@ this is 0 it is on the side that the motion leads to: a zero that an action leav
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -65,7 +66,7 @@ class Happenings:
         self._switches = len(program.guards)
         self._times = self._memory[self._rows.times(self._layout)].reshape(-1, 2)
         """When each event has acted last."""
-        self._count, self._most = 0, limit("events")
+        self._count, self._most = sink.before, limit("events")
         self._same, self._latest = 0, -np.inf
         self._released: set[int] = set()
         """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
@@ -87,6 +88,16 @@ class Happenings:
                     return self._finished(Ending.RECURRING, e)
                 self._hold(e, -float(guard.direction))
         return None
+
+    def state(self) -> tuple[float, ...]:
+        """What ``memory`` does not hold, to go on from."""
+        return (float(self._same), float(self._latest), *map(float, sorted(self._released)))
+
+    def restore(self, state: Sequence[float]) -> None:
+        """Go on from there."""
+        same, self._latest, *released = state
+        self._same = int(same)
+        self._released = {int(one) for one in released}
 
     def drain(self, sample: int) -> Finished | None:
         """Hand over the records that compiled code has made since it was called, before that sample."""

@@ -193,13 +193,16 @@ class Stepper:
 
     def snapshot(self, samples: int) -> Snapshot:
         """Where the motion is, so many samples having been handed over."""
-        return Snapshot(self._memory.copy(), self.t, self.steps, samples, self.limited)
+        actions = () if self._happenings is None else self._happenings.state()
+        return Snapshot(self._memory.copy(), self.t, self.steps, samples, self.limited, actions)
 
     def restore(self, snapshot: Snapshot) -> None:
         """Go on from there."""
         self._memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
         if self._settling is not None:
             self._settling.resume()
+        if self._happenings is not None:
+            self._happenings.restore(snapshot.actions)
 
     @property
     def t(self) -> float:

@@ -1,0 +1,96 @@
+"""``EventLog``: gathers what happens at the events of a motion, and makes crossings into datasets."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.integrate.events import Change, Crossings, EventSink, Happened
+from lagrange_cli.integrate.samples import LOW
+from lagrange_cli.records import replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.integrate.samples import Samples
+
+MANY = 4096
+"""Crossings that are gathered before they are handed over, with those that compiled code has made at once."""
+
+
+class EventLog(EventSink):
+    """Gathers crossings by event, and hands them over to ``emit`` as datasets by path (see
+    ``EventGroup``)."""
+
+    def __init__(self, prepared: Prepared, samples: Samples, emit: Callable[[dict[str, Any]], None]) -> None:
+        self._prepared, self._samples, self._emit = prepared, samples, emit
+        self._groups = prepared.recording.events
+        self.names = tuple(name for group in self._groups for name in group.members)
+        self._happened = [Happened() for _ in self.names]
+        self._crossings: list[Crossings] = []
+        self._gathered = 0
+
+    def crossed(self, crossings: Crossings) -> None:
+        self._crossings.append(crossings)
+        self._gathered += len(crossings.t)
+        for event in np.unique(crossings.events).tolist():
+            own = crossings.events == event
+            before, last = self._happened[event], float(crossings.t[own][-1])
+            self._happened[event] = replace(before, count=before.count + int(own.sum()), last=last)
+            for t in crossings.t[own & crossings.grazing].tolist():
+                self.grazed(event, t)
+        if self._gathered >= MANY:
+            self.hand_over()
+
+    def changed(self, change: Change) -> None:
+        self._samples.change(change)
+
+    def grazed(self, event: int, t: float) -> None:
+        before = self._happened[event]
+        first = t if before.grazes is None else before.grazes
+        self._happened[event] = replace(before, grazing=before.grazing + 1, grazes=first)
+
+    def accumulated(self, event: int, t: float) -> None:
+        before = self._happened[event]
+        first = t if before.accumulates is None else before.accumulates
+        times = before.accumulations + 1
+        self._happened[event] = replace(before, accumulations=times, accumulates=first)
+
+    @property
+    def happened(self) -> tuple[Happened, ...]:
+        """What is to be said of each event, by number."""
+        return tuple(self._happened)
+
+    def restore(self, happened: Sequence[Happened]) -> None:
+        """Go on from what happened in an earlier run."""
+        self._happened, self.before = list(happened), sum(one.count for one in happened)
+
+    def hand_over(self) -> None:
+        """Emit what has been gathered since the last time: t, q and v, and in a family its indices."""
+        gathered, self._crossings, self._gathered = self._crossings, [], 0
+        if not gathered:
+            return
+        recording, program = self._prepared.recording, self._prepared.machine.program
+        events, t, low, states = (
+            np.concatenate([getattr(one, name) for one in gathered])
+            for name in ("events", "t", "low", "states")
+        )
+        found: dict[str, Any] = {}
+        first = 0
+        for group in self._groups:
+            own = (events >= first) & (events < first + len(group.members))
+            numbers, first = events[own] - first, first + len(group.members)
+            if not len(numbers):
+                continue
+            found[f"{group.path}/t"] = t[own]
+            for index, place in zip(group.indices, np.unravel_index(numbers, group.shape or (1,))):
+                found[f"{group.path}/{index}"] = np.asarray(place, np.int64)
+            parts = states[own].T.reshape(program.parts, program.rows, -1)
+            for part, prefix in zip(parts, ("", LOW)):
+                for path, row in recording.crossing_series(part).items():
+                    found[f"{prefix}{group.path}/{path}"] = row
+            if program.parts > 1:
+                found[f"{LOW}{group.path}/t"] = low[own]
+        if found:
+            self._emit(found)

@@ -1,0 +1,102 @@
+"""Events in the output of a run: the groups of the file, and what happened in all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.events import Happened
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.outputs.recording import EventGroup
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.store.layout import EventSeries, Series
+
+MOST_TEXTS = 4
+"""Members of a family whose texts are shown, where they differ."""
+
+
+def crossings_of(spec: Spec, prepared: Prepared, units: Mapping[str, str]) -> tuple[EventSeries, ...]:
+    """The groups of the file for the system's events."""
+    from lagrange_cli.store.layout import EventSeries
+
+    return tuple(
+        EventSeries(group.name, series_of(group, prepared, units), described(spec, group))
+        for group in prepared.recording.events
+    )
+
+
+def series_of(group: EventGroup, prepared: Prepared, units: Mapping[str, str]) -> tuple[Series, ...]:
+    """The datasets of a group: t, the indices of a family, q and v."""
+    from lagrange_cli.integrate.samples import LOW
+    from lagrange_cli.records import replace
+    from lagrange_cli.store.layout import Series
+
+    times = Series(f"{group.path}/t", unit=units.get("t", ""), long_name="time of the event")
+    indices = [
+        Series(f"{group.path}/{index}", long_name=f"index {index} of the event", kind="i8")
+        for index in group.indices
+    ]
+    states = [
+        Series(f"{group.path}/{one.path}", one.shape, units.get(one.path, ""), one.long_name, one.axes)
+        for one in prepared.recording.at_events
+    ]
+    found = [times, *indices, *states]
+    if prepared.machine.program.parts > 1:
+        text = "low part of {}, to be added to /{}"
+        found += [
+            replace(one, path=LOW + one.path, long_name=text.format(one.long_name, one.path))
+            for one in (times, *states)
+        ]
+    return tuple(found)
+
+
+def described(spec: Spec, group: EventGroup) -> dict[str, str]:
+    """The attributes of a group, which say what the event is in the words of the system file."""
+    from lagrange_cli.model.events import DIRECTIONS, action_of
+
+    found: dict[str, dict[str, None]] = {"when": {}, "direction": {}, "action": {}}
+    for event in (spec.events[name] for name in group.members):
+        changes = "; ".join(f"{name} = {value.text}" for name, value in event.changes.items())
+        action = action_of(event.stops, event.changes)
+        found["when"][event.when.text] = None
+        found["direction"][DIRECTIONS[event.direction]] = None
+        found["action"][f"{action} {changes}".strip()] = None
+    return {name: enumerated([*texts]) for name, texts in found.items()}
+
+
+def enumerated(texts: Sequence[str]) -> str:
+    """Texts in one, of many the first ones."""
+    return "; ".join([*texts[:MOST_TEXTS], *(["..."] if len(texts) > MOST_TEXTS else [])])
+
+
+def counts(prepared: Prepared, happened: Sequence[Happened]) -> list[int]:
+    """How many crossings each group has, from what happened at each event."""
+    members = iter(happened)
+    return [sum(next(members).count for _ in group.members) for group in prepared.recording.events]
+
+
+def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
+    """What a user should know of the events at the end of a run: what never happened, and what may be
+    otherwise than it seems."""
+    from lagrange_cli.spec.spec import grouped
+
+    found = []
+    for family in grouped(happened, spec.families.get("events", {})):
+        all_of_it = [happened[name] for name in family.members]
+        if not any(one.count for one in all_of_it):
+            found.append(f"event '{family.label}' did not occur")
+    for name, one in happened.items():
+        if one.grazing and not one.accumulations:  # impacts before their end are as weak as can be
+            times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
+            found.append(
+                f"event '{name}': its expression touches 0 without a clear change of sign "
+                f"at t = {one.grazes:.9g}{times}; whether that counts depends on rounding"
+            )
+        if one.accumulates is not None:
+            times = "" if one.accumulations == 1 else f", the first of {one.accumulations} such times"
+            found.append(
+                f"event '{name}': infinitely many accumulate at t = {one.accumulates:.9g}{times}; "
+                "from then on the motion rests there"
+            )
+    return found
