@@ -57,7 +57,7 @@ ARRAYS = 7
 
 def records_at(layout: StateLayout, work: int, parts: int) -> int:
     """Where records are in scratch; ``parts`` of integrals (0 if there are none)."""
-    arrays = (ARRAYS + 2 * (parts - 1)) * layout.width if parts else 0
+    arrays = (ARRAYS + 2) * layout.width if parts else 0
     return layout.memory + layout.width + LANES + work + arrays
 
 

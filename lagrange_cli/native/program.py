@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import reduce
 from operator import or_
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
@@ -30,6 +30,9 @@ from lagrange_cli.native.state import GuardRows, Role, StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.stepping.motion import Given
 
 FEW_EVENTS = 64
 """Events of the largest system whose actions compiled code does."""
@@ -93,6 +96,14 @@ def integrands_of(equations: Equations) -> tuple[Residual, Defect, Constants] | 
     return residual, Defect(accelerations, terms_of(rows, residual, accelerations)), equations.constants
 
 
+def given_of(equations: Equations, work: int) -> Given:
+    """What steps are made from; they work on so many doubles."""
+    from lagrange_cli.native.stepping.motion import Given
+
+    proving = proving_of(equations), integrands_of(equations)
+    return Given(equations.state, work, equations.tolerance, proving, equations.guards)
+
+
 def double(equations: Equations) -> Motion:
     """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
     from lagrange_cli.native.recurrences.compensated import compensated_expansion
@@ -111,9 +122,7 @@ def double(equations: Equations) -> Motion:
     parts += expansion.factorization.functions
     degrees = equations.state.degrees
     if order >= STEPPING:
-        proving = proving_of(equations), integrands_of(equations)
-        given = equations.tolerance, proving, equations.guards
-        parts.append(stepper(layout, equations.state, work, *given))
+        parts.append(stepper(layout, given_of(equations, work)))
     parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
     return Motion(parts, work, emitter.operations, (0, 1, layout.width))
 
@@ -129,9 +138,7 @@ def double_double(equations: Equations) -> Motion:
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
     work = LANES * -(-work // LANES)
-    proving = proving_of(equations), integrands_of(equations)
-    given = equations.tolerance, proving, equations.guards
-    stepping = stepper(rows, equations.state, work, *given)
+    stepping = stepper(rows, given_of(equations, work))
     parts = [*operations(), *functions(), jet, *stepping]
     return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
 

@@ -18,7 +18,7 @@ from lagrange_cli.native.functions.payne_hanek import table, wide_functions
 from lagrange_cli.native.llvm.declarations import LIBRARY
 from lagrange_cli.native.llvm.text import ZERO
 from lagrange_cli.native.numbers.double import fused
-from lagrange_cli.native.numbers.double_double import TYPE, operations
+from lagrange_cli.native.numbers.double_double import operations
 
 INTRINSICS = ("sin", "cos", "exp", "log", "pow", "log2", "exp2")
 """LLVM's functions that become calls of the C library."""
@@ -34,7 +34,7 @@ CALLED = re.compile(r"@([\w.]+)\(")
 def portable(text: str) -> str:
     """``text``, a program's, with functions of its own, so that every machine computes the same bits."""
     text = fused(text)
-    known = library(double_double=f"{TYPE} = type" not in text)
+    known = library()
     text = ELEMENTARY.sub(lambda found: LIBM.sub(_beyond, found[0]), text)
     text = LIBM.sub(_own, "\n".join(together(text.split("\n"))))
     parts, found, pending = [text], set(DEFINED.findall(text)), [text]
@@ -43,8 +43,6 @@ def portable(text: str) -> str:
             found.add(name)
             parts.append(known[name])
             pending.append(known[name])
-    if f"{TYPE} = type" not in text and any(TYPE in part for part in parts):
-        parts.insert(0, operations()[0])
     if any("@two_over_pi" in part for part in parts):
         parts.insert(0, table())
     return "\n".join(parts)
@@ -74,11 +72,10 @@ def _beyond(call: re.Match[str]) -> str:
     return f"@beyond.{call[1] or call[2]}("
 
 
-def library(*, double_double: bool) -> Mapping[str, str]:
+def library() -> Mapping[str, str]:
     """The text of every function that may be needed, by name."""
     made = [*texts(), *wide_functions()]
     for name in ("sin_cos", "exp", "log", "pow"):  # beyond their range these would call the C library
         made.append(LIBM.sub(_beyond, elementary.definition(name, 1)))
-    if double_double:
-        made += [*operations()[1:], *functions()]
+    made += [*operations(), *functions()]
     return {DEFINED.findall(text)[0]: LIBM.sub(_own, text) for text in made}

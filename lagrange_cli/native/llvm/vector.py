@@ -147,6 +147,10 @@ class Body:
         """0 in every lane."""
         return Real(self, constant("double", lanes, 0.0), lanes)
 
+    def never(self, lanes: int) -> Bit:
+        """No lane."""
+        return Bit(self, constant("i1", lanes, "false"), lanes)
+
     def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
         """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960): little has to wait."""
         terms: list[Real | float] = list(coefficients)

@@ -16,7 +16,7 @@ from lagrange_cli.native.numbers.error_free import fast_sum, two_product, two_su
 from lagrange_cli.native.numbers.kind import Composed, Number
 from lagrange_cli.records import dataclass
 
-TYPE = "%pair"
+TYPE = "{ double, double }"
 MINUS_ONE = "0xBFF0000000000000"
 
 
@@ -215,9 +215,8 @@ def _sqrt(e: DoubleDoubleBody, a: Pair) -> Pair:
 
 
 def operations() -> Sequence[str]:
-    """The type, and the functions that ``Pair`` calls."""
+    """The functions that ``Pair`` calls."""
     return (
-        f"{TYPE} = type {{ double, double }}\n",
         define("add", "pp", _add),
         define("mul", "pp", _mul),
         define("scale", "pd", _scale),

@@ -9,7 +9,7 @@ due to rounding.
 from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Real, constant
+from lagrange_cli.native.llvm.vector import Bit, Real, kind
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.records import dataclass, replace
 
@@ -83,24 +83,22 @@ def allowance(f: Function, bounds: Bounds, t: Real, usual: Real, h: Real) -> All
     return Allowance(t * bounds.ulp * inverse + bounds.almost, slow + fast, inverse * slow)
 
 
-def accepted(lengths: Lengths, low: int = 0) -> Function:
-    """``@accepted(work, rates, allowed, .., uneven, slack, unexplained, room, inverse)``: whether the
-    accelerations agree.
+def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function:
+    """``@accepted(work, rates, allowed, uneven, slack, unexplained, room, ..)``: whether the accelerations
+    agree, or the rates of the rows that are ``Lengths.followed`` but for those at ``%integrals`` that are no
+    numbers.
 
     They may differ by ``allowed`` and ``uneven``, times ``slack``. Where failures are ``unexplained``, they
     and those expected must be at most ``room`` instead: nothing but rounding of what rests. If low parts are
     ``low`` doubles behind coefficients, the first of these are accelerations times ``inverse``.
     """
-    real = "double" if lengths.motions == 1 else f"<{lengths.motions} x double>"
-    bit = "i1" if lengths.motions == 1 else f"<{lengths.motions} x i1>"
+    real, bit = (kind(one, lengths.motions) for one in ("double", "i1"))
     more = ", ptr noalias %low, double %inverse" if low else ""
+    more += ", ptr noalias %integrals" if lengths.followed[1] else ""
     given = f"{real} %uneven, {real} %slack, {bit} %unexplained, {real} %room"
-    f = Function(
-        f"define internal {bit} @accepted({PLACES}, {given}{more}) #0",
-        lengths.motions,
-    )
+    f = Function(f"define internal {bit} @{name}({PLACES}, {given}{more}) #0", lengths.motions)
     uneven, slack, room = (lengths.wide(f, Real(f, f"%{name}")) for name in ("uneven", "slack", "room"))
-    bad = f.variable(Bit(f, constant("i1", lengths.lanes, "false"), lengths.lanes))
+    bad = f.variable(f.never(lengths.lanes))
     with lengths.velocities(f) as row:
         found, expected = row.series()[1], row.at("%rates")
         distance = expected - found
@@ -111,6 +109,9 @@ def accepted(lengths: Lengths, low: int = 0) -> Function:
         strictly = f.magnitude(distance).compared("ugt", (row.at("%allowed") + uneven) * slack)
         grossly = f.magnitude(found).compared("ugt", room) | f.magnitude(expected).compared("ugt", room)
         apart = f.select(Bit(f, "%unexplained"), grossly, strictly)
+        if lengths.followed[1]:
+            new = row.at("%integrals")
+            apart = apart & new.equals(new)
         bad.set(bad.get() | row.moving(apart))
-    f.give(~(bad.get() if lengths.together == 1 else f.any(bad.get())))
+    f.give(~lengths.of_motions(f, bad.get()))
     return f

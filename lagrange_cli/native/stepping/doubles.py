@@ -3,99 +3,45 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 
-from lagrange_cli.native.interface import records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout import Layout
-from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
-from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
-from lagrange_cli.native.stepping.advance import STRAIGHT, Now, Steps, advance, clear_function
-from lagrange_cli.native.stepping.guards import GuardCode
+from lagrange_cli.native.state import LANES, Clock
+from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
+from lagrange_cli.native.stepping.advance import STRAIGHT, Now, advance
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.motion import AT_REST, Given, MotionSteps
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
-from lagrange_cli.native.stepping.proof import Proof, Proving, proven
-from lagrange_cli.native.stepping.quadratures import Part, Places, Quadratures, Time, followed, sampling
-from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
-from lagrange_cli.records import replace
-
-AT_REST = 2.0**-900
-"""Where steps are proven, velocities below this do not limit them."""
-CHAINS, RATE_CHAINS = 4, 2
-"""Partial sums of a polynomial that are added in parallel."""
+from lagrange_cli.native.stepping.proof import proven
+from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
+from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, Pair
 
 
-SMALL = 2.0**-46
-"""A defect up to this part of what moves is not told from rounding (see ``Proof``)."""
+def stepper(layout: Layout, given: Given) -> str:
+    """IR of ``@advance`` and its helpers."""
+    return advance(DoubleSteps(layout, given))
 
 
-def stepper(
-    layout: Layout,
-    state: StateLayout,
-    work: int,
-    tolerance: float,
-    proving: tuple[Proving | None, Proving | None] = (None, None),
-    guards: GuardRows | None = None,
-) -> str:
-    """IR of ``@advance`` and its helpers for ``work`` doubles of ``%work``."""
-    return advance(DoubleSteps(layout, state, work, tolerance, proving, guards))
-
-
-class DoubleSteps(Steps):
+class DoubleSteps(MotionSteps):
     """What steps in doubles are made of."""
 
-    refined = False
+    refined, parts, small = False, 1, 2.0**-46
 
-    def __init__(
-        self,
-        layout: Layout,
-        state: StateLayout,
-        work: int,
-        tolerance: float,
-        proving: tuple[Proving | None, Proving | None],
-        guards: GuardRows | None,
-    ) -> None:
-        self.state, degrees = state, state.degrees
-        self.bounds = DOUBLE.coarser(tolerance)
+    def __init__(self, layout: Layout, given: Given) -> None:
         width, lanes = layout.width, min(layout.width, LANES)
-        self.lengths = Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
-        first, count = followed(state, guards)
-        self.quadratures = None
-        if count:
-            self.lengths = replace(self.lengths, apart=True)
-            rest = AT_REST if proving[1] else 0.0
-            self.quadratures = Quadratures(
-                self.lengths, first, count, width, tolerance, self.bounds, rest=rest
-            )
-        self.sizes = StepSize(self.lengths, tolerance, AT_REST if proving[0] else 0.0)
-        self.guards = GuardCode(guards, state, self.lengths, records_at(state, work, 1)) if guards else None
-        self._work = work
-        self._proof: Proof | None = None
-        self._integrands: Proof | None = None
-        self._series = self.state.memory + width + LANES
-        small = SMALL * max(1.0, tolerance / self.bounds.precision)
-        proof = partial(Proof, lengths=self.lengths, low=width, nothing=self.bounds.nothing_much, small=small)
-        if proving[0]:
-            self._proof = proof(*proving[0])
-        if proving[1]:
-            self._integrands = proof(*proving[1], integrals=(first, count))
+        rows, degrees = len(layout.state), given.state.degrees
+        lengths = Lengths(degrees, rows, width, layout.order, lanes, lanes, 1, 1, width)
+        super().__init__(given, lengths, DOUBLE, DoubleSums(), AT_REST if given.proving[0] else 0.0)
+        self._work = given.work
 
-    def functions(self) -> list[str]:
-        """See ``Steps``."""
-        lengths = self.lengths
-        made = [*self.sizes.functions(), self.sizes.shortened_step(), accepted(lengths)]
-        made += [self._proof.function()] if self._proof else []
-        made += [self._integrands.function()] if self._integrands else []
-        if self.quadratures:
-            made += [*self.quadratures.functions(), self.divide()]
-        guards = self.guards.functions() if self.guards else []
-        return [clear_function(), *guards, *(f.text() for f in made)]
+    def own(self) -> list[Function]:
+        return [self.sizes.shortened_step()]
 
-    def places(self, f: Function) -> tuple[Pointer, Pointer]:
-        """The state, and the series."""
-        return f.pointer("%state"), f.pointer("%work")
+    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
+        f.call(None, "clear", series, f.count(self._work))
+        f.call(Bit, "jet", f.pointer("%constants"), time[0] + time[1], state, series)
 
     def forget(self, f: Function) -> None:
         f.call(None, "clear", f.pointer("%work"), f.count(self._work))
@@ -118,7 +64,7 @@ class DoubleSteps(Steps):
         return now, h.get(), sound
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
-        if self._proof is None:
+        if self.proof is None:
             return h
         beyond = f.select(self._sound, f.count(self.lengths.order - 1), self._cut(f))
         return proven(f, now, h, left, free, self.places(f), beyond.to_real())
@@ -162,78 +108,9 @@ class DoubleSteps(Steps):
         f.store(t, "%state", self.state.at(Clock.TIME))
         f.store(low, "%state", self.state.at(Clock.TIME_LOW))
         nothing = None
-        if self._proof:
+        if self.proof:
             nothing = f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))
-        return moved(f, self.lengths, h, allowed, self.expected(f), self.state.width, nothing)
-
-    def expected(self, f: Function) -> tuple[Pointer, Pointer]:
-        """Where the accelerations are that are expected, and how far off they may be."""
-        first = self.state.memory
-        return f.place("%trial", first), f.place("%trial", first + self.state.width)
-
-    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
-        given = self.places(f)[1], *self.expected(f), uneven, slack, unexplained, room
-        return f.call(Bit, "accepted", *given)
-
-    def rough(self, f: Function, now: Now, h: Real) -> Bit:
-        given = f.pointer("%trial"), f.pointer("%work"), h
-        rough = f.call(Bit, "rough", *given)
-        if self._integrands is None:
-            return rough
-        return rough | ~self.has_proven(f, now.t + now.low, *given)
-
-    def has_proven(self, f: Function, t: Real, state: Pointer, work: Pointer, h: Real) -> Bit:
-        """Whether the integrands have nothing to hide within ``h``."""
-        given = f.pointer("%constants"), t, state, work, h, f.constant(1.0)
-        return f.call(Bit, "integrands_proven", *given, f.constant(float(self.lengths.order - 1)))
-
-    def surprising(self, f: Function, now: Now, h: Real) -> Bit:
-        assert self.quadratures
-        given = f.pointer("%work"), *self.expected(f), f.pointer("%state"), self.quadratures.nothing(f, h)
-        return ~f.call(Bit, "integrals_confirmed", *given)
-
-    def resume(self, f: Function, before: Now) -> None:
-        self.forget(f)
-        given = f.pointer("%trial"), f.pointer("%work")
-        f.call(Bit, "jet", f.pointer("%constants"), before.t + before.low, *given)
-
-    def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
-        places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
-        f.call(None, "divide", *places, before.t, before.low, h, *samples, Integer(f, "%stride"))
-
-    def divide(self) -> Function:
-        """``@divide``: the integrals of a step of ``h`` from ``%trial`` on, with the series in ``%work``, by
-        parts; also those of the samples from ``first`` to before ``last``."""
-        heads = ", ".join(f"ptr %{name}" for name in ("constants", "trial", "work", "state", "times", "out"))
-        more = "double %t, double %low, double %h, i64 %first, i64 %last, i64 %stride"
-        f = Function(f"define internal void @divide({heads}, {more}) #0")
-        assert self.quadratures
-        made, t, low = self.quadratures, Real(f, "%t"), Real(f, "%low")
-        trial, h, end = f.pointer("%trial"), Real(f, "%h"), Integer(f, "%last")
-        series, arrays = (f.place(trial, one) for one in (self._series, self._series + self._work))
-        at, yes = Places(trial, f.pointer("%work"), arrays, series), Bit(f, "true")
-        index = f.variable(Integer(f, "%first"))
-
-        def expand(place: Time) -> None:
-            f.call(None, "clear", series, f.count(self._work))
-            f.call(Bit, "jet", f.pointer("%constants"), (t + low) + place[0], arrays, series)
-
-        def write(part: Part, dt: Real, reached: Integer) -> None:
-            made.sample(f, at, part, dt, reached)
-
-        def since(instant: Real) -> Real:
-            return (instant - t) - low
-
-        sample = sampling(f, index, end, since, lambda dt, part: dt <= part.end[0], write)
-
-        def prove(place: Time, length: Real) -> Bit:
-            return self.has_proven(f, (t + low) + place[0], arrays, series, length)
-
-        step, proof = (h, f.constant(0.0)), prove if self._integrands else None
-        whole = made.divide(f, at, t, step, yes, expand, sample, proof)
-        made.give(f, at, f.pointer("%state"), yes, whole)
-        f.give()
-        return f
+        return moved(f, self.lengths, h, allowed, self.expected(f)[:2], self.state.width, nothing)
 
 
 def moved(

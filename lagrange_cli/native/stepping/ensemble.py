@@ -96,7 +96,7 @@ class Follower:
         )
         self.sizes, self.bounds = StepSize(self.lengths, tolerance), DOUBLE.coarser(tolerance)
         first = 2 * pack.degrees
-        given = first, pack.quadratures, pack.width, tolerance, self.bounds
+        given = first, pack.quadratures, tolerance, self.bounds
         self.quadratures = Quadratures(self.lengths, *given) if pack.quadratures else None
 
     def text(self) -> str:

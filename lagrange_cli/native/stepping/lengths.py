@@ -77,6 +77,10 @@ class Lengths:
             return value
         return f.reduce(operation, value, f.constant(0.0) if operation == "fadd" else None)
 
+    def of_motions(self, f: Function, rows: Bit) -> Bit:
+        """Of each motion whether something holds for any row of a vector."""
+        return rows if self.together == 1 else f.any(rows)
+
     def wide(self, f: Function, value: Real) -> Real:
         """A number of each motion, for every row of a vector."""
         return f.splat(value, self.lanes)

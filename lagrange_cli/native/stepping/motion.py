@@ -1,0 +1,176 @@
+"""What steps in doubles and in double-double have in common: guards, proofs, acceptance, and integrals."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+
+from lagrange_cli.native.interface import records_at
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
+from lagrange_cli.native.stepping.acceptance import Bounds, accepted
+from lagrange_cli.native.stepping.advance import Now, Steps, clear_function
+from lagrange_cli.native.stepping.division import Division, Part, Places, Units
+from lagrange_cli.native.stepping.guards import GuardCode
+from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.proof import Proof, Proving
+from lagrange_cli.native.stepping.quadratures import Quadratures, followed
+from lagrange_cli.native.stepping.step_size import StepSize
+from lagrange_cli.native.stepping.sums import Pair, Sums, difference
+from lagrange_cli.records import dataclass, replace
+
+AT_REST = 2.0**-900
+"""Where steps are proven, velocities below this do not limit them."""
+
+
+@dataclass(frozen=True)
+class Given:
+    """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps and its integrals
+    are proven by, and its guards, if it has any."""
+
+    state: StateLayout
+    work: int
+    tolerance: float
+    proving: tuple[Proving | None, Proving | None]
+    guards: GuardRows | None
+
+
+class MotionSteps(Steps):
+    """Steps of numbers of so many ``parts``. A defect up to the part ``small`` of what moves is not told from
+    rounding (see ``Proof``); velocities of a size up to ``rest`` do not limit steps."""
+
+    parts: int
+    small: float
+    division: type[Division] = Division
+
+    def __init__(self, given: Given, lengths: Lengths, bounds: Bounds, sums: Sums, rest: float) -> None:
+        self.given, self.state, self.sums = given, given.state, sums
+        self.bounds = bounds.coarser(given.tolerance)
+        rows = followed(given.state, given.guards)
+        self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
+        self.sizes = StepSize(lengths, given.tolerance, rest, fades=self.parts == 1)
+        self.quadratures = None
+        if rows[1]:
+            self.quadratures = Quadratures(
+                lengths, *rows, given.tolerance, self.bounds, beyond=sums.beyond,
+                rest=AT_REST if given.proving[1] else 0.0,
+            )  # fmt: skip
+        records = records_at(given.state, given.work, self.parts)
+        self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
+        self.proof, self.integrands = self._proof(given.proving[0]), self._proof(given.proving[1], rows)
+
+    def _proof(self, proving: Proving | None, integrals: tuple[int, int] = (0, 0)) -> Proof | None:
+        if proving is None:
+            return None
+        small = self.small * max(1.0, self.given.tolerance / self.bounds.precision)
+        nothing, low = self.bounds.nothing_much, self.lengths.width
+        return Proof(*proving, self.lengths, low, nothing, small, self.parts, integrals)
+
+    @abstractmethod
+    def own(self) -> list[Function]:
+        """Functions of this kind of numbers."""
+
+    @abstractmethod
+    def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
+        """Compute the series of a state where others may be."""
+
+    def functions(self) -> list[str]:
+        made = [*self.sizes.functions(), accepted(self.lengths, self.sums.beyond), *self.own()]
+        made += [one.function() for one in (self.proof, self.integrands) if one]
+        if self.quadratures:
+            made += [*self.quadratures.functions(), self.divide(self.quadratures)]
+        guards = self.guards.functions() if self.guards else []
+        return [clear_function(), *guards, *(f.text() for f in made)]
+
+    def places(self, f: Function) -> tuple[Pointer, Pointer]:
+        """The state, and the series."""
+        return f.pointer("%state"), f.pointer("%work")
+
+    def expected(self, f: Function) -> tuple[Pointer, Pointer, Pointer]:
+        """Where the accelerations are that are expected, how far off they may be, and their low parts."""
+        first, width = self.state.memory, self.state.width
+        rates, allowed, low = (f.place("%trial", first + i * width) for i in range(3))
+        return rates, allowed, low
+
+    def scaled(self, f: Function, unit: Real, *times: Real) -> list[Real]:
+        """Times in the unit of the series."""
+        inverse = f.constant(1.0) / unit
+        return [one * inverse for one in times]
+
+    def time(self, f: Function) -> Pair:
+        """That of the state."""
+        t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
+        return t, low
+
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
+        rates, allowed, low = self.expected(f)
+        given = rates, allowed, uneven, slack, unexplained, room
+        more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
+        return f.call(Bit, "accepted", f.pointer("%work"), *given, *more)
+
+    # integrals
+
+    def rough(self, f: Function, now: Now, h: Real) -> Bit:
+        places = f.pointer("%trial"), f.pointer("%work")
+        rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h))
+        if self.integrands is None:
+            return rough
+        return rough | ~self._has_proven(f, now.t + now.low, *places, h, now.unit)
+
+    def _has_proven(self, f: Function, t: Real, state: Pointer, series: Pointer, h: Real, unit: Real) -> Bit:
+        """Whether the integrands have nothing to hide within ``h``."""
+        beyond = f.constant(float(self.lengths.order - 1))
+        given = f.pointer("%constants"), t, state, series, h, unit, beyond
+        return f.call(Bit, "integrands_proven", *given)
+
+    def surprising(self, f: Function, now: Now, h: Real) -> Bit:
+        assert self.quadratures
+        rates, allowed, low = self.expected(f)
+        nothing, zero = self.quadratures.nothing(f, h), f.constant(0.0)
+        given = rates, allowed, nothing, f.constant(1.0), Bit(f, "false"), zero
+        more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
+        return ~f.call(Bit, "integrals_confirmed", f.pointer("%work"), *given, *more, f.pointer("%state"))
+
+    def resume(self, f: Function, before: Now) -> None:
+        places = f.pointer("%trial"), f.pointer("%work")
+        self.compute(f, (before.t, before.low), before.unit, *places)
+
+    def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
+        places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
+        step, stride = difference(self.time(f), (before.t, before.low)), Integer(f, "%stride")
+        more = *samples, stride, stride * self.lengths.rows
+        f.call(None, "divide", *places, before.t, before.low, *step, before.unit, *more)
+
+    def divide(self, quadratures: Quadratures) -> Function:
+        """``@divide``: the integrals of the step (%h, %hl) from ``%trial`` on, with the series in ``%work``,
+        by parts; also those of the samples from ``first`` to before ``last``."""
+        heads = ", ".join(f"ptr %{name}" for name in ("constants", "trial", "work", "state", "times", "out"))
+        more = ", ".join(f"double %{name}" for name in ("t", "low", "h", "hl", "unit"))
+        counts = ", ".join(f"i64 %{name}" for name in ("first", "last", "stride", "beyond"))
+        f = Function(f"define internal void @divide({heads}, {more}, {counts}) #0")
+        t, low, h, hl, unit = (Real(f, f"%{name}") for name in ("t", "low", "h", "hl", "unit"))
+        index, trial = f.variable(Integer(f, "%first")), f.pointer("%trial")
+        first = LANES * -(-(self.state.memory + 3 * self.state.width) // LANES)
+        series, arrays = (f.place(trial, one) for one in (first, first + self.given.work))
+        units = Units(unit, f.variable(unit))
+
+        def expand(place: Pair) -> None:
+            self.compute(f, self.sums.sum(f, (t, low), place), units.part.get(), arrays, series)
+
+        def prove(place: Pair, length: Real) -> Bit:
+            return self._has_proven(f, (t + low) + place[0], arrays, series, length, units.part.get())
+
+        at = Places(trial, f.pointer("%work"), arrays, series)
+        given = f, quadratures, self.sums, at, self.state.width, units, expand
+        made = self.division(*given, prove if self.integrands else None)
+
+        def samples(part: Part) -> Integer:
+            zero = f.constant(0.0)
+            return made.samples(
+                index, Integer(f, "%last"), part, lambda instant: difference((instant, zero), (t, low))
+            )
+
+        whole = made.divide(t, (h, hl), samples, index)
+        made.give(f.pointer("%state"), self.state.third if self.parts > 1 else 0, whole)
+        f.give()
+        return f

@@ -1,0 +1,117 @@
+"""Sums of series within a step, in each kind of numbers: what states and integrals are at its end and within.
+
+A time or a number is a double and its low part (``Pair``). Times are since the beginning of the series, whose
+coefficients may have a unit of time of their own.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol, TypeAlias
+
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Pointer, Real
+from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
+from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
+from lagrange_cli.native.stepping.lengths import Row
+from lagrange_cli.native.stepping.polynomial import careful_sum, rate
+
+Pair: TypeAlias = "tuple[Real, Real]"
+
+CHAINS, RATE_CHAINS = 4, 2
+"""Partial sums of a polynomial that are added in parallel."""
+
+
+class Sums(Protocol):
+    """How numbers of one kind are added up; low parts of coefficients are ``beyond`` doubles behind, if they
+    have any."""
+
+    beyond: int
+
+    def state(self, f: Function, row: Row, base: Pointer, low: int, h: Real) -> Pair:
+        """What a row of a state is, from which it is moved on by ``h``; low parts are ``low`` rows behind."""
+
+    def change(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
+        """What a series adds within ``h``."""
+
+    def slope(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
+        """Its derivative there."""
+
+    def product(self, f: Function, a: Pair, b: Pair) -> Pair: ...
+    def sum(self, f: Function, a: Pair, b: Pair) -> Pair: ...
+
+
+class DoubleSums:
+    """Compensated sums of doubles."""
+
+    beyond = 0
+
+    def state(self, f: Function, row: Row, base: Pointer, low: int, h: Real) -> Pair:
+        """The low part of a velocity moves its coordinate."""
+        degrees = row.lengths.degrees
+        extra = row.only(row.among(0, degrees), row.at(base, low + degrees) * h)
+        return row.at(base), row.at(base, low) + extra
+
+    def change(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
+        lengths = row.lengths
+        c = row.series(work).terms(1, lengths.order)
+        return careful_sum(f, c, lengths.wide(f, h[0]), CHAINS if lengths.together > 1 else 1)
+
+    def slope(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
+        lengths = row.lengths
+        c = row.series(work).terms(1, lengths.top)
+        chains = RATE_CHAINS if lengths.together > 1 else 1
+        return rate(f, c, lengths.wide(f, h[0]), chains), f.zero(lengths.lanes)
+
+    def product(self, f: Function, a: Pair, b: Pair) -> Pair:
+        return a[0] * b[0], f.zero(a[0].lanes)
+
+    def sum(self, f: Function, a: Pair, b: Pair) -> Pair:
+        return two_sum(a[0], b[0] + (a[1] + b[1]))
+
+
+class PairSums:
+    """Sums of double-double numbers, by ``@polynomial`` and ``@slope``."""
+
+    def __init__(self, beyond: int) -> None:
+        self.beyond = beyond
+
+    def state(self, f: Function, row: Row, base: Pointer, low: int, h: Real) -> Pair:
+        return row.at(base), row.at(base, low)
+
+    def change(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
+        inverse = f.constant(1.0) / unit
+        return self.called(f, "polynomial", row, work, (h[0] * inverse, h[1] * inverse))
+
+    def slope(self, f: Function, row: Row, work: Pointer, h: Pair, unit: Real) -> Pair:
+        inverse = f.constant(1.0) / unit
+        high, low = self.called(f, "slope", row, work, (h[0] * inverse, h[1] * inverse))
+        return high * inverse, low * inverse
+
+    def called(self, f: Function, name: str, row: Row, work: Pointer, h: Pair) -> Pair:
+        """A sum at ``h`` in units of the series."""
+        high, low = f.parts(name, [*h], row.series(work).place, *h)
+        return high, low
+
+    def product(self, f: Function, a: Pair, b: Pair) -> Pair:
+        return pair(f, "mul", *a, *b)
+
+    def sum(self, f: Function, a: Pair, b: Pair) -> Pair:
+        return pair(f, "add", *a, *b)
+
+
+def pair(f: Function, name: str, *arguments: Real) -> Pair:
+    """A sum or product of numbers by the functions of ``numbers.double_double``."""
+    high, low = f.parts(f"pair_{name}", [f.constant(0.0)] * 2, *arguments)
+    return high, low
+
+
+def difference(a: Pair, b: Pair) -> Pair:
+    """a - b"""
+    high, low = two_sum(a[0], -b[0])
+    return fast_sum(high, low + (a[1] - b[1]))
+
+
+def moved_on(a: Pair, b: Real) -> Pair:
+    """a + b"""
+    high, low = two_sum(a[0], b)
+    return fast_sum(high, low + a[1])
