@@ -167,10 +167,10 @@ class Stepper:
         if program.events:
             assert self._settling is not None
             from lagrange_cli.integrate.methods.happenings import Happenings
+            from lagrange_cli.integrate.methods.sides import Sides
 
-            self._happenings = Happenings(
-                self._settling, self._trial, self._info, self._outer, times.start, events
-            )
+            sides = Sides(self._settling, self._outer)
+            self._happenings = Happenings(sides, self._trial, self._info, times.start, events)
             self.finished = self._happenings.begin()
         if beside:
             from lagrange_cli.integrate.methods.perturbation import perturb

@@ -1,0 +1,119 @@
+"""Resting contact (see ``mechanics.contacts``): when a motion comes to rest at an event, and leaves it."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.methods.sides import Sides
+from lagrange_cli.native.state import Clock, Role
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+
+SOON = 2.0**-30, 2.0**-44
+"""If all further impacts take no longer than this part of a step, the motion rests; in doubles and in
+double-double."""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """An impact at an event, from the state ``before`` it, which came from ``side`` with the argument's
+    ``speed``. Up to ``noise`` a speed is 0; ``length`` was that of a step."""
+
+    event: int
+    side: float
+    before: Array
+    speed: float
+    noise: float
+    length: float
+
+
+class Resting:
+    """The contacts of a motion that begins at ``start``."""
+
+    def __init__(self, sides: Sides, start: float) -> None:
+        self._sides, self._start = sides, start
+        rests = [j for j, one in enumerate(sides.guards.guards) if one.role is Role.REST]
+        events = (e for e, one in enumerate(sides.program.events) if one[2] >= 0)
+        self.guards = dict(zip(events, rests))
+        """The guards of resting contact, by event."""
+        self.released: set[int] = set()
+        """Events at which the motion has rested, until they happen again: it leaves them with no speed."""
+        self.times = sides.memory[sides.guards.times(sides.layout)].reshape(-1, 2)
+        """When each event has acted last."""
+
+    def note(self, event: int) -> None:
+        """The event acts now."""
+        self.times[event] = self._sides.now, self._low()
+
+    def _low(self) -> float:
+        return float(self._sides.memory[self._sides.layout.at(Clock.TIME_LOW)])
+
+    def settle(self, impact: Impact) -> float | None:
+        """Let the motion rest if all further impacts together take no time that counts. Where these are
+        infinitely many, the time at which they end."""
+        sides, event = self._sides, impact.event
+        _, left, bend, *_ = map(float, sides.coefficients(event))
+        since = (sides.now - self.times[event, 0]) + (self._low() - self.times[event, 1])
+        flight = np.divide(-left, bend)
+        if abs(left) <= impact.noise:
+            self._stop(impact, left)
+            self.hold(event, impact.side)
+        elif 0.0 < flight < since and sides.side(event) == impact.side:
+            remaining = float(flight / (1.0 - flight / since))
+            longest = SOON[sides.program.parts - 1] * min(impact.length, sides.now - self._start)
+            if remaining <= longest:
+                ends = sides.now + remaining
+                self._stop(impact, left)
+                self.hold(event, impact.side)
+                return ends
+        return None
+
+    def _stop(self, impact: Impact, left: float) -> None:
+        """Take the speed that is ``left`` away, in the direction of the impact."""
+        if left in (0.0, impact.speed):
+            return
+        sides, n = self._sides, self._sides.program.degrees
+        places = sides.outer[n : 2 * n]
+        change = sides.memory[places] - impact.before[n : 2 * n]
+        sides.memory[places] -= change * (left / (left - impact.speed))
+        sides.memory[sides.layout.width + places] = 0.0
+        sides.memory[sides.layout.third + places] = 0.0
+        sides.begin_anew()
+
+    def hold(self, event: int, side: float) -> None:
+        """Rest at an event, if the force that holds the motion pushes to the ``side`` that it came from."""
+        settling, j, rest = self._sides.settling, event + self._sides.first, self.guards[event]
+        settling.modes[rest], settling.modes[j] = side, 0.0
+        force = settling.coefficients_of(self._sides.guards.guards[rest].row)[0][0]
+        if not force * side > 0.0:
+            settling.modes[rest], settling.modes[j] = 0.0, side
+            settling.mark([j])
+            settling.prepare()
+
+    def go_on(self, event: int, speed: float, noise: float) -> None:
+        """Rest on after another event's action, if that has given the motion no ``speed`` here."""
+        settling, j, rest = self._sides.settling, event + self._sides.first, self.guards[event]
+        side = float(settling.modes[rest])
+        settling.modes[rest], settling.modes[j] = 0.0, side
+        settling.mark([j])
+        if speed * side < -noise:  # towards the contact: an impact
+            settling.marks[j] = 0.0
+        if abs(speed) <= noise:
+            self.hold(event, side)
+        else:
+            settling.prepare()
+
+    def release(self, rest: int) -> None:
+        """End a contact: the force that holds the motion would have to pull."""
+        settling = self._sides.settling
+        event = next(e for e, guard in self.guards.items() if guard == rest)
+        j = event + self._sides.first
+        settling.modes[j], settling.modes[rest] = settling.modes[rest], 0.0
+        settling.mark([j])
+        self.released.add(event)
+        self._sides.begin_anew()
+        settling.begin_switches()

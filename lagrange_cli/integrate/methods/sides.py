@@ -1,0 +1,123 @@
+"""The sides of events in the memory of a motion's state, and what is known of their arguments there."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.events import parameters_in
+from lagrange_cli.integrate.methods.settling import BEGINNING, ROUNDING
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.integrate.methods.settling import Settling
+
+
+class Sides:
+    """The sides of events, which are modes, and actions on the state.
+
+    Where an argument is not 0, its event is on the side of its sign; where it is 0, on the side that the
+    motion leads to. ``outer`` are the rows of q, v and the integrals.
+    """
+
+    def __init__(self, settling: Settling, outer: NDArray[np.intp]) -> None:
+        program = settling.machine.program
+        self.settling, self.memory, self.program, self.outer = settling, settling.memory, program, outer
+        self.layout, self.guards = program.inner, program.rows_of_guards
+        self.first = len(program.guards)
+        """The guard of the first event."""
+
+    @property
+    def now(self) -> float:
+        """The time, without its low part."""
+        return float(self.memory[self.layout.time])
+
+    def side(self, event: int) -> float:
+        """1 or -1; 0 where the motion rests at the event."""
+        return float(self.settling.modes[event + self.first])
+
+    def at_zero(self, event: int) -> bool:
+        """Whether its argument is 0 now."""
+        return bool(self.settling.marks[event + self.first] > 0.0)
+
+    def coefficients(self, event: int) -> Array:
+        """The first ones of its argument's series, from the value on."""
+        return self.settling.coefficients_of(self.guards.guards[event + self.first].row)[0]
+
+    def all_coefficients(self) -> list[Array]:
+        """Those of every event's argument."""
+        first = self.first
+        guards = self.guards.guards[first : first + len(self.program.events)]
+        return self.settling.coefficients_of(*(guard.row for guard in guards))
+
+    def state(self, memory: Array) -> Array:
+        """The rows outside, of all parts."""
+        starts = range(0, self.program.parts * self.layout.width, self.layout.width)
+        return np.concatenate([memory[start + self.outer] for start in starts])
+
+    def parameters(self) -> Array:
+        """Those of the run, of all parts: actions may have changed them."""
+        return parameters_in(self.program, self.memory)
+
+    def flip(self, event: int) -> None:
+        """The motion has passed to its other side."""
+        self.settling.modes[event + self.first] *= -1.0
+        self.settling.mark([event + self.first])
+
+    def act_on(self, state: Array) -> tuple[Array, Array]:
+        """What actions set, were they all done now (parts, values), and the sizes of arguments
+        (events, 2)."""
+        machine, program = self.settling.machine, self.program
+        assert machine.act is not None
+        count, events = len(program.changed), len(program.events)
+        found, when = np.empty(program.parts * (count + 2 * events)), np.array([self.now])
+        self.settling.prepare()
+        place = self.settling.constants.ctypes.data
+        machine.act(place, when.ctypes.data, state.ctypes.data, found.ctypes.data, 1, 1)
+        rows = found.reshape(program.parts, -1)
+        return rows[:, :count], rows[0, count:].reshape(events, 2)
+
+    def put(self, event: int, values: Array) -> bool:
+        """Set what an action sets to ``values``, which ``act_on`` gave; whether these are finite."""
+        program, layout, memory = self.program, self.layout, self.memory
+        width, motion = self.guards.parameters + self.guards.count, 2 * program.degrees
+        chosen = [(i, place) for i, (e, place) in enumerate(program.changed) if e == event]
+        if not np.all(np.isfinite(values[:, [i for i, _ in chosen]])):
+            return False
+        for i, place in chosen:
+            if place < motion:
+                row = int(self.outer[place])
+                memory[[row, layout.width + row, layout.third + row]] = 0.0
+                memory[[part * layout.width + row for part in range(program.parts)]] = values[:, i]
+            else:
+                first = layout.settings.start + place - motion
+                memory[[first + part * width for part in range(program.parts)]] = values[:, i]
+        self.begin_anew()
+        return True
+
+    def begin_anew(self) -> None:
+        """Forget what was known of the motion before: momenta follow from velocities."""
+        layout = self.layout
+        for start in (0, layout.width, layout.third):
+            self.memory[start + layout.cyclic_momenta.start : start + layout.cyclic_momenta.stop] = 0.0
+        for number in BEGINNING:
+            self.memory[layout.at(number)] = 0.0
+        self.settling.prepare()
+
+    def choose_side(self, event: int, values: Array, noise: float, rate: float) -> None:
+        """The side of an event at the state as it is. Its argument's coefficients are ``values``, and up to
+        ``noise`` it is 0; its rate's terms are as large as ``rate``."""
+        settling, j = self.settling, event + self.first
+        settling.marks[j] = 0.0
+        leads = float(values[0])
+        if not abs(leads) > noise:
+            settling.mark([j])
+            speed = float(np.max(np.abs(self.memory[self.layout.part(0)][self.layout.v])))
+            scale = settling.scale() * (rate / speed if min(rate, speed) > 0.0 else 1.0)
+            sizes = [rate, *np.fmax(scale[1:-1], scale[2:])]
+            counting = (one for one, size in zip(values[1:], sizes) if not abs(one) <= ROUNDING * size)
+            leads = float(next(counting, -settling.modes[j]))
+        settling.modes[j] = 1.0 if leads > 0.0 else -1.0
