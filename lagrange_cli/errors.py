@@ -95,13 +95,13 @@ class SingularCoordinate(LagrangeError):
 
 
 class InfiniteForce(LagrangeError):
-    """The energy that ``key`` declares has a jump."""
+    """The energy that ``key`` declares has a jump, ``when`` certain conditions hold."""
 
     exit_code = 3
 
-    def __init__(self, key: str) -> None:
+    def __init__(self, key: str, when: str = "") -> None:
         self.key = key
-        super().__init__(f"'{key}' has a jump, where the force is infinite")
+        super().__init__(f"{when}'{key}' has a jump, where the force is infinite")
 
 
 class TooLarge(LagrangeError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 
 from lagrange_cli.expression.algebra import Undecided
@@ -49,3 +49,14 @@ class GraphAlgebra(Undecided):
 
     def diff(self, expression: Node, symbol: Node) -> Node:
         return self.graph.diff(expression, symbol)
+
+
+class KnownParameters(GraphAlgebra):
+    """The same with numbers in place of some symbols."""
+
+    def __init__(self, values: Mapping[str, float]) -> None:
+        super().__init__()
+        self.values = values
+
+    def symbol(self, name: str) -> Node:
+        return self.graph.constant(self.values[name]) if name in self.values else super().symbol(name)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import TypeAlias
 
 from lagrange_cli.records import dataclass
@@ -207,6 +207,17 @@ def equalities(tree: Tree) -> Iterator[Comparison]:
         if isinstance(node, Comparison) and not {"==", "!="}.isdisjoint(node.operators):
             yield node
         pending += (node.body,) if isinstance(node, Sum) else () if isinstance(node, Name) else children(node)
+
+
+def calls(tree: Tree, functions: Collection[str]) -> bool:
+    """Whether one of the functions is called in ``tree``."""
+    pending = [tree]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Call) and node.function in functions:
+            return True
+        pending += children(node)
+    return False
 
 
 def plain_names(tree: Tree) -> frozenset[str]:

@@ -1,14 +1,16 @@
 """Energies that jump: the force there is infinite, and no motion is defined.
 
 L, U and Rayleigh's function may have kinks, where the forces jump. Whether they are continuous where a switch
-changes may depend on the values of parameters; here is refused what jumps with any.
+changes may depend on the values of parameters: ``refuse_jumps`` refuses what jumps with any,
+``refuse_jumps_in_numbers`` what jumps with those that stand in the model.
 """
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import pairwise
 
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.expression.evaluate import evaluate
@@ -20,8 +22,15 @@ from lagrange_cli.model.model import Model
 
 ROUNDING = 1e-9
 """A jump this small beside the terms that it is the difference of is rounding."""
+NEVER_ZERO = Kind.NUMBER, Kind.SYMBOL, Kind.PRODUCT
+"""What parameters make that is 0 only if one of them is."""
 POINTS = 5
 """Random arguments at which there must be a jump."""
+PLAIN, NEARBY = 1e-6, 1e-7
+"""A jump at a root is larger than this part of the terms, and there at this distance, too."""
+PLACES = [-(10.0 ** (k / 6)) for k in range(18, -18, -1)] + [10.0 ** (k / 6) for k in range(-17, 19)]
+HALVINGS, MOST_SYMBOLS = 60, 4
+"""Between which places roots are looked for, how exactly, and in how many directions."""
 
 
 def refuse_jumps(model: Model[Node]) -> None:
@@ -56,6 +65,56 @@ def addends(graph: Graph, node: Node) -> list[tuple[Node, float]]:
     return terms_of(graph, node)
 
 
+def refuse_jumps_in_numbers(model: Model[Node]) -> None:
+    """Raises ``InfiniteForce`` where an energy jumps, in a model that has numbers in place of parameters."""
+    graph, by_place = graph_of(model), [*model.q, *model.v]
+    energy = ("potential", model.potential) if model.lagrangian is None else ("lagrangian", model.lagrangian)
+    for key, node, symbols in ((*energy, by_place), ("dissipation", model.dissipation, model.v)):
+        for u in arguments(node):
+            own = [one for one in symbols if one.symbols & u.symbols]
+            if not own:
+                continue
+            above, below = sides(graph, node, u)
+            if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):
+                raise InfiniteForce(key, "with the parameters of this run, ")
+
+
+def jumps_at_a_root(above: Node, below: Node, u: Node, own: Sequence[Node]) -> bool:
+    """Whether the sides differ at a root of u, found on lines through random states in the directions of its
+    ``own`` symbols: by a jump that is there in its neighbourhood, too."""
+    source = random.Random(0)
+    names = {str(one.data) for one in reachable([above, below, u]) if one.kind is Kind.SYMBOL}
+
+    def value(node: Node, values: Mapping[str, float]) -> float:
+        found: float = evaluate([node], values)[0][node]
+        return found
+
+    for symbol in own[:MOST_SYMBOLS]:
+        name = str(symbol.data)
+        for _ in range(POINTS):
+            values = {one: source.uniform(0.2, 1.3) * source.choice((-1, 1)) for one in sorted(names)}
+            for root in roots(lambda x: value(u, {**values, name: x})):  # noqa: B023
+                there, close = ({**values, name: x} for x in (root, root + NEARBY * max(1.0, abs(root))))
+                each, size = evaluate([above, below], there)
+                jump = each[above] - each[below]
+                if not abs(jump) > PLAIN * max(size[above], size[below]):
+                    continue
+                if abs(value(above, close) - value(below, close) - jump) <= 0.1 * abs(jump):
+                    return True
+    return False
+
+
+def roots(function: Callable[[float], float]) -> Iterator[float]:
+    """Where a function changes its sign between some places, by bisection."""
+    ends = [(x, function(x)) for x in PLACES]
+    for (low, first), (high, last) in pairwise(ends):
+        if first * last < 0:
+            for _ in range(HALVINGS):
+                middle = (low + high) / 2
+                low, high = (middle, high) if function(middle) * first > 0 else (low, middle)
+            yield low
+
+
 def arguments(node: Node) -> list[Node]:
     """What decides in the switches below a node."""
     return list(dict.fromkeys(one.arguments[0] for one in reachable([node]) if one.kind is Kind.SWITCH))
@@ -76,9 +135,9 @@ def is_certain(graph: Graph, above: Node, below: Node, u: Node, moving: int) -> 
     if not jump.symbols & moving:
         return not jump.is_zero and differ(graph, above, below, {})
     terms = terms_of(graph, u)
-    for term, coefficient in sorted(terms, key=lambda one: not one[0].symbols & moving):
+    for term, coefficient in terms:
         rest = graph.sum([*terms, (term, -coefficient)])
-        if term.kind is Kind.SYMBOL and not rest.symbols & term.symbols:
+        if term.kind is Kind.SYMBOL and term.symbols & moving and not rest.symbols & term.symbols:
             at = {term: -1.0 / coefficient * rest}
             (left,) = substituted(graph, [jump], at)
             return stays(graph, left, moving) and differ(graph, above, below, at)
@@ -92,8 +151,9 @@ def stays(graph: Graph, left: Node, moving: int) -> bool:
     for term, coefficient in terms_of(graph, left):
         if not math.isfinite(coefficient):
             return False  # a pole
-        _, factor = graph.split_parameters(term, moving)
-        found[factor] = found.get(factor, 0) + (coefficient != 0)
+        scale, factor = graph.split_parameters(term, moving)
+        vanishes = any(one.kind not in NEVER_ZERO for one in reachable([scale]))
+        found[factor] = found.get(factor, 0) + (coefficient != 0) * (2 if vanishes else 1)
     return 1 in found.values()
 
 

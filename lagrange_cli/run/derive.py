@@ -105,6 +105,22 @@ def derive_system(
         return derive(model)
 
 
+def check_energies(spec: Spec, parameters: Mapping[str, float]) -> None:
+    """Raise ``SpecError`` if an energy jumps with these values of the parameters."""
+    from lagrange_cli.expression.syntax import calls
+
+    energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
+    energies += [*spec.forces.get("dissipation", {}).values(), *spec.definitions.values()]
+    if not any(calls(one.tree, ("where", "sign")) for one in energies):
+        return
+    from lagrange_cli.expression.graph_algebra import KnownParameters
+    from lagrange_cli.mechanics.jumps import refuse_jumps_in_numbers
+    from lagrange_cli.model.build import build_model
+
+    with located(spec):
+        refuse_jumps_in_numbers(build_model(spec, KnownParameters(parameters)))
+
+
 @contextmanager
 def located(spec: Spec) -> Iterator[None]:
     """A context in which errors of the derivation become ``SpecError``, with their place in the file."""
@@ -143,17 +159,10 @@ def located(spec: Spec) -> Iterator[None]:
 
 def jumping(spec: Spec, key: str) -> Expression:
     """The first expression of a key that calls a function with a jump, or its first one."""
-    from lagrange_cli.expression.syntax import Call, children
+    from lagrange_cli.expression.syntax import calls
 
     if key == "lagrangian":
         assert spec.lagrangian is not None
         return spec.lagrangian
     written = [*(spec.potential if key == "potential" else spec.forces[key]).values()]
-    for one in written:
-        pending = [one.tree]
-        while pending:
-            tree = pending.pop()
-            if isinstance(tree, Call) and tree.function in ("where", "sign"):
-                return one
-            pending += children(tree)
-    return written[0]
+    return next((one for one in written if calls(one.tree, ("where", "sign"))), written[0])

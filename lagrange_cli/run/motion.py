@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.derive import read_run
+from lagrange_cli.run.derive import check_energies, read_run
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import HDF5
@@ -90,6 +90,7 @@ def initial_state(values: Values) -> list[Any]:
 
 def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: Stage) -> Ready:
     """Compile the motion, and the companions that a certificate needs: these while LLVM compiles."""
+    check_energies(motion.spec, motion.values.parameters)
     companions: list[Prepared] = []
 
     def meanwhile() -> None:

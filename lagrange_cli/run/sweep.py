@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import units_of
+from lagrange_cli.run.derive import check_energies
 from lagrange_cli.run.ensemble import Ensemble, attributes, dimensions, made_by, series
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.prepare import prepare_run
@@ -58,6 +59,8 @@ def sweep(
             start = take_up(target, made_by(ensemble), resume=request.resume, tell=monitor.tell)
         if start.finished is not None:
             return Swept(ensemble, start)
+        for parameters in ensemble.values.several():
+            check_energies(ensemble.spec, parameters)
         prepared = prepare_run(
             ensemble.spec,
             ensemble.settings,

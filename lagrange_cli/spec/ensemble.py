@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
@@ -46,6 +46,13 @@ class EnsembleValues:
     def common(self) -> dict[str, float]:
         """The parameters that all members share."""
         return {name: x for name, x in self.parameters.items() if not isinstance(x, np.ndarray)}
+
+    def several(self, most: int = 32) -> Iterator[dict[str, float]]:
+        """The parameters of some members, evenly spaced; of one if they differ in none."""
+        differing = self.differing
+        count = min(most, self.members) if differing else 1
+        for i in np.linspace(0, self.members - 1, count).astype(int):
+            yield {**self.common, **{name: float(x[i]) for name, x in differing.items()}}
 
 
 def resolve_ensemble(

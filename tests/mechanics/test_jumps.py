@@ -76,3 +76,48 @@ def test_where_it_stands_is_shown(tmp_path, command) -> None:
     run = lagrange(command, "wall.yaml", cwd=tmp_path)
     assert run.returncode == 3
     assert "wall.yaml:6:26: 'potential' has a jump, where the force is infinite" in run.stderr
+
+
+RUN = """
+parameters: {a: 1, b: 1, k: 2}
+coordinates: {x: {initial: 0.3, velocity: 0.1}, y: {initial: 1}}
+masses: {p: 1}
+embedding: {p: [x, y]}
+potential: "POTENTIAL"
+solve: {stop: 0.1, samples: 2}
+"""
+
+
+@pytest.mark.parametrize(
+    ("potential", "jumps"),
+    [
+        ("where(x > a, k*(x - b), 0)", "b=1.5"),
+        ("where(x > a, x**2 + y, b**2 + y)", "b=1.001"),
+        ("k*where(x**2 + y**2 > a**2, x**2 + y**2 - b**2, 0)", "b=0.5"),
+        ("where(x > a, k/(x + b), k/2/a)", "b=2"),
+        ("where(x*y > a, sqrt(x*y), 1)*where(x + y > 3, 3, x + y)", "a=2"),
+    ],
+)
+def test_a_jump_with_the_parameters_of_a_run_is_refused(tmp_path, potential, jumps):
+    (tmp_path / "a.yaml").write_text(RUN.replace("POTENTIAL", potential))
+    assert lagrange("solve", "a.yaml", cwd=tmp_path).returncode == 0
+    refused = lagrange("solve", "a.yaml", "--set", jumps, "--force", cwd=tmp_path)
+    assert refused.returncode == 3
+    assert "a.yaml:6:" in refused.stderr
+    assert "with the parameters of this run, 'potential' has a jump" in refused.stderr
+    over = jumps.partition("=")[0] + "=1," + jumps.partition("=")[2]
+    assert lagrange("sweep", "a.yaml", "--over", over, cwd=tmp_path).returncode == 3
+
+
+@pytest.mark.parametrize(
+    "potential",
+    [
+        "where(x**2 + y**2 > a**2, sqrt(x**2 + y**2 - a**2), 0)",
+        "k/abs(x**2 - a) + log(abs(x*y - a)) + where(x > 1000*a, (x - 1000*b)**2, 0)",
+        "sign(x)*(exp(x) - 1) + where(x - 0.3 > 0.1 + 0.2 + a, (x - 0.6 - b)*1e9, 0)",
+    ],
+)
+def test_a_pole_or_a_kink_is_no_jump(tmp_path, potential):
+    (tmp_path / "a.yaml").write_text(RUN.replace("POTENTIAL", potential))
+    refused = lagrange("solve", "a.yaml", cwd=tmp_path)
+    assert "has a jump" not in refused.stderr
