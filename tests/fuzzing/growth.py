@@ -118,7 +118,68 @@ def forces(source: Random) -> str:
     return particle(source, text, x="x*cos(t)", dissipation=f"'{rate}'", **more)
 
 
+def switching(source: Random) -> str:
+    """Sums and products of many functions with kinks, different ones or one many times over."""
+    one = source.choice(
+        (
+            "abs(x - {0})", "abs(x*y - {0}/7)", "max(x, y - {0}, {0}*x*y)", "min(0, x**2 - {0})**2",
+            "abs(x + {0}*y)**1.5", "max(0, sin({0}*x + y), cos(x))", "where(x > {0}, (x - {0})**2, 0)",
+            "x*sign(x - {0})*(x - {0})", "abs(abs(x) - {0})", "sqrt((x - {0})**2*y**4)",
+        )
+    )  # fmt: skip
+    if source.random() < 0.2:
+        one = one.format(1)
+    count = source.choice((3, 20, 60, 150, 400))
+    while count * len(one.format(count)) > 9000:
+        count -= 1
+    text = source.choice("+++*").join(one.format(i) for i in range(count))
+    return particle(source, text, x=source.choice(("x", "x", "x + abs(y)*y")))
+
+
+def branches(source: Random) -> str:
+    """Cases within cases, conditions of many parts, and functions with kinks of each other."""
+    depth = source.choice((3, 10, 30, 90))
+    kind = source.randrange(5)
+    if kind == 0:  # as many pieces
+        text = "".join(f"where(x < {i}, (x - {i})**2*y, " for i in range(depth)) + "x" + ")" * depth
+    elif kind == 1:
+        word = source.choice((" and ", " or ", " and not ", " or not "))
+        condition = word.join(f"(x > {i} - y)" for i in range(depth))
+        text = f"where({condition}, x**2, y**2)"
+    elif kind == 2:
+        text = "not (" * depth + "x > 0 or y > x" + ")" * depth
+        text = f"where({text}, x, 2*x)"
+    elif kind == 3:
+        call = source.choice(("abs({1} + {0}", "max({1}*x, {0}", "min({1}, y - {0}", "abs({1}*y - {0}*t"))
+        text = "".join(call.split("{0}")[0].format("", i) for i in range(depth)) + "x"
+        text += (call.split("{0}")[1] + ")") * depth
+    else:
+        text = "x > y"
+        for i in range(min(depth, 7)):
+            text = f"({text}) {source.choice(('and', 'or'))} (not ({text}) or y > {i})"
+        text = f"where({text}, x, 2*x)"
+    if source.random() < 0.3:
+        return particle(source, "x**2", generalized_forces=f"{{x: '{text}'}}")
+    return particle(source, text)
+
+
+def walls(source: Random) -> str:
+    """Families whose members meet all others, or that rub, with kinks."""
+    size = source.choice((3, 10, 20, 40, 100))
+    one = source.choice(
+        (
+            "sum(max(0, 1 - abs(x[i] - x[j]))**2 for i in range(N) for j in range(i))",
+            "sum(abs(x[i] - i) for i in range(N))", "sum(abs(x[i] - x[(i + 1) % N])**3 for i in range(N))",
+            "max(x[0]**2, sum(abs(x[i]) for i in range(N)))", "abs(sum(abs(x[i]) for i in range(N)) - 1)",
+            "sum(exp(-(x[i] - x[j])**2/0.01) for i in range(N) for j in range(i))",
+        )
+    )  # fmt: skip
+    rubbing = source.choice(("", "dissipation: 'sum(abs(x_dot[i]) for i in range(N))'\n"))
+    head = f"sizes: {{N: {size}}}\ncoordinates:\n  x[i in range(N)]: {{initial: 0.1*i + 0.01}}\n"
+    return f"{head}lagrangian: 'sum(x_dot[i]**2/2 for i in range(N)) - ({one})'\n{rubbing}{STOP}"
+
+
 KINDS: dict[str, Callable[[Random], str]] = {
     "nest": nest, "doubling": doubling, "product": product, "power": power, "family": family, "arm": arm,
-    "forces": forces,
+    "forces": forces, "switching": switching, "branches": branches, "walls": walls,
 }  # fmt: skip
