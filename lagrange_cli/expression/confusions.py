@@ -47,6 +47,10 @@ STRANGERS: dict[str, tuple[str, str]] = {
     "∂": ("derivatives are not allowed", "velocities are written as x_dot"),
     "∑": ("'∑' is not allowed", "write sum(m[i] for i in range(N))"),
     "∞": ("'∞' is not a finite number", "write a number"),
+    "½": ("the character '½' is not allowed", "write 1/2"),
+    "¼": ("the character '¼' is not allowed", "write 1/4"),
+    "\u0307": ("a dot above a letter is no derivative", "velocities are written as x_dot"),
+    "\u0308": ("dots above a letter are no derivative", "velocities are written as x_dot"),
 }
 """Characters without a meaning."""
 
@@ -146,6 +150,17 @@ def without_dots(name: str) -> tuple[str, int]:
     return unicodedata.normalize("NFKC", apart.replace("\u0307", "").replace("\u0308", "")), dots
 
 
+def romanized(name: str) -> str:
+    """A name with the names of its Greek letters: ``theta_1`` for ``θ_1``."""
+    return name if name.isascii() else "".join(map(_letter, name)).replace("lamda", "lambda")
+
+
+def _letter(character: str) -> str:
+    kind, _, letter = unicodedata.name(character, "").partition(" LETTER ")
+    small, large = kind == "GREEK SMALL", kind == "GREEK CAPITAL"
+    return letter.lower() if small else letter.capitalize() if large else character
+
+
 def parameter_example(name: str) -> str:
     """How a parameter of that name may be declared."""
     return f"{name}: {_PARAMETER_EXAMPLES.get(name, '1.0')}"
@@ -195,10 +210,11 @@ def decimal_comma(text: str) -> str:
 
 
 STATE = "it belongs to each coordinate: 'theta: {initial: 0.1, velocity: 0}' under 'coordinates'"
+KINETIC = "T follows from 'masses' and 'positions'; or write 'lagrangian: T - U' instead of both"
 _HINTS = {
     "state": STATE,
     "friction": "write 'dissipation: c*theta_dot**2/2', or a force under 'generalized_forces' or 'forces'",
-    "kinetic": "T follows from 'masses' and 'positions'; or write 'lagrangian: T - U' instead of both",
+    "kinetic": KINETIC,
     "particles": "write 'masses: {bob: m}' and 'positions: {bob: [x, y]}'",
     "interaction": "write it as an energy under 'potential'",
     "stop": "write 'solve: {stop: 10}'",

@@ -39,10 +39,15 @@ def read_text(node: Node, where: str, problems: Problems) -> str:
 def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None:
     """One expression; that its value is a scalar is checked later."""
     if isinstance(node, nodes.Mapping):
-        problems.add(node.place, f"{where} must be an expression, not a mapping", "write it on one line")
+        axes = all(key.text in ("x", "y", "z") for key, _ in node.entries)
+        hint = "write its components as a list: [x, y, z]" if axes else "write it on one line"
+        problems.add(node.place, f"{where} must be an expression, not a mapping", hint)
         return None
     if isinstance(node, nodes.Sequence):
-        problems.add(node.place, f"{where} must be a scalar, not a vector", "write one expression")
+        hint = "write one expression"
+        if "[" in where:
+            hint += ", as in x0[i] with 'parameters: {x0: [1, 2]}'"
+        problems.add(node.place, f"{where} must be a scalar, not a vector", hint)
         return None
     return _parsed((node,), where, problems)
 
@@ -130,7 +135,8 @@ def _quantity_hint(number: str, unit: str, where: str) -> str:
     if where.startswith("parameter"):
         hint = f"write {{value: {number}, unit: {unit}}}"
     elif "of coordinate" in where:
-        hint = f"write {number}, and the unit of the coordinate as 'unit: m'"
+        own = unit.removesuffix("/s") if where.startswith("velocity") else unit
+        hint = f"write {number}, and the unit of the coordinate as 'unit: {own}'"
     return f"{hint}, or {number}*{unit} for a product" if unit.isidentifier() and len(unit) < 3 else hint
 
 

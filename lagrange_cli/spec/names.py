@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
-from lagrange_cli.expression.confusions import NAMES, VELOCITIES, parameter_example, rate_of
+from lagrange_cli.expression.confusions import NAMES, VELOCITIES, parameter_example, rate_of, romanized
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, equalities, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
@@ -270,10 +270,29 @@ class Names:
             and Kind.PARTICLE in self.rules[section].allowed
         ):
             return message, f"write {particles[0]}.{name} for that of {particles[0]}"
+        if hint := self._other_notation(name, particles):
+            return message, hint
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])
         known = known_hint(self._words(section))
         declare = f"add it to the parameters: '{parameter_example(name)}'"
+        if near and len(name) < 3:
+            return message, f"{near} Or {declare}"
         return message, near or (f"{known}; or {declare}" if known else declare)
+
+    def _other_notation(self, name: str, particles: Sequence[str]) -> str:
+        """A hint where an unknown name is another way to write a known one: ``theta``, ``y_bob``, ``m1``."""
+        spelled = romanized(name)
+        for one, meaning in self.table.items():
+            if romanized(one) == spelled:
+                return f"did you mean '{one}'?"
+            if meaning.family and name.startswith(one) and name[len(one) :].lstrip("_").isdecimal():
+                return range_hint(name, meaning.family)
+        for one in particles:
+            axis = name.removesuffix(one).rstrip("_") if name.endswith(one) else ""
+            axis = axis or (name.removeprefix(one).lstrip("_") if name.startswith(one) else "")
+            if axis in COMPONENTS + VELOCITY_COMPONENTS:
+                return f"write {one}.{axis}"
+        return ""
 
     def _words(self, section: str) -> list[str]:
         """All names that may be used in a section, as they are written there: families with an index."""

@@ -293,6 +293,11 @@ def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
     character = source.lines[line][column : column + 1]
     sought = f"{problem} {character!r}" if character == "\t" else problem
     hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
-    context = getattr(error, "context", None)
+    if "mapping values" in problem and re.match(r"[^:]*: +\S", source.lines[line][:column]):
+        hint = "put a text with ': ' in quotes, or write one 'key: value' per line"
+    context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
+    if context and "flow" in context and opened is not None and opened.line < line:
+        bracket = source.lines[opened.line][opened.column]
+        hint = f"the '{bracket}' of line {opened.line + 1} is still open: close it, or write a comma"
     message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
     return source.error(Place(line + 1, column + 1), message, hint)

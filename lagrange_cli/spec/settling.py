@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from lagrange_cli.expression.syntax import names
+from lagrange_cli.expression.near import shown
+from lagrange_cli.expression.syntax import names, plain_names
 from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.draft import Written
@@ -24,8 +25,15 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
             f"expected a scalar in {where}, found a vector",
             "vectors are written under 'definitions'"
             if section == "parameters"
-            else "take a component, as in bead.x, or norm() or dot()",
+            else vector_hint(names, expression),
         )
+
+
+def vector_hint(names: Names, expression: Expression) -> str:
+    """How a scalar is made of the vectors of an expression."""
+    vectors = [one for one in plain_names(expression.tree) if isinstance(names.values.get(one), tuple)]
+    hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
+    return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint
 
 
 @dataclass

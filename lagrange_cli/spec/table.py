@@ -5,11 +5,11 @@ The tables themselves are in ``spec.sections``.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from functools import cached_property
 from typing import Any
 
-from lagrange_cli.expression.confusions import elsewhere
+from lagrange_cli.expression.confusions import KINETIC, elsewhere
 from lagrange_cli.expression.near import known_hint, near_match, shown
 from lagrange_cli.expression.vocabulary import VELOCITY_SUFFIX
 from lagrange_cli.records import dataclass, field
@@ -77,7 +77,8 @@ class Table:
         """The key that another program calls ``word``, and a hint; nothing where there is none."""
         for row in self.rows:
             if word in row.also.split():
-                return row.key, f"write '{row.key}'"
+                nearer = row.alias if row.alias.startswith(word) else row.key
+                return row.key, f"write '{nearer}'"
         return "", elsewhere(word) if not self.name else ""
 
 
@@ -88,7 +89,7 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
     for key, value in node.entries:
         name = table.key_of(key.text)
         if name not in table.by_word:
-            name = _unknown_key(key, value, table, where, problems)
+            name = _unknown_key(key, value, table, where, written, problems)
             if name in written:
                 name = ""
             if not name and isinstance(value, nodes.Mapping):  # what it declares may be used elsewhere
@@ -105,15 +106,23 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
     return found
 
 
-def _unknown_key(key: Scalar, value: Node, table: Table, where: str, problems: Problems) -> str:
-    """Note an unknown key; the key that was meant, or nothing."""
+def _unknown_key(
+    key: Scalar, value: Node, table: Table, where: str, written: Collection[str], problems: Problems
+) -> str:
+    """Note an unknown key; the key that was meant, or nothing. ``written`` are the keys that there are."""
     text = key.text
+    name, equals, rest = (part.strip() for part in text.partition("="))
     if text in table.later:
         problems.add(key.place, f"'{text}' is not supported yet", table.later[text])
         return ""
     if text.isdecimal() and isinstance(value, Scalar) and value.text == "":
         meant, hint = "", "a decimal point is a point: write 0.5, not 0,5"
-    elif "velocity" in table.keys and text.endswith(VELOCITY_SUFFIX):
+    elif equals and name in table.by_word:
+        meant, hint = "", f"write {name}: {rest}"
+    elif not table.name and "lagrangian" in written and is_energy(text, table):
+        problems.broken.add(text)
+        meant, hint = "", f"write it under 'definitions', as in 'definitions: {{{text}: ...}}'"
+    elif "velocity" in table.keys and text.endswith((VELOCITY_SUFFIX, "dot", "'")):
         meant, hint = "velocity", "write 'velocity'"
     else:
         meant, hint = table.meant(text)
@@ -122,3 +131,8 @@ def _unknown_key(key: Scalar, value: Node, table: Table, where: str, problems: P
         hint = f"did you mean '{meant}'?" if meant else known_hint(table.keys)
     problems.add(key.place, f"unknown key {shown(text)}{f' in {where}' if where else ''}", hint)
     return meant
+
+
+def is_energy(word: str, table: Table) -> bool:
+    """Whether it is what T or U is called elsewhere, each of which is a part of L."""
+    return table.meant(word)[0] == "potential" or elsewhere(word) == KINETIC

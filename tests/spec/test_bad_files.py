@@ -23,7 +23,22 @@ BAD = [
     ("unit: m", "units: m", [(4, "units", "unknown key 'units' in parameter 'l'", "'unit'")]),
     ("initial", "start", [(7, "start", "unknown key 'start' in coordinate 'theta'", "write 'initial'")]),
     ("  g: 9.81", "  g: 9.81\n  m: 2", [(6, "m", "the key 'm' is given twice", "line 3")]),
+    ("initial: 0.1", "initial = 0.1", [(7, "initial = 0.1", "unknown key", "write initial: 0.1")]),
+    ("0.1", "0.1, thetadot: 1", [(7, "thetadot", "unknown key 'thetadot'", "write 'velocity'")]),
+    ("embedding", "position", [(10, "position", "unknown key 'position'", "write 'positions'")]),
+    # texts that YAML reads in another way
+    ("name: pendulum", "description: lat: x", [(1, ":", "YAML syntax error", "': ' in quotes")]),
+    (EMBEDDING, EMBEDDING[:-1], [(12, ":", "YAML syntax error", "the '[' of line 11 is still open")]),
+    (EMBEDDING, "{x: l, y: 0}", [(11, "{", "must be an expression, not a mapping", "a list: [x, y, z]")]),
     # names
+    (POTENTIAL, "m*g*y_bob", [(12, "y_bob", "unknown name 'y_bob'", "write bob.y")]),
+    (POTENTIAL, "g*bobvx", [(12, "bobvx", "unknown name 'bobvx'", "write bob.vx")]),
+    (POTENTIAL, "m*g*cos(\u03b8)", [(12, "\u03b8", "unknown name", "did you mean 'theta'?")]),
+    (POTENTIAL, "mu*bob.y", [(12, "mu", "'mu'", "did you mean 'm'? Or add it to the parameters: 'mu: 1.0'")]),
+    (POTENTIAL, "\u00bd*m", [(12, "\u00bd", "is not allowed", "write 1/2")]),
+    (POTENTIAL, "g*bob", [(12, "g*bob", "expected a scalar", "'bob' is a vector: take a component")]),
+    ("initial: 0.1", "initial: 1 mm", [(7, "1 mm", "number with a unit", "'unit: mm'")]),
+    ("0.1", "0.1, velocity: 2 mm/s", [(7, "2 mm/s", "number with a unit", "'unit: mm'")]),
     (POTENTIAL, "m*g*cos(thta)", [(12, "thta", "unknown name 'thta' in potential", "did you mean 'theta'?")]),
     (POTENTIAL, "m*g*bod.y", [(12, "bod.y", "unknown name 'bod'", "'bob'")]),
     (POTENTIAL, "m*g*bob.z", [(12, "bob.z", "no component 'z'", "bob.x, bob.y, bob.vx, bob.vy")]),
@@ -341,3 +356,23 @@ def test_a_list_of_numbers_is_no_vector() -> None:
     (problem,) = problems(text)
     assert underlined(problem) == "B"
     assert problem.hint == "write B[i] for one member, or (B[0], B[1]) for a vector"
+
+
+def test_energies_of_a_lagrangian_are_definitions() -> None:
+    """They are not the energies of particles, and their names are not reported again where they are used."""
+    text = "coordinates: {x: {initial: 1}}\nlagrangian: T - V\nT: x_dot**2/2\nV: x**2/2\n"
+    found = problems(text)
+    assert [problem.message for problem in found] == ["unknown key 'T'", "unknown key 'V'"]
+    assert [problem.hint for problem in found] == [
+        f"write it under 'definitions', as in 'definitions: {{{name}: ...}}'" for name in "TV"
+    ]
+
+
+def test_members_of_a_list_are_shown_for_a_name_with_a_number() -> None:
+    (found,) = problems(
+        PENDULUM.replace("  m: 1", "  m: [1, 2]").replace("bob: m", "bob: m1").replace("m*g", "g")
+    )
+    assert (found.message, found.hint) == (
+        "unknown name 'm1' in mass of 'bob'",
+        "the members are m[0] to m[1]",
+    )
