@@ -56,6 +56,10 @@ ERRORS = (
     "| `/diagnostics/error/q/NAME`, `/diagnostics/error/v/NAME` | (n,) | an estimate of the error of each"
     " sample of q and v, see [below](#error-estimates) | `--certify` |"
 )
+CROSSINGS = (
+    "| `/events/NAME/t`, `/events/NAME/q/...`, `/events/NAME/v/...` | (k,) | the times at which an event"
+    " happened, and the state there, see [below](#events) | always, if the file has `events` |"
+)
 """The rows of the datasets that are no outputs."""
 
 EXIT_STATUS = """## Exit status and output streams
@@ -266,14 +270,14 @@ def with_keys(text: str) -> str:
 
 
 def with_outputs(text: str) -> str:
-    """The page of the output file with the table of its datasets: those of the outputs, and two others."""
+    """The page of the output file with the table of its datasets: those of the outputs, and three others."""
     rows = []
     for row in OUTPUTS.values():
         paths = ", ".join(f"`{path}`" for path in row.datasets.split())
         default = f" (default, if the file has `{row.section}`)" if row.section else " (default)"
         written_by = f"`{row.name}`{default if row.default else ''}"
         rows.append(f"| {paths} | {row.shape} | {row.meaning} | {written_by} |")
-    return with_rows(text, "| path | shape | what | written by |", [TIMES, *rows, ERRORS])
+    return with_rows(text, "| path | shape | what | written by |", [TIMES, *rows, CROSSINGS, ERRORS])
 
 
 def with_rows(text: str, head: str, rows: list[str]) -> str:

@@ -32,13 +32,16 @@ from lagrange_cli.store.trusted import END, read_record, sealed
 from tests.cli.test_resume import Nervous
 from tests.support.command import SYSTEMS
 
-DOUBLE = str(SYSTEMS / "double_pendulum.yaml")
+DOUBLE, BALL = str(SYSTEMS / "double_pendulum.yaml"), str(SYSTEMS / "bouncing_ball.yaml")
 RUNS = {
     "motion": ["solve", DOUBLE, "--stop", "100", "--samples", "3001", "--outputs", "q,v,h,ledger"],
     "sweep": ["sweep", DOUBLE, "--over", "theta1=0.5:2:60", "--stop", "200", "--jobs", "1"],
+    "events": ["solve", BALL, "--stop", "4.5", "--outputs", "q,v,h,ledger"],
     "done": ["solve", DOUBLE, "--stop", "1"],
+    "rested": ["solve", BALL, "--stop", "5"],
 }
-"""A motion and a sweep that are interrupted, and a motion that has come to its end."""
+"""Two motions and a sweep that are interrupted, and motions that have come to their ends."""
+DONE = ("done", "rested")
 STRANGE: list[Any] = [
     None, True, "x", "", -1, 0, 7, 1.5, -0.5, 2**53, 2**64, 10**400, math.nan, math.inf, 1e308, [], {}, [[]],
     [1, 2, 3], ["a", "b"], {"a": None}, "\x1b[31m", "[" * 5000, "9" * 5000,
@@ -54,12 +57,12 @@ def outputs(tmp_path_factory) -> dict[str, bytes]:
     folder = tmp_path_factory.mktemp("outputs")
     for name, arguments in RUNS.items():
         with pytest.MonkeyPatch.context() as patch:
-            if name != "done":
+            if name not in DONE:
                 patch.setattr(Nervous, "patience", 1)
                 patch.setattr(solving, "Interrupts", Nervous)
                 patch.setattr(sweeping, "Interrupts", Nervous)
             status = main([*arguments, "-o", str(folder / name), "--quiet"])
-        assert status == (0 if name == "done" else 130)
+        assert status == (0 if name in DONE else 130)
         found[name] = (folder / name).read_bytes()
     return found
 
@@ -116,10 +119,12 @@ def other_arrays(arrays: dict[str, Any]) -> Iterator[dict[str, Any]]:
     """Arrays of which one is another."""
     for name, array in arrays.items():
         yield {key: one for key, one in arrays.items() if key != name}
-        strange = [array[:0], array.T, array.ravel()[:-1], np.concatenate([array, array]), array.astype("i1")]
-        for value in (-1, 0, 2**62, 127) if array.dtype.kind == "i" else (math.nan, math.inf, -1e308, 0.0):
-            with np.errstate(all="ignore"):
-                strange.append(np.full_like(array, np.array(value).astype(array.dtype)))
+        twice, values = np.concatenate([array, array]), (math.nan, math.inf, -1e308, 0.0)
+        if array.dtype.kind == "i":
+            values = (-1, 0, 2**62, 127)
+        with np.errstate(all="ignore"):
+            strange = [array[:0], array.T, array.ravel()[:-1], twice, array.astype("i1")]
+            strange += [np.full_like(array, np.array(value).astype(array.dtype)) for value in values]
         yield from ({**arrays, name: one} for one in strange)
     yield {**arrays, "more": np.zeros(3)}
 
@@ -144,7 +149,7 @@ def test_a_record_of_other_contents_is_refused_or_harmless(folder, outputs, name
     altered = [Checkpoint(record.head, arrays) for arrays in other_arrays(dict(record.arrays))]
     for cases, allowed in ((passed, {0, 5}), (refused, {5}), (altered, {0, 4, 5})):
         for case in chance.sample(cases, min(SAMPLE, len(cases))):
-            content = outputs[name] if name == "done" else None
+            content = outputs[name] if name in DONE else None
             content = with_record(case) if content is None else moved(content, case)
             Path("out.h5").write_bytes(content)
             status = resumed(name)
@@ -247,7 +252,7 @@ def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, caps
             with mock.patch.object(h5py.h5f, "open", None):
                 assert resumed(name) in (0, 5)  # a record that HDF5 has left alone is sound
             assert "Traceback" not in capsys.readouterr().err
-            if name == "done":
+            if name in DONE:
                 assert Path("out.h5").read_bytes() == before
             count += 1
     assert count == 31
