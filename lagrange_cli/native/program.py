@@ -68,6 +68,8 @@ class Equations:
     guards: GuardRows | None
     integrands: Sequence[Node]
     """Those of quadratures that are followed, if any of them has to be proven."""
+    watched: Sequence[Node]
+    """The arguments of guards, likewise."""
 
 
 @dataclass(frozen=True)
@@ -87,21 +89,26 @@ def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | Non
     return (residual, defect(residual), equations.constants) if equations.proven else None
 
 
-def integrands_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
-    """What integrals are proven by, if they are."""
-    residual, integrands = equations.residual, equations.integrands
-    if not integrands:
+def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Defect, Constants] | None:
+    """What integrals of ``nodes`` are proven by, if there are any."""
+    residual = equations.residual
+    if not nodes:
         return None
-    accelerations, rows = expanded(residual, integrands)
+    accelerations, rows = expanded(residual, nodes)
     return residual, Defect(accelerations, terms_of(rows, residual, accelerations)), equations.constants
+
+
+def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
+    """Of the equations, of integrands, and of what guards watch."""
+    integrands, watched = equations.integrands, equations.watched
+    return proving_of(equations), proof_of(equations, integrands), proof_of(equations, watched)
 
 
 def given_of(equations: Equations, work: int) -> Given:
     """What steps are made from; they work on so many doubles."""
     from lagrange_cli.native.stepping.motion import Given
 
-    proving = proving_of(equations), integrands_of(equations)
-    return Given(equations.state, work, equations.tolerance, proving, equations.guards)
+    return Given(equations.state, work, equations.tolerance, provings_of(equations), equations.guards)
 
 
 def double(equations: Equations) -> Motion:
@@ -174,6 +181,8 @@ def write_program(
     proven = stepping and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []
     watched = [*(one.argument for one in smooth.guards), *smooth.events]
+    doubtful = watched if stepping and (proven or may_hide(residual, watched)) else []
+    hiding = hiding or bool(doubtful)
     named = {f"guard {i}": argument for i, argument in enumerate(watched)}
     integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = lower(
@@ -200,7 +209,7 @@ def write_program(
     )
     rows = interface.rows_of_guards if interface.guarded else None
     equations = Equations(
-        residual, series, interface.inner, constants, order, tolerance, proven, rows, followed
+        residual, series, interface.inner, constants, order, tolerance, proven, rows, followed, doubtful
     )
     made = (double if kind is Emitter else double_double)(equations)
     symbols = [*model.q, *model.v]

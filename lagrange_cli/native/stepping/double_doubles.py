@@ -288,10 +288,10 @@ class DoubleDoubleSteps(MotionSteps):
             with f.when(f.call(Bit, "holds", *places, needed, *scaled, now.unit, f.pointer("%trial"))):
                 sound.leave()
             length.set(needed * 0.25)
-        if self.proof is None:
+        if not self.proofs:
             return length.get()
         beyond = f.constant(float(self.lengths.order - 1))
-        return proven(f, now, length.get(), left, free, self.places(f), beyond)
+        return proven(f, self.proofs, now, length.get(), left, free, self.places(f), beyond)
 
     def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
         assert self.guards

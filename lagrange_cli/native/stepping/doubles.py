@@ -64,10 +64,10 @@ class DoubleSteps(MotionSteps):
         return now, h.get(), sound
 
     def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
-        if self.proof is None:
+        if not self.proofs:
             return h
         beyond = f.select(self._sound, f.count(self.lengths.order - 1), self._cut(f))
-        return proven(f, now, h, left, free, self.places(f), beyond.to_real())
+        return proven(f, self.proofs, now, h, left, free, self.places(f), beyond.to_real())
 
     def _cut(self, f: Function) -> Integer:
         """The order of the accelerations from which on there are none, where the series were cut."""

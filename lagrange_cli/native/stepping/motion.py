@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Sequence
 
 from lagrange_cli.native.interface import records_at
 from lagrange_cli.native.llvm.function import Function
@@ -25,13 +26,13 @@ AT_REST = 2.0**-900
 
 @dataclass(frozen=True)
 class Given:
-    """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps and its integrals
-    are proven by, and its guards, if it has any."""
+    """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps, its integrals and
+    the arguments of its guards are proven by, and its guards, if it has any."""
 
     state: StateLayout
     work: int
     tolerance: float
-    proving: tuple[Proving | None, Proving | None]
+    proving: Sequence[Proving | None]
     guards: GuardRows | None
 
 
@@ -57,14 +58,22 @@ class MotionSteps(Steps):
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
-        self.proof, self.integrands = self._proof(given.proving[0]), self._proof(given.proving[1], rows)
+        watched = given.state.integrals.start, given.guards.arguments if given.guards else 0
+        self.proof = self._proof("proven", given.proving[0])
+        self.integrands = self._proof("integrands_proven", given.proving[1], rows)
+        self.arguments = self._proof("arguments_proven", given.proving[2], watched)
 
-    def _proof(self, proving: Proving | None, integrals: tuple[int, int] = (0, 0)) -> Proof | None:
+    @property
+    def proofs(self) -> Sequence[Proof]:
+        """What steps are proven by."""
+        return [one for one in (self.proof, self.arguments) if one]
+
+    def _proof(self, name: str, proving: Proving | None, integrals: tuple[int, int] = (0, 0)) -> Proof | None:
         if proving is None:
             return None
         small = self.small * max(1.0, self.given.tolerance / self.bounds.precision)
         nothing, low = self.bounds.nothing_much, self.lengths.width
-        return Proof(*proving, self.lengths, low, nothing, small, self.parts, integrals)
+        return Proof(*proving, self.lengths, low, nothing, small, self.parts, integrals, name)
 
     @abstractmethod
     def own(self) -> list[Function]:
@@ -76,7 +85,7 @@ class MotionSteps(Steps):
 
     def functions(self) -> list[str]:
         made = [*self.sizes.functions(), accepted(self.lengths, self.sums.beyond), *self.own()]
-        made += [one.function() for one in (self.proof, self.integrands) if one]
+        made += [one.function() for one in (*self.proofs, self.integrands) if one]
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []

@@ -15,7 +15,7 @@ K. R. Jackson and G. F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import log
 from typing import TypeAlias
 
@@ -68,11 +68,8 @@ class Proof:
     integrals: tuple[int, int] = (0, 0)
     """The first row and the number of integrals whose integrands the terms are, if it is not the equations
     that are looked at."""
-
-    @property
-    def name(self) -> str:
-        """What the function is called."""
-        return "integrands_proven" if self.integrals[1] else "proven"
+    name: str = "proven"
+    """What the function is called."""
 
     def function(self) -> Function:
         """``@proven(constants, t, state, work, h, unit, beyond)``, in the ``unit`` of time that the series
@@ -207,16 +204,27 @@ class Proof:
 
 
 def proven(
-    f: Function, now: Now, h: Real, left: Real, free: Bit, places: tuple[Pointer, Pointer], beyond: Real
+    f: Function,
+    proofs: Sequence[Proof],
+    now: Now,
+    h: Real,
+    left: Real,
+    free: Bit,
+    places: tuple[Pointer, Pointer],
+    beyond: Real,
 ) -> Real:
-    """The step ``h``, of which no more than what is ``left`` is needed, or as much of it as is proven; 0 if
-    nothing is. In front of a critical point (not ``free``) steps are parts of one that was proven."""
+    """The step ``h``, of which no more than what is ``left`` is needed, or as much of it as is proven by all
+    ``proofs``; 0 if nothing is. In front of a critical point (not ``free``) steps are parts of one that was
+    proven."""
     length = f.variable(h)
     before = f.select(now.previous > 0.0, now.previous * REGAINED, h)
     with f.when(free), f.section() as sound, f.forever():
         needed = f.smaller(length.get(), left)
         given = f.pointer("%constants"), now.t + now.low, *places, needed, now.unit, beyond
-        with f.when(f.call(Bit, "proven", *given)):
+        sure = Bit(f, "true")
+        for one in proofs:
+            sure = sure & f.call(Bit, one.name, *given)
+        with f.when(sure):
             sound.leave()
         length.set(f.smaller(needed * SHORTER, before))
         with f.when(~(length.get() > f.smaller(h, left) * LEAST)):
