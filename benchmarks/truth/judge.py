@@ -89,8 +89,9 @@ class Known:
             ]
 
     def size(self, path: str) -> Number:
-        """That of the values of this path."""
-        values = [*self.truth.values.get(path, ()), *self.truth.events.get(path, ())]
+        """That of the values of this path, at events and elsewhere: at a wall, x may be 0 each time."""
+        elsewhere = path.split("/", 2)[2] if path.startswith("events/") else path
+        values = [*self.truth.values.get(elsewhere, ()), *self.truth.events.get(path, ())]
         return max([MP.mpf(self.truth.sizes.get(path, 0)), *(abs(x) for x in values if x is not None)])
 
     def allowed(self, path: str, k: int) -> Number:

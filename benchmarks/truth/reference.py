@@ -184,6 +184,9 @@ def first_exit(
         def value(s: Number, way: Exit = way) -> Number:
             return way.guard(*state(laws, q, v, t, t + s), t + s)
 
+        while k > 1 and value(low) < 0:  # a point of the grid is the root, but for rounding
+            k -= 1
+            low = MP.mpf(grid[k - 1])
         root = t + bracketed(value, low, high)
         if root < stop and (best is None or root < best[0]):
             best = root, way
@@ -212,7 +215,7 @@ def bracketed(f: Callable[[Number], Number], low: Number, high: Number) -> Numbe
         if not low <= x <= high:
             x = (low + high) / 2
         y = f(x)
-        if abs(x - high) < MP.mpf(10) ** (-MP.dps + 3) * (1 + abs(x)) or not y:
+        if min(x - low, high - x) < MP.mpf(10) ** (-MP.dps + 3) * (1 + abs(x)) or not y:
             return x
         if y > 0:
             a, low = y, x

@@ -20,11 +20,14 @@ def write_values(
     rows: int,
     nodes: list[Node],
     constants: Constants,
+    *,
+    at_one_time: bool = False,
 ) -> tuple[str, int]:
     """A function that computes ``nodes`` at each of ``%count`` samples, and its number of operations.
 
     The arrays of states (so many ``rows``, the first ones those of ``symbols``) and of results have
-    ``%stride`` columns.
+    ``%stride`` columns. Times are doubles, or there is ``at_one_time`` one sample and the low part of its
+    time follows.
     """
     body = kind.body
 
@@ -34,7 +37,7 @@ def write_values(
 
     body.line("  %none = icmp eq i64 %count, 0\n  br i1 %none, label %done, label %loop\nloop:")
     body.line("  %i = phi i64 [ 0, %entry ], [ %next, %loop ]")
-    known: dict[Node, V | None] = {time: kind.load("%times", "%i")}
+    known: dict[Node, V | None] = {time: kind.load("%times", "%i", int(at_one_time))}
     for row, symbol in enumerate(symbols):
         known[symbol] = kind.load("%states", *place(row, rows))
     emit_values(kind, nodes, known, constants)

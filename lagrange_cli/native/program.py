@@ -214,15 +214,19 @@ def write_program(
     made = (double if kind is Emitter else double_double)(equations)
     symbols = [*model.q, *model.v]
 
-    def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node]) -> tuple[str, int]:
-        return write_values(name, kind(), model.time, symbols, interface.rows, [*nodes], constants)
+    def values(
+        name: str, symbols: Sequence[Node], nodes: Iterable[Node], *, at_one_time: bool = False
+    ) -> tuple[str, int]:
+        rows = interface.rows
+        given = name, kind(), model.time, symbols, rows, [*nodes], constants
+        return write_values(*given, at_one_time=at_one_time and parts > 1)
 
     observe, observing = values("observe", symbols, observed.values())
     texts = [*made.parts, observe]
     if linearized:
         texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
     if interface.events:
-        texts.append(values("act", symbols, [*changes, *sizes_of(model)])[0])
+        texts.append(values("act", symbols, [*changes, *sizes_of(model)], at_one_time=True)[0])
     modes = [one.mode for one in smooth.guards]
     modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
     modes += [one.mode for one in smooth.rests]

@@ -197,7 +197,7 @@ def colliding_balls(d: Draw) -> Case:
         events={"hit": f'{{when: "y - x", direction: falling, '
                 f'action: {{set: {{x_dot: "{mean} - x_dot", y_dot: "{mean} - y_dot"}}}}}}'},
     )  # fmt: skip
-    return Case("", "", system, d.numbers, reference, sixteenths(8), "x0")
+    return Case("", "", system, d.numbers, reference, sixteenths(8), "x0", h=True)
 
 
 def recorded(d: Draw) -> Case:

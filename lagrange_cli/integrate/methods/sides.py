@@ -8,6 +8,7 @@ import numpy as np
 
 from lagrange_cli.integrate.events import parameters_in
 from lagrange_cli.integrate.methods.settling import BEGINNING, ROUNDING
+from lagrange_cli.native.state import Clock
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -73,7 +74,8 @@ class Sides:
         machine, program = self.settling.machine, self.program
         assert machine.act is not None
         count, events = len(program.changed), len(program.events)
-        found, when = np.empty(program.parts * (count + 2 * events)), np.array([self.now])
+        found = np.empty(program.parts * (count + 2 * events))
+        when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
         self.settling.prepare()
         place = self.settling.constants.ctypes.data
         machine.act(place, when.ctypes.data, state.ctypes.data, found.ctypes.data, 1, 1)
