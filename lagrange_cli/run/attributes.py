@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 import lagrange_cli
@@ -120,13 +120,22 @@ def finite(content: Any) -> Any:
     return content
 
 
-def units_of(spec: Spec) -> Mapping[str, str]:
-    """The units of datasets by path; a file without any unit does not even import what finds them."""
+def units_of(spec: Spec, tell: Callable[[str], None] | None = None) -> Mapping[str, str]:
+    """The units of datasets by path; a file without any unit does not even import what finds them.
+
+    ``tell`` is given a line if they contradict each other: sin(theta) with theta in degrees is no number that
+    anybody wants.
+    """
     if not has_units(spec):
         return {}
     from lagrange_cli.outputs.units import find_units
 
-    return find_units(spec).texts
+    found = find_units(spec)
+    if found.conflicts and tell is not None:
+        first = found.conflicts[0]
+        told = f"{spec.filename}: warning: {first.message}"
+        tell(f"{told}; nothing is converted, 'lagrange check' shows the place")
+    return found.texts
 
 
 def series_of(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...]:

@@ -93,7 +93,7 @@ def integrate_and_write(
     from lagrange_cli.store.layout import Layout
 
     with monitor.stage("write"):
-        units = units_of(ready.motion.spec)
+        units = units_of(ready.motion.spec, monitor.tell)
         series = series_of(units, ready.prepared)
         if ready.companions:
             from lagrange_cli.run.certify import series_of_errors

@@ -110,10 +110,10 @@ def follow_and_write(
     from lagrange_cli.store.layout import Layout
 
     times, sampled, members = ensemble.times, ensemble.sampled, ensemble.values.members
+    units = units_of(ensemble.spec, monitor.tell)
     progress, stage = monitor.progress(), monitor.stage
     with monitor.interrupts() as interrupted:
         with stage("write"):
-            units = units_of(ensemble.spec)
             writer = EnsembleWriter(
                 start.target,
                 Layout(series(ensemble, prepared, units), time_unit=units.get("t", "")),

@@ -132,6 +132,19 @@ def test_units_that_contradict_are_a_warning(tmp_path):
     assert run.stderr == ""
 
 
+@pytest.mark.parametrize("command", [["solve"], ["sweep", "--over", "m=1,2"]], ids=lambda words: words[0])
+def test_units_that_contradict_are_told_where_numbers_are_computed(tmp_path, command):
+    """``unit: deg`` does not convert what sin takes."""
+    text = CONTRADICTION.replace("unit: cm", "unit: m").replace("1, unit: rad", "30, unit: deg")
+    (tmp_path / "a.yaml").write_text(text)
+    run = lagrange(command[0], "a.yaml", *command[1:], "--stop", "0.1", cwd=tmp_path)
+    assert run.returncode == 0
+    (line,) = run.stderr.splitlines()
+    assert line.startswith("a.yaml: warning: sin is taken of a quantity in deg in the position of 'bob'; ")
+    run = lagrange(command[0], "a.yaml", *command[1:], "--stop", "0.1", "--force", "--quiet", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, "")
+
+
 def test_many_warnings_are_counted(tmp_path):
     wrong = "".join(f"  o{i}: l + m\n" for i in range(25))
     (tmp_path / "a.yaml").write_text(f"{CONTRADICTION.replace('unit: cm', 'unit: m')}observables:\n{wrong}")
