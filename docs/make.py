@@ -54,7 +54,9 @@ TIMES = (
 )
 ERRORS = (
     "| `/diagnostics/error/q/NAME`, `/diagnostics/error/v/NAME` | (n,) | an estimate of the error of each"
-    " sample of q and v, see [below](#error-estimates) | `--certify` |"
+    " sample of q and v, see [below](#error-estimates) | `--certify` |\n"
+    "| `/diagnostics/error/as_run/q/NAME`, `/diagnostics/error/as_run/v/NAME` | (n,) | the same for the"
+    " inputs as they are rounded to doubles | `--certify` |"
 )
 CROSSINGS = (
     "| `/events/NAME/t`, `/events/NAME/q/...`, `/events/NAME/v/...` | (k,) | the times at which an event"

@@ -25,7 +25,7 @@ class Suite:
 
     ``name`` is also the name of its section in docs/benchmarks.md. ``packages`` are those whose versions are
     reported, ``runs`` is the default number of turns, and ``quick`` the help text of ``--quick``, where there
-    is such an option.
+    is such an option. A suite that draws random numbers has ``--seed``.
     """
 
     name: str
@@ -33,6 +33,7 @@ class Suite:
     packages: tuple[str, ...]
     runs: int
     quick: str | None = None
+    draws: bool = False
 
     def main(self, arguments: Sequence[str] | None = None) -> int:
         """Measure and print; the exit status is 1 if a requirement is not met."""
@@ -71,6 +72,8 @@ class Suite:
         made.add_argument("--write", action="store_true", help="write the results to docs/benchmarks.md")
         if self.quick is not None:
             made.add_argument("--quick", action="store_true", help=self.quick)
+        if self.draws:
+            made.add_argument("--seed", type=int, default=1, help="the seed of the random numbers [1]")
         return made
 
 

@@ -176,6 +176,11 @@ class LongNumberAlgebra(NumberAlgebra):
         return value if isinstance(value, _CONTEXT.mpf) else _CONTEXT.mpf(rounded)
 
 
+def less(value: Any, rounded: float) -> float:
+    """By how much a number of ``LongNumberAlgebra`` exceeds another one."""
+    return float(_CONTEXT.mpf(value) - rounded)
+
+
 def in_two_parts(value: Any) -> tuple[float, float]:
     """The double nearest to a number of ``LongNumberAlgebra``, and the one nearest to what is left."""
     high = float(value)

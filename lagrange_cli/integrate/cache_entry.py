@@ -30,7 +30,7 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
     needs, kind = METHODS[asked.method].needs, list[Any]()
     if needs is Needs.SERIES:  # the other programs serve several methods, at any tolerance
         kind = [asked.tolerance.hex(), asked.ensemble, asked.precision, asked.portable, asked.order]
-        kind += [asked.proven, asked.section]
+        kind += [asked.proven, asked.section, asked.factor]
     return json.dumps([structure(spec), needs.value, kind, asked.backward, sorted(asked.outputs), made_by])
 
 

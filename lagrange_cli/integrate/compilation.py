@@ -17,7 +17,8 @@ class Compilation:
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance. Motions that stop
     before they start need a program that is compiled ``backward``. Steps are ``proven`` for every system, not
     only where a force may hide. An ensemble's ``section`` is a kind of them (``native.interface``): what is
-    kept of its motions are not samples at given times.
+    kept of its motions are not samples at given times. With a ``factor``, the program is that of a
+    companion (see ``native.numbers.beside``).
     """
 
     method: str
@@ -30,3 +31,4 @@ class Compilation:
     backward: bool = False
     proven: bool = False
     section: str = ""
+    factor: int | None = None

@@ -14,6 +14,21 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
+class Estimated:
+    """The error of a run by estimate, of the problem as it is written: the time up to which it can be
+    trusted, and the error at the end (see ``integrate.certify.certificate``). Then the same of the problem as
+    it is run; where roundings of inputs prevail, the names of the ``rounded`` ones; and whether the problem
+    as it is written stays at an equilibrium that the run leaves."""
+
+    trusted_until: float
+    error: float
+    trusted_until_as_run: float
+    error_as_run: float
+    rounded: tuple[str, ...] | None = None
+    staying: bool = False
+
+
+@dataclass(frozen=True)
 class Outcome:
     """The result of a run.
 
@@ -23,8 +38,8 @@ class Outcome:
     each conserved momentum, by coordinate. What actions of events have added to them is no drift.
     ``undetected`` is that of the ``Recording``. ``happened`` tells of each event, by name. ``progress`` is
     the state from which an interrupted run, or a longer one, can continue. ``final`` is the last sample, or
-    the state at ``t`` if there is none. ``trusted_until`` and ``error`` are those of its ``Certificate``, if
-    it had one."""
+    the state at ``t`` if there is none. ``estimated`` is the error, if that was
+    asked for."""
 
     ending: Ending
     message: str
@@ -37,6 +52,5 @@ class Outcome:
     undetected: tuple[str, ...] = ()
     happened: Mapping[str, Happened] = field(default_factory=dict)
     progress: Progress | None = None
-    trusted_until: float | None = None
-    error: float | None = None
+    estimated: Estimated | None = None
     final: State | None = None

@@ -95,6 +95,7 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
             tolerance=tolerance,
             store_momenta=True,
             proven=compilation.proven,
+            factor=compilation.factor,
         )
     if needs is Needs.JACOBIAN:
         linear = linearize(residual)

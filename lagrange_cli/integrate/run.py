@@ -15,7 +15,7 @@ from lagrange_cli.integrate.checkpoint import Checkpointing, Progress
 from lagrange_cli.integrate.ending import Ending, State
 from lagrange_cli.integrate.event_log import EventLog
 from lagrange_cli.integrate.method import Cause, CheckpointSink, End, Snapshot
-from lagrange_cli.integrate.outcome import Outcome
+from lagrange_cli.integrate.outcome import Estimated, Outcome
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.samples import samples_of
 from lagrange_cli.integrate.times import Times
@@ -114,8 +114,7 @@ def integrate(
         undetected=prepared.recording.undetected,
         happened=dict(zip(log.names, log.happened)),
         progress=further if end.snapshot is None else reached(end.snapshot),
-        trusted_until=None if certificate is None else certificate.trusted_until,
-        error=None if certificate is None else certificate.error,
+        estimated=None if certificate is None else estimated(certificate),
         final=samples.final or state_of(end.t, end.state, prepared),
     )
 
@@ -125,6 +124,19 @@ def state_of(t: float, state: Array, prepared: Prepared) -> State:
     names, layout = prepared.recording.coordinates, prepared.machine.program.state
     q, v = state[layout.q].tolist(), state[layout.v].tolist()
     return State(t, dict(zip(names, q)), dict(zip(names, v)))
+
+
+def estimated(certificate: Certificate) -> Estimated:
+    """What a certificate says of the run as a whole."""
+    written, run = certificate.written, certificate.run
+    return Estimated(
+        written.trusted_until,
+        written.error,
+        run.trusted_until,
+        run.error,
+        certificate.rounded if certificate.prevailing else None,
+        certificate.staying,
+    )
 
 
 def certified(end: End, certificate: Certificate) -> End:

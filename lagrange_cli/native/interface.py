@@ -17,6 +17,9 @@ HIGHEST_ORDER = 40
 """The highest one that a tolerance asks for."""
 BEYOND = 3
 """Numbers after the state in what ``@follow`` gives for a member: time, steps, samples reached."""
+CONSTANTS = 4
+"""In a companion's program (see ``numbers.beside``), how much larger the rounding errors of constants are
+that are computed from parameters and numbers before the motion begins."""
 NEXT, LIMIT, HALT = range(3)
 """Places in its queue: the next member, the first one that may not begin yet, whether to stop."""
 DIRECTION, PATIENCE = 3, 4
@@ -69,7 +72,8 @@ class Interface:
     quantities that ``@observe`` computes, in their order; ``integrals`` the quadratures carried along,
     whose values follow q and v in the state, the last ``stored`` of them constants of the motion. ``lanes``
     is what eight motions at once work on; 0 where the
-    program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first.
+    program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
+    parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
     or -1; ``events`` for each event its direction, its role, and that number for resting contact, or -1. The
     integrals of their arguments are the first. ``changed`` are the new values that actions give: the event,
@@ -88,6 +92,7 @@ class Interface:
     work: int
     lanes: int
     parts: int
+    given: int
     guards: tuple[int, ...]
     events: tuple[tuple[int, int, int], ...]
     changed: tuple[tuple[int, int], ...]
@@ -108,7 +113,7 @@ class Interface:
     def inner(self) -> StateLayout:
         """Where steps have the state's parts: with auxiliary coordinates and, where there are guards, with
         settings."""
-        settings = self.rows_of_guards.settings(self.parts) if self.guarded else 0
+        settings = self.rows_of_guards.settings(self.given) if self.guarded else 0
         degrees, quadratures = self.degrees + self.auxiliary, len(self.integrals) - self.stored
         return StateLayout(degrees, quadratures, self.stored, set=settings)
 

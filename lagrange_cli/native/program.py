@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import reduce
+from functools import partial, reduce
 from operator import or_
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +21,7 @@ from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand
 from lagrange_cli.native.llvm.vector import Bit, Real
+from lagrange_cli.native.numbers.beside import BesideEmitter
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
@@ -70,6 +71,10 @@ class Equations:
     """Those of quadratures that are followed, if any of them has to be proven."""
     watched: Sequence[Node]
     """The arguments of guards, likewise."""
+    emitter: Callable[[], Emitter]
+    """What is written with, where numbers are doubles."""
+    in_two: bool
+    """Whether steps to roots are (see ``stepping.guards``)."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +113,8 @@ def given_of(equations: Equations, work: int) -> Given:
     """What steps are made from; they work on so many doubles."""
     from lagrange_cli.native.stepping.motion import Given
 
-    return Given(equations.state, work, equations.tolerance, provings_of(equations), equations.guards)
+    state, proving = equations.state, provings_of(equations)
+    return Given(state, work, equations.tolerance, proving, equations.guards, equations.in_two)
 
 
 def double(equations: Equations) -> Motion:
@@ -120,7 +126,7 @@ def double(equations: Equations) -> Motion:
     from lagrange_cli.native.stepping.doubles import stepper
 
     residual, series, order = equations.residual, equations.series, equations.order
-    emitter, layout = Emitter(), arrange(series, order)
+    emitter, layout = equations.emitter(), arrange(series, order)
     expansion = compensated_expansion(
         emitter, residual, series, equations.constants, layout.width, layout.doubles
     )
@@ -161,14 +167,18 @@ def write_program(
     store_momenta: bool = False,
     kind: Callable[[], Written[Any]] = Emitter,
     proven: bool = False,
+    factor: int | None = None,
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``, in numbers of a ``kind``.
 
     ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
     there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are
-    ``proven`` where a force may hide, and wherever that is asked for. Raises ``TooLarge`` where the program
-    has more instructions than can be compiled.
+    ``proven`` where a force may hide, and wherever that is asked for. With a
+    ``factor`` the program is that of a companion (see ``numbers.beside``). Raises ``TooLarge`` where the
+    program has more instructions than can be compiled.
     """
+    emitter: Callable[[], Emitter] = Emitter if factor is None else partial(BesideEmitter, factor)
+    kind = emitter if kind is Emitter else kind
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
@@ -201,6 +211,7 @@ def write_program(
         work=0,
         lanes=0,
         parts=parts,
+        given=parts if factor is None else 2,
         guards=tuple(-1 if one.auxiliary is None else one.auxiliary for one in smooth.guards),
         events=events,
         changed=changed,
@@ -209,9 +220,20 @@ def write_program(
     )
     rows = interface.rows_of_guards if interface.guarded else None
     equations = Equations(
-        residual, series, interface.inner, constants, order, tolerance, proven, rows, followed, doubtful
+        residual,
+        series,
+        interface.inner,
+        constants,
+        order,
+        tolerance,
+        proven,
+        rows,
+        followed,
+        doubtful,
+        emitter,
+        factor is not None,
     )
-    made = (double if kind is Emitter else double_double)(equations)
+    made = (double if parts == 1 else double_double)(equations)
     symbols = [*model.q, *model.v]
 
     def values(
@@ -231,7 +253,12 @@ def write_program(
     modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
     modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
-    prepare, size = write_prepare(kind(), constants, set_ones)
+    if factor is None:
+        prepare, size = write_prepare(kind(), constants, set_ones)
+    else:
+        from lagrange_cli.native.companion import prepare_beside
+
+        prepare, size = prepare_beside(constants, set_ones, factor)
     text = "\n".join([*texts, prepare])
     if hiding:
         from lagrange_cli.native.functions.elementary import definitions

@@ -69,7 +69,7 @@ def attributes(
         "final": json.dumps(finite(final_state(outcome))),
         **({"events": json.dumps(finite(events_told(outcome)))} if outcome.happened else {}),
         **({} if warning is None else {"warning": warning}),
-        **({} if outcome.trusted_until is None else {"trusted_until": outcome.trusted_until}),
+        **trusted(outcome),
     }
 
 
@@ -84,6 +84,14 @@ def events_told(outcome: Outcome) -> dict[str, Any]:
         }
         for name, one in outcome.happened.items()
     }
+
+
+def trusted(outcome: Outcome) -> dict[str, str | int | float]:
+    """How long the samples can be trusted, where their error has been estimated."""
+    found = outcome.estimated
+    if found is None:
+        return {}
+    return {"trusted_until": found.trusted_until, "trusted_until_as_run": found.trusted_until_as_run}
 
 
 def final_state(outcome: Outcome) -> dict[str, Any] | None:

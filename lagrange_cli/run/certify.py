@@ -54,12 +54,14 @@ def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:
 
 def series_of_errors(plain: tuple[Series, ...], companion: tuple[Series, ...]) -> tuple[Series, ...]:
     """The datasets of a run that is certified: its own, then the error of each that the companion has."""
-    from lagrange_cli.integrate.certify.certificate import FOLDER
+    from lagrange_cli.integrate.certify.certificate import AS_RUN, FOLDER
 
+    texts = {FOLDER: "estimated error of {}", AS_RUN: "estimated error of {}, for the inputs of the run"}
     return (
         *plain,
         *(
-            replace(one, path=FOLDER + one.path, long_name=f"estimated error of {one.long_name}")
+            replace(one, path=folder + one.path, long_name=text.format(one.long_name))
+            for folder, text in texts.items()
             for one in companion
         ),
     )

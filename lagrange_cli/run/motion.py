@@ -47,11 +47,13 @@ class Motion:
 
 @dataclass(frozen=True)
 class Ready:
-    """A motion with its compiled code, and the ``companions`` that a certificate takes."""
+    """A motion with its compiled code, and what an error estimate takes: the ``companions``, and by how much
+    the numbers as they are written exceed those of the run."""
 
     motion: Motion
     prepared: Prepared
     companions: Sequence[Prepared] = ()
+    rounding: Values | None = None
 
     @property
     def times(self) -> Times:
@@ -92,18 +94,26 @@ def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: 
     """Compile the motion, and the companions that a certificate needs: these while LLVM compiles."""
     check_energies(motion.spec, motion.values.parameters)
     companions: list[Prepared] = []
+    spec, settings, rounding = motion.spec, motion.settings, None
 
     def meanwhile() -> None:
         import_the_rest(request.format)
         if demand is not None:
+            from lagrange_cli.integrate.certify.companion import FACTORS
             from lagrange_cli.run.certify import companion_settings
 
-            chosen, orders = companion_settings(motion.settings)
-            for order in orders:
-                companions.append(prepare_run(motion.spec, chosen, stage, cached=request.cache, order=order))
+            chosen, orders = companion_settings(settings)
+            for order, factor in zip(orders, FACTORS):
+                companions.append(
+                    prepare_run(spec, chosen, stage, cached=request.cache, order=order, factor=factor)
+                )
 
-    prepared = prepare_run(motion.spec, motion.settings, stage, cached=request.cache, meanwhile=meanwhile)
-    return Ready(motion, prepared, companions)
+    prepared = prepare_run(spec, settings, stage, cached=request.cache, meanwhile=meanwhile)
+    if demand is not None:
+        from lagrange_cli.spec.values import rounding_of
+
+        rounding = rounding_of(spec, motion.values, settings.start, request.overrides)
+    return Ready(motion, prepared, companions, rounding)
 
 
 def import_the_rest(form: str) -> None:
@@ -121,4 +131,6 @@ def certificate_of(ready: Ready, demand: Demand | None) -> AbstractContextManage
         return nullcontext()
     from lagrange_cli.integrate.certify.certificate import Certificate
 
-    return Certificate(ready.companions, ready.motion.values, ready.times, demand.digits, demand.target)
+    assert ready.rounding is not None
+    given = ready.companions, ready.motion.values, ready.rounding, ready.times
+    return Certificate(*given, demand.digits, demand.target)

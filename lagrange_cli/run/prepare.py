@@ -38,13 +38,14 @@ def prepare_run(
     ensemble: bool = False,
     order: int | None = None,
     section: str = "",
+    factor: int | None = None,
     meanwhile: Callable[[], object] = nothing,
 ) -> Prepared:
     """Compile a system for a run, or take the code from the cache of earlier runs if it may be ``cached``.
 
     Code for an ``ensemble`` follows many motions, through a ``section`` of a kind if that is given. ``order``
-    is that of the Taylor series; without it, it follows from the tolerance. ``meanwhile`` is called while
-    LLVM compiles: it loads what the run needs next.
+    is that of the Taylor series; without it, it follows from the tolerance. With a ``factor`` the code
+    is that of a companion. ``meanwhile`` is called while LLVM compiles: it loads what the run needs next.
 
     Raises ``SpecError`` if no equations of motion can be derived, or they are too large to be compiled.
     """
@@ -56,13 +57,13 @@ def prepare_run(
             spec,
             partial(
                 derive_system,
-                exact=settings.precision != DOUBLE,
+                exact=settings.precision != DOUBLE or factor is not None,
                 portable=settings.portable,
                 resting=True,
                 foresee=partial(foresee, settings),
             ),
             find_cache(wanted=cached),
-            settings.compilation(ensemble=ensemble, order=order, section=section),
+            settings.compilation(ensemble=ensemble, order=order, section=section, factor=factor),
             stage=stage,
             meanwhile=meanwhile,
         )

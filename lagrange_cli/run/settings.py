@@ -49,9 +49,14 @@ class Settings:
         return self.stop < self.start
 
     def compilation(
-        self, *, ensemble: bool = False, order: int | None = None, section: str = ""
+        self,
+        *,
+        ensemble: bool = False,
+        order: int | None = None,
+        section: str = "",
+        factor: int | None = None,
     ) -> Compilation:
-        """What a program for such a run is compiled for; ``order`` is that of a companion's series,
+        """What a program for such a run is compiled for; ``order`` and ``factor`` are those of a companion,
         ``section`` the kind of an ensemble's section."""
         from lagrange_cli.integrate.compilation import Compilation
 
@@ -66,6 +71,7 @@ class Settings:
             backward=self.backward,
             proven=self.proven,
             section=section,
+            factor=factor,
         )
 
 

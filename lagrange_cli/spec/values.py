@@ -58,6 +58,28 @@ def resolve_long_values(
     return part(0, part(1))
 
 
+def rounding_of(
+    spec: Spec, values: Values, start: float, overrides: Mapping[str, str] | None = None
+) -> Values:
+    """By how much the numbers as they are written, in the file and in ``overrides``, exceed ``values``.
+
+    So does the time of the ``start``: it is written as an expression in parameters, or as a decimal.
+    """
+    from lagrange_cli.expression.exact import LongNumberAlgebra, less
+
+    algebra = LongNumberAlgebra()
+    parameters, q, v, times = evaluate_run(spec, overrides or {}, algebra, {})
+    begins = times.get("start")
+    if begins is None or float(begins) != start:
+        begins = algebra.number(repr(start))
+    return Values(
+        {name: less(value, values.parameters[name]) for name, value in parameters.items()},
+        tuple(map(less, q, values.q)),
+        tuple(map(less, v, values.v)),
+        times={"start": less(begins, start)},
+    )
+
+
 def resolve_portable_values(
     spec: Spec, overrides: Mapping[str, str] | None = None, problems: Problems | None = None
 ) -> Values:

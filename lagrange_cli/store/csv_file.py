@@ -25,6 +25,7 @@ from lagrange_cli.store.target import Target, unwritable
 TIME = "t"
 PREFIXES = {
     "low/": "low_",
+    "diagnostics/error/as_run/": "error_as_run_",
     "diagnostics/error/": "error_",
     "diagnostics/ledger/": "ledger_",
     "diagnostics/p/": "p_",

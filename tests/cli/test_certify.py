@@ -1,6 +1,7 @@
 """``solve --certify`` as a user sees it: what is in the file, what is said, and what is refused."""
 
 import json
+import re
 from pathlib import Path
 
 import h5py
@@ -39,13 +40,17 @@ def test_the_samples_are_those_of_the_plain_run_and_each_has_an_error(
         for kind in "qv":
             for name in before[kind]:
                 if isinstance(before[kind].get(name, getlink=True), h5py.HardLink):
-                    error = after[f"diagnostics/error/{kind}/{name}"]
-                    assert error.shape == before[kind][name].shape
-                    assert [list(one) for one in error.dims] == [list(one) for one in after[kind][name].dims]
-                    assert np.all(error[1:] > 0) and np.all(np.isfinite(error))
+                    dims = [list(one) for one in after[kind][name].dims]
+                    for folder in ("diagnostics/error", "diagnostics/error/as_run"):
+                        error = after[f"{folder}/{kind}/{name}"]
+                        assert error.shape == before[kind][name].shape
+                        assert [list(one) for one in error.dims] == dims
+                        assert np.all(error[1:] > 0) and np.all(np.isfinite(error))
         assert 0 < said["trusted_until"] == after.attrs["trusted_until"] <= after["t"][-1] == 3
         assert after.attrs["digits"] == 6 and "trusted_until" not in before.attrs
-        assert {**before.attrs, "trusted_until": 0, "digits": 0}.keys() == {**after.attrs}.keys()
+        assert said["trusted_until"] <= said["trusted_until_as_run"] == after.attrs["trusted_until_as_run"]
+        more = dict.fromkeys(("trusted_until", "trusted_until_as_run", "digits"), 0)
+        assert {**before.attrs, **more}.keys() == {**after.attrs}.keys()
         assert before.attrs["steps"] == after.attrs["steps"]
         assert before.attrs["h_drift"] == after.attrs["h_drift"]
 
@@ -75,7 +80,35 @@ def test_more_digits_are_trusted_for_less_long(tmp_path, monkeypatch, capsys):
 def test_the_summary_says_up_to_when(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     assert main(["solve", str(SYSTEMS / "pendulum.yaml"), "--certify"]) == 0
-    assert "certified: 6 digits up to t = 20, error at the end " in capsys.readouterr().out
+    said = capsys.readouterr().out
+    assert re.search(r"\n  estimated error: \S+ at the end, 6 digits up to t = 20\n", said)
+    assert "certified" not in said and "rounding" not in said
+
+
+STAYS = (
+    "  the motion begins at an unstable equilibrium: as written it stays there; with th rounded to doubles "
+    "it leaves after t = "
+)
+TOP = "coordinates: {th: {initial: pi}}\nlagrangian: th_dot**2/2 + 9.81*cos(th)\n"
+
+
+@pytest.mark.parametrize(
+    ("system", "options", "line"),
+    [
+        (TOP, [], STAYS),
+        (TOP, ["--set", "th=3"], None),
+        (TOP, ["--stop", "1"], None),
+    ],
+)  # fmt: skip
+def test_a_line_says_where_the_rounding_of_inputs_prevails(
+    tmp_path, monkeypatch, capsys, system, options, line
+):
+    monkeypatch.chdir(tmp_path)
+    Path("system.yaml").write_text(system)
+    assert main(["solve", "system.yaml", "--certify", "--stop", "9", *options]) == 0
+    said = capsys.readouterr().out.splitlines()
+    found = [one for one in said if "round" in one or "equilibrium" in one]
+    assert len(found) == (line is not None) and all(one.startswith(str(line)) for one in found)
 
 
 @pytest.mark.parametrize(

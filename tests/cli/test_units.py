@@ -51,6 +51,8 @@ def test_every_dataset_of_a_run_has_its_unit(tmp_path):
         **{f"diagnostics/{name}": angular for name in ("p/theta", "ledger/p/theta", "action")},
         "diagnostics/error/q/theta": angle,
         "diagnostics/error/v/theta": rate,
+        "diagnostics/error/as_run/q/theta": angle,
+        "diagnostics/error/as_run/v/theta": rate,
     }
 
 

@@ -20,13 +20,14 @@ OPTIONS = (
     click.option(
         "--certify",
         is_flag=True,
-        help="Write an estimate of the error of every sample. Companion runs with other orders provide it.",
+        help="Write an estimate of the error of every sample: how far it is from the motion of the system as "
+        "it is written. Companion runs with other orders and roundings provide it.",
     ),
     click.option(
         "--digits",
         type=click.FloatRange(min=1, max=15),
-        help="Report the time up to which every coordinate has this many correct digits, relative to its "
-        f"largest value so far (implies --certify) [{DIGITS:g}].",
+        help="Report the time up to which every coordinate has this many correct digits by this estimate, "
+        f"relative to its largest value so far (implies --certify) [{DIGITS:g}].",
     ),
     click.option(
         "--target-error",
@@ -65,7 +66,7 @@ def certify_options(command: Command) -> Command:
 
 
 def options_given(demand: Demand | None) -> dict[str, str]:
-    """The options of a certificate as they were given, by what they set."""
+    """The options of an error estimate as they were given, by what they set."""
     if demand is None:
         return {}
     target = {} if demand.target is None else {"target-error": f"--target-error {demand.target:g}"}

@@ -28,6 +28,8 @@ MOST_COORDINATES = 3
 """Coordinates whose final values are shown; where there are more, one less."""
 MOST_EVENTS = 4
 """Events whose counts are shown."""
+MOST_ROUNDED = 4
+"""Inputs that are named."""
 MOST_DRIFTS = 8
 """Momenta whose drifts are shown one by one."""
 
@@ -102,8 +104,7 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
         "events": events_told(outcome),
-        "trusted_until": outcome.trusted_until,
-        "error": outcome.error,
+        **estimated(outcome),
         "resumed_from": start.reached,
         "seconds": seconds,
     }
@@ -160,20 +161,39 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             *final_shown(final_state(outcome)),
             *events_shown(events_told(outcome)),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
-            *certified_shown(outcome, demand),
+            *estimate_shown(outcome, demand),
             wrote(start, seconds["total"]),
         )
     )
 
 
-def certified_shown(outcome: Outcome, demand: Demand | None) -> list[str]:
-    """The line of the summary that has the certificate."""
-    if demand is None:
+def estimated(outcome: Outcome) -> dict[str, Any]:
+    """The error estimate for ``--json``, None where none was asked for."""
+    names = "trusted_until", "error", "trusted_until_as_run", "error_as_run"
+    return {name: None if outcome.estimated is None else getattr(outcome.estimated, name) for name in names}
+
+
+def estimate_shown(outcome: Outcome, demand: Demand | None) -> list[str]:
+    """The lines of the summary that have the error estimate, and whether roundings of inputs prevail."""
+    found = outcome.estimated
+    if demand is None or found is None:
         return []
-    return [
-        f"  certified: {demand.digits:g} digits up to t = {outcome.trusted_until:.10g}, "
-        f"error at the end {outcome.error:.1e}"
-    ]
+    until = f"{demand.digits:g} digits up to t = {found.trusted_until:.10g}"
+    lines = [f"  estimated error: {found.error:.1e} at the end, {until}"]
+    if found.rounded is not None:
+        *some, more = *found.rounded[:MOST_ROUNDED], len(found.rounded) - MOST_ROUNDED
+        named = ", ".join([*some, *([f"{more} more"] if more > 0 else [])]) or "numbers in expressions"
+        if found.staying:
+            lines.append(
+                "  the motion begins at an unstable equilibrium: as written it stays there; with "
+                f"{named} rounded to doubles it leaves after t = {found.trusted_until:.6g}"
+            )
+        else:
+            lines.append(
+                f"  the rounding of {named} to doubles has grown to this error: with the rounded values, "
+                f"{demand.digits:g} digits hold up to t = {found.trusted_until_as_run:.10g}"
+            )
+    return lines
 
 
 def went_on(start: Start, settings: Settings) -> list[str]:

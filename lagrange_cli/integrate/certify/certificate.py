@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.arrays import Array
-from lagrange_cli.integrate.certify.companion import Companion
+from lagrange_cli.integrate.certify.companion import INPUTS, Companion
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 
@@ -19,38 +20,53 @@ if TYPE_CHECKING:
 
 FOLDER = "diagnostics/error/"
 """The group of the estimates, in which q and v have the places that they have in the root."""
+AS_RUN = FOLDER + "as_run/"
+"""The group of those that count the inputs of the run as exact, likewise."""
 MEMORY = 20
 """Earlier differences fade with this power of the time since the start: to an eighth when the time is a tenth
 longer. So the estimate follows errors that shrink, as with friction."""
 BEFORE = 1 / 32
 """The estimate is at least this part of the earlier differences, reduced in proportion if all of them are
 smaller now: the error is not zero where motions cross by chance."""
+APART = 0.25
+"""Once motions are apart by this part of their size, their distance is no longer in proportion to the
+rounding errors of their inputs."""
+SMALL = 0.1
+"""The roundings of inputs prevail if the error without them is smaller than this part."""
+STILL = 0.3
+"""A motion has not left its beginning if it has come less than this part as far as another one."""
 
 
 class Certificate:
     """A context in which ``judge`` is given the samples of a run, chunk by chunk.
 
-    ``errors`` holds {path: (c, *shape)} for the last chunk. ``trusted_until`` is the last sample time up to
-    which each coordinate q_k has ``digits`` correct digits, relative to the largest |q_k| so far. ``missed``
-    is the first sample time at which an error may exceed ``target``, on the same scale (None: there is none),
-    and ``error`` the largest error of any coordinate at the last sample, likewise."""
+    ``errors`` holds {path: (c, *shape)} for the last chunk: estimates of the difference from the motion of
+    the problem as it is ``written``, and as it is ``run``, with its inputs rounded to doubles. ``missed`` is
+    the first sample time at which the former may exceed ``target``, for a coordinate relative to its largest
+    value so far (None: there is none). ``rounded`` names the parameters, coordinates and velocities whose
+    values are not exactly those that are written; ``prevailing`` tells that their roundings are what costs
+    the ``digits`` wanted, and ``staying`` that they make a motion leave an equilibrium."""
 
     def __init__(
         self,
         companions: Sequence[Prepared],
         values: Values,
+        rounding: Values,
         times: Times,
         digits: float,
         target: float | None,
     ) -> None:
-        self._companions = [Companion(one, values, times, 1 + i) for i, one in enumerate(companions)]
+        self._values = values
+        self._companions = [
+            Companion(one, values, rounding, times, 1 + i) for i, one in enumerate(companions)
+        ]
         self._recording, self._times = companions[0].recording, times
         self._rows = companions[0].machine.program.state.motion.stop
-        self._wanted, self._target = 10.0**-digits, np.inf if target is None else target
-        self._largest, self._differences = np.zeros((self._rows, 1)), np.zeros((self._rows, 1))
-        self._trusting = True
-        self.trusted_until = times.start
-        self.error = 0.0
+        self._target = np.inf if target is None else target
+        self._largest, self._apart = np.zeros((self._rows, 1)), np.zeros((self._rows, 1))
+        self.written, self.run = (Estimate(self._rows, times.start, 10.0**-digits) for _ in range(2))
+        self.rounded = rounded_of(rounding, self._recording.coordinates)
+        self.prevailing = self.staying = False
         self.missed: float | None = None
         self.errors: dict[str, Array] = {}
 
@@ -79,28 +95,87 @@ class Certificate:
         values = states[: self._rows]
         beside = [companion.take(count, interrupted) for companion in self._companions]
         with np.errstate(all="ignore"):
-            differences = typical_difference([values, *beside])
             self._largest, largest = running(self._largest, np.abs(values))
             ages = ((times - self._times.start) / (self._times.stop - self._times.start)) ** MEMORY
-            weighted = np.where(ages > 0, differences * ages, 0)
-            self._differences, weighted = running(self._differences, weighted)
-            before = weighted / ages
-            now = np.fmax.reduce(np.where(before > 0, differences / before, 0), axis=0)
-            estimates = np.fmax(np.fmax(BEFORE * now * before, differences), np.spacing(largest))
+            typical = typical_difference([values, *beside])
+            self._apart, apart = running(self._apart, np.nan_to_num(typical / largest, nan=0.0))
+            own, shown = differences(values, beside), np.where(apart < APART, typical / INPUTS, typical)
+            as_run = self.run.of(own, typical, ages, largest)
+            estimates = self.written.of(np.maximum(own, shown), typical, ages, largest)
             half = self._rows // 2
-            relative = np.max(estimates[:half] / largest[:half], axis=0, where=largest[:half] > 0, initial=0)
+            relative, relative_as_run = (self._relative(one, largest) for one in (estimates, as_run))
         kept = first(~(relative <= self._target), count)
         if kept < count and not self.cut:
             self.missed = float(times[kept])
-        trusted = first(~(relative[:kept] <= self._wanted), kept) if self._trusting else 0
+        lost = self.written.judge(times[:kept], relative[:kept])
+        self.run.judge(times[:kept], relative_as_run[:kept])
+        if lost is not None and relative_as_run[lost] < SMALL * relative[lost]:
+            self.prevailing, as_written = True, values + (beside[0] - values) / INPUTS
+            self.staying = self._stays(as_written[:half, lost], values[:half, lost])
+        self.errors = {
+            folder + path: samples
+            for folder, rows in ((FOLDER, estimates), (AS_RUN, as_run))
+            for path, samples in self._recording.series(rows[:, :kept], (), {}, {}).items()
+        }
+        return kept
+
+    def _stays(self, written: Array, run: Array) -> bool:
+        """Whether the motion as it is written has not left where it begins at rest, and that of the run
+        has."""
+        begin = np.array(self._values.q)
+        found = np.max(np.abs(written - begin)) < STILL * np.max(np.abs(run - begin))
+        return bool(found) and not any(self._values.v)
+
+    def _relative(self, estimates: Array, largest: Array) -> Array:
+        """The largest error of a coordinate (c,), relative to its largest value so far."""
+        half = self._rows // 2
+        found: Array = np.max(estimates[:half] / largest[:half], axis=0, where=largest[:half] > 0, initial=0)
+        return found
+
+
+class Estimate:
+    """An estimate for each of so many ``rows`` of the state, which remembers earlier differences.
+
+    ``trusted_until`` is the last sample time, from ``start`` on, up to which the error of a coordinate
+    relative to its largest value so far is at most ``wanted``, and ``error`` the largest one at the last
+    sample."""
+
+    def __init__(self, rows: int, start: float, wanted: float) -> None:
+        self._differences, self._largest = np.zeros((rows, 1)), np.zeros((rows, 1))
+        self._wanted, self._trusting = wanted, True
+        self.trusted_until, self.error = start, 0.0
+
+    def judge(self, times: Array, relative: Array) -> int | None:
+        """Take note of relative errors (c,) at ``times``; returns the sample at which the trust is lost."""
+        count, trusting = len(times), self._trusting
+        trusted = first(~(relative <= self._wanted), count) if trusting else 0
         if trusted:
             self.trusted_until = float(times[trusted - 1])
         self._trusting = self._trusting and trusted == count
-        if kept:
-            self.error = float(relative[kept - 1])
-        series = self._recording.series(estimates[:, :kept], (), {}, {})
-        self.errors = {FOLDER + path: samples for path, samples in series.items()}
-        return kept
+        if count:
+            self.error = float(relative[-1])
+        return trusted if trusting and trusted < count else None
+
+    def of(self, differences: Array, typical: Array, ages: Array, largest: Array) -> Array:
+        """The estimates for samples with such differences (rows, c) from what is compared with them: no
+        smaller than earlier ones, as far as the ``typical`` difference is not either."""
+        weighted = np.where(ages > 0, differences * ages, 0)
+        self._differences, weighted = running(self._differences, weighted)
+        self._largest, most = running(self._largest, differences)
+        before = weighted / ages
+        now = np.fmax.reduce(np.where(before > 0, differences / before, 0), axis=0)
+        found: Array = np.fmax.reduce(
+            [BEFORE * now * before, np.fmin(typical, most), differences, np.spacing(largest)]
+        )
+        return found
+
+
+def differences(run: Array, beside: Sequence[Array]) -> Array:
+    """How far a run is from its last companion, which has the same inputs if there is more than one; inf
+    where that has no sample."""
+    found = np.abs(run - beside[-1])
+    found[np.isnan(found)] = np.inf
+    return found
 
 
 def typical_difference(motions: Sequence[Array]) -> Array:
@@ -128,3 +203,10 @@ def running(before: Array, values: Array) -> tuple[Array, Array]:
 def first(flags: np.ndarray, otherwise: int) -> int:
     """The index of the first true value."""
     return int(np.argmax(flags)) if flags.any() else otherwise
+
+
+def rounded_of(rounding: Values, coordinates: Sequence[str]) -> tuple[str, ...]:
+    """The names of values that are not 0."""
+    velocities = map(velocity_name, coordinates)
+    named = [*rounding.parameters.items(), *zip(coordinates, rounding.q), *zip(velocities, rounding.v)]
+    return tuple(name for name, value in named if value)

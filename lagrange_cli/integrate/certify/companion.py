@@ -1,5 +1,5 @@
 """``Companion``: the same motion integrated with another order, and therefore with other steps and rounding
-errors."""
+errors; and with inputs that are rounded otherwise (see ``native.numbers.beside``)."""
 
 from __future__ import annotations
 
@@ -15,28 +15,43 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Work
 from lagrange_cli.integrate.method import End, Method
 from lagrange_cli.integrate.methods.backward import Backward
-from lagrange_cli.integrate.methods.taylor import TaylorMethod
+from lagrange_cli.integrate.methods.taylor import Beside, TaylorMethod
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
 
+INPUTS = 8
+"""How much larger the rounding errors of inputs are in one of the companions than in the run."""
+FACTORS = INPUTS, 0
+"""What they are multiplied by in each companion; 0 for one that has the inputs of the run."""
 LOOK = 0.5
 """Seconds between two checks whether the other side is still there."""
 
 
 class Companion:
-    """A context in which ``take`` gives its samples; it is the ``number``-th companion of a run, from 1
-    on."""
+    """A context in which ``take`` gives its samples; it is the ``number``-th companion of a run, from 1 on.
 
-    def __init__(self, prepared: Prepared, values: Values, times: Times, number: int) -> None:
-        program = prepared.machine.program
-        self._method = companion_of(prepared.follower, number)
+    The numbers as they are written exceed ``values`` by ``rounding``.
+    """
+
+    def __init__(
+        self, prepared: Prepared, values: Values, rounding: Values, times: Times, number: int
+    ) -> None:
+        program, factor = prepared.machine.program, FACTORS[number - 1]
+        late = factor * rounding.times["start"]
+        self._method = companion_of(prepared.follower, Beside(number, late))
         self._times, self._rows = times, program.state.motion.stop
-        self._parameters = np.array([values.parameters[name] for name in program.parameters])
-        self._state = np.concatenate([values.q, values.v, np.zeros(len(program.integrals))])
+        given, rest = (
+            np.array([one.parameters[name] for name in program.parameters], float)
+            for one in (values, rounding)
+        )
+        self._parameters = np.concatenate([given, factor / CONSTANTS * rest])
+        state = np.array([*values.q, *values.v]) + factor * np.array([*rounding.q, *rounding.v])
+        self._state = np.concatenate([state, np.zeros(len(program.integrals))])
         self._pieces: queue.Queue[Array | None] = queue.Queue(maxsize=1)
         self._rest = np.empty((self._rows, 0))
         self._over, self._halted = threading.Event(), threading.Event()
@@ -101,9 +116,9 @@ class Companion:
         return joined[:, :count]
 
 
-def companion_of(method: Method, number: int) -> Method:
-    """The method of the ``number``-th companion of a run by the Taylor method, forward or backward."""
+def companion_of(method: Method, beside: Beside) -> Method:
+    """The method of a companion of a run by the Taylor method, forward or backward."""
     if isinstance(method, Backward):
-        return replace(method, method=companion_of(method.method, number))
+        return replace(method, method=companion_of(method.method, replace(beside, late=-beside.late)))
     assert isinstance(method, TaylorMethod)
-    return replace(method, beside=number)
+    return replace(method, beside=beside)

@@ -49,7 +49,8 @@ class Happenings:
     ) -> None:
         self._sides, self._trial, self._info, self._start = sides, trial, info, start
         self._program, self._layout, self._guards = sides.program, sides.layout, sides.guards.guards
-        self._names, self._sink, self._resting = sink.names, sink, Resting(sides, start)
+        self._names = sink.names or tuple(map(str, range(len(sides.program.events))))
+        self._sink, self._resting = sink, Resting(sides, start)
         self._count, self._most = sink.before, limit("events")
         self._same, self._latest = 0, -np.inf
 

@@ -65,7 +65,7 @@ class Settling:
 
     def set_parameters(self, parameters: Array) -> None:
         """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
-        parts = self.machine.program.parts
+        parts = self.machine.program.given
         settings = self.memory[self._layout.settings]
         width = self._rows.parameters + self._rows.count
         for part, given in enumerate(parameters.reshape(parts, -1)):

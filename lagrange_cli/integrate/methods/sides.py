@@ -96,6 +96,7 @@ class Sides:
                 memory[[part * layout.width + row for part in range(program.parts)]] = values[:, i]
             else:
                 first = layout.settings.start + place - motion
+                memory[[first + part * width for part in range(program.parts, program.given)]] = 0.0
                 memory[[first + part * width for part in range(program.parts)]] = values[:, i]
         self.begin_anew()
         return True

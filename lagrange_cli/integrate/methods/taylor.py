@@ -44,15 +44,24 @@ FEWEST = 64
 
 
 @dataclass(frozen=True)
+class Beside:
+    """How the ``number``-th companion of a run differs from it (see ``integrate.certify.companion``): its
+    first step is shorter, the momenta that it keeps are rounded otherwise (``perturbation``), and it begins
+    ``late`` by so little time."""
+
+    number: int
+    late: float = 0.0
+
+
+@dataclass(frozen=True)
 class TaylorMethod:
     """Follows a motion by its Taylor series (``native.stepping``); steps do not depend on sample times."""
 
     machine: Machine
     recompilation: Recompilation | None = None
     """Code for long runs, where that of ``machine`` was compiled in a hurry."""
-    beside: int = 0
-    """The number of the companion that it is for, if any: what is rounded once for all is rounded otherwise
-    (``perturbation``)."""
+    beside: Beside | None = None
+    """How it differs from that of a run, if it is for a companion."""
 
     def follow(
         self,
@@ -139,7 +148,7 @@ class Stepper:
         size: int,
         recompilation: Recompilation | None = None,
         *,
-        beside: int = 0,
+        beside: Beside | None = None,
         events: EventSink = NO_EVENTS,
     ) -> None:
         program = machine.program
@@ -152,6 +161,8 @@ class Stepper:
         for part, given in enumerate(state.reshape(program.parts, -1)):
             self._memory[self._layout.part(part)][self._outer] = given
         self._memory[self._layout.time] = times.start
+        if beside is not None:
+            self._memory[self._layout.at(Clock.TIME_LOW)] = beside.late
         self._settling: Settling | None = None
         self._happenings: Happenings | None = None
         self.finished: Finished | None = None
@@ -172,17 +183,16 @@ class Stepper:
             sides = Sides(self._settling, self._outer)
             self._happenings = Happenings(sides, self._trial, self._info, times.start, events)
             self.finished = self._happenings.begin()
-        if beside:
+        if beside is not None:
             from lagrange_cli.integrate.methods.perturbation import perturb
 
-            perturb(self._constants, parameters, beside)
-            self._rates()  # cyclic momenta are computed, and perturbed likewise
-            perturb(self._memory[self._layout.cyclic_momenta], parameters, beside)
+            self._rates()  # computes the cyclic momenta
+            perturb(self._memory[self._layout.cyclic_momenta], parameters)
         self.limited = False
         """Whether a step that was taken, or tried, might have been another one if the motion ended later."""
         self._pause = 4 * FEWEST
         self.samples = np.empty((program.parts * self._layout.rows, size + LANES))
-        self._first = self._short_step(beside) if beside else None
+        self._first = None if beside is None else self._short_step(beside.number)
         self._spare: Array | None = None
         self.steps = 0
 
@@ -259,14 +269,16 @@ class Stepper:
             )
         )  # fmt: skip
 
-    def _short_step(self, beside: int) -> float | None:
-        """Where the first step of the ``beside``-th companion ends: what all have rounded alike at the start,
+    def _short_step(self, number: int) -> float | None:
+        """Where the first step of the ``number``-th companion ends: what all have rounded alike at the start,
         of the same state, counts for less the shorter it is."""
         start, memory = self.t, self._memory.copy()
         self._advance(self._stop, np.full(LANES, np.nan), 0, 0, True, 1)
         reached, self._usual = self.t, self._memory[self._layout.remembered].copy()
-        self._memory[:] = memory
-        return start + FIRST_STEPS[beside - 1] * (reached - start) if reached > start else None
+        self._memory[:], self._info[:] = memory, 0
+        if self._settling is not None:
+            self._settling.resume()  # the step may have changed modes
+        return start + FIRST_STEPS[number - 1] * (reached - start) if reached > start else None
 
     def fill(self, wanted: Array, first: int, last: bool, interrupt: Interrupt) -> tuple[Stop, int]:
         """Step until all of ``wanted``, the samples from ``first`` on, are taken (``last``: until the end);
@@ -277,11 +289,15 @@ class Stepper:
         done = 0
         while True:
             began = time.perf_counter()
-            end, pause = (self._stop, self._pause) if self._first is None else (self._first, 1)
-            stop = self._advance(end, padded, done, len(wanted) - done, last, pause)
-            if self._first is not None:
+            if self._first is None:
+                stop = self._advance(self._stop, padded, done, len(wanted) - done, last, self._pause)
+            else:
+                early = np.where(padded <= self._first, padded, np.nan)
+                count = int(np.count_nonzero(np.isfinite(early)))
+                stop = self._advance(self._first, early, done, count - done, True, 1)
                 self._memory[self._layout.remembered] = self._usual
                 self._first = None
+                stop = Stop.PAUSE if stop is Stop.END else stop
             before = first + done
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])

@@ -18,7 +18,7 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import CHANGES, LANES, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, allowance
-from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, GuardCode
+from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART, GuardCode
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.records import dataclass
 
@@ -66,6 +66,8 @@ class Steps(ABC):
     """What guards need, if there are any."""
     refined: bool
     """Whether a step to a root is followed by a much shorter one, since roots are found in doubles."""
+    in_two: bool
+    """Whether the first step to a root after another one is taken in two, as for companions."""
     quadratures: Quadratures | None
     """What integrals need, if there are any that may ask for shorter steps than the motion's."""
 
@@ -153,6 +155,8 @@ def advance(steps: Steps) -> str:
     """Whether the integrals of the step before are right already; the unit of time of its series."""
 
     due = f.variable(f.count(NO_GUARD)) if steps.guards else None
+    whole = f.variable(no)
+    """Whether the next step to a root is not divided."""
 
     def leave(code: Integer | int, steps: Integer, samples: Integer | None = None) -> None:
         for i, value in enumerate((samples or index.get(), steps, limited.get())):
@@ -180,6 +184,7 @@ def advance(steps: Steps) -> str:
                 remember(number, zero)
         due.set(f.count(NO_GUARD))
         pending.set(f.count(NOTHING))
+        whole.set(no)
         return done.equals(NOTED)
 
     steps.forget(f)
@@ -312,6 +317,10 @@ def advance(steps: Steps) -> str:
                     rounds.go_on()
                 bound.set(root)
                 confirms.set(yes)
+                if steps.in_two:
+                    due.set(f.select(whole.get(), which, f.count(NO_GUARD)))
+                    bound.set(f.select(whole.get(), root, root * PART))
+                    whole.set(yes)
                 if steps.refined:
                     close = root <= f.smaller(h, left) * NEAR
                     due.set(f.select(close, which, f.count(NO_GUARD)))

@@ -23,6 +23,8 @@ AWAY, CHANGED, NOTED = range(3)
 NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
+PART = 0.6
+"""A companion divides steps to roots here: so it rounds the roots otherwise, even of the same polynomials."""
 
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large."""

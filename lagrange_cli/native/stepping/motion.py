@@ -27,13 +27,15 @@ AT_REST = 2.0**-900
 @dataclass(frozen=True)
 class Given:
     """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps, its integrals and
-    the arguments of its guards are proven by, and its guards, if it has any."""
+    the arguments of its guards are proven by, and its guards, if it has any; and whether steps to roots are
+    taken ``in_two`` (see ``Steps``)."""
 
     state: StateLayout
     work: int
     tolerance: float
     proving: Sequence[Proving | None]
     guards: GuardRows | None
+    in_two: bool = False
 
 
 class MotionSteps(Steps):
@@ -46,7 +48,7 @@ class MotionSteps(Steps):
 
     def __init__(self, given: Given, lengths: Lengths, bounds: Bounds, sums: Sums, rest: float) -> None:
         self.given, self.state, self.sums = given, given.state, sums
-        self.bounds = bounds.coarser(given.tolerance)
+        self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance)
         rows = followed(given.state, given.guards)
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
         self.sizes = StepSize(lengths, given.tolerance, rest, fades=self.parts == 1)

@@ -1,0 +1,55 @@
+"""``@prepare`` of a companion's program (see ``numbers.beside``): constants with larger rounding errors."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.native.functions.double_double import functions
+from lagrange_cli.native.interface import CONSTANTS
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.numbers.beside import BesidePairs
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.double_double import operations
+from lagrange_cli.native.observation import write_prepare
+from lagrange_cli.native.recurrences.evaluation import Constants
+
+ONCE, LONG = "prepare_once", "prepare_long"
+"""The functions that compute the constants as the run does, and to many digits."""
+
+
+def prepare_beside(constants: Constants, given: Mapping[str, Node], factor: int) -> tuple[str, int]:
+    """``write_prepare`` for a companion; parameters are given in two parts."""
+    once, size = write_prepare(Emitter(), constants, given, f"internal void @{ONCE}")
+    long, _ = write_prepare(BesidePairs(factor), constants, given, f"internal void @{LONG}")
+    return "\n".join([*_definitions(long), once, long, _prepare(size)]), size
+
+
+def _definitions(text: str) -> list[str]:
+    """The functions of double-double numbers that ``text`` calls, and those that these call; all, if it calls
+    more than the basic ones."""
+    basic = "\n".join(operations())
+    known = {one for one in re.findall(r"@pair_\w+", text) if f"{one}(" in basic}
+    return [basic, *(functions() if {*re.findall(r"@pair_\w+", text)} - known else ())]
+
+
+def _prepare(size: int) -> str:
+    """``@prepare``: the constants, with rounding errors that are ``CONSTANTS`` times as large."""
+    f = Function("define void @prepare(ptr noalias %parameters, ptr noalias %constants) nounwind")
+    long = f.pointer(f.define(f"alloca [{max(1, 2 * size)} x double], align 64"))
+    f.call(None, ONCE, f.pointer("%parameters"), f.pointer("%constants"))
+    f.call(None, LONG, f.pointer("%parameters"), long)
+    with f.loop(0, size, tested=True) as i:
+        _put_beside(f, long, i)
+    f.give()
+    return f.text()
+
+
+def _put_beside(f: Function, long: Pointer, i: Integer) -> None:
+    rounded = f.load("%constants", i)
+    high, low = f.load(long, i * 2), f.load(long, i * 2 + 1)
+    other = rounded + ((high - rounded) + low) * float(CONSTANTS)
+    with f.when((other - other).equals(0.0)):
+        f.store(other, "%constants", i)

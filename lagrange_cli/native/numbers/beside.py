@@ -1,0 +1,47 @@
+"""The numbers of a companion's program (see ``integrate.certify``): what is rounded is rounded otherwise.
+
+A companion is to show what rounding does. What the run has rounded to c, of an exact value c - d, a companion
+has as c - k d, with a k so large that it is another double, and so small that the difference is still felt in
+proportion. It is the ``factor`` of the companion for numbers in expressions, and ``CONSTANTS`` for what is
+computed from numbers and parameters before the motion begins.
+"""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+from lagrange_cli.native.interface import CONSTANTS
+from lagrange_cli.native.llvm.text import Value, literal
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.double_double import DoubleDouble, Pair
+from lagrange_cli.native.numbers.kind import Number
+
+
+def beside(value: Number, factor: int) -> Number:
+    """A number rounded to a double, less a rounding error that is larger by a factor."""
+    if not isinstance(value, Fraction):
+        return value
+    rounded = Fraction(float(value))
+    return rounded + factor * (value - rounded)
+
+
+class BesideEmitter(Emitter):
+    """Doubles, with numbers in expressions that are beside those of the run."""
+
+    def __init__(self, factor: int) -> None:
+        super().__init__()
+        self._factor = factor
+
+    def number(self, value: Number) -> Value:
+        return literal(beside(value, self._factor))
+
+
+class BesidePairs(DoubleDouble):
+    """Double-double numbers, likewise; ``CONSTANTS`` times their difference is that of ``BesideEmitter``."""
+
+    def __init__(self, factor: int) -> None:
+        super().__init__()
+        self._factor = factor // CONSTANTS
+
+    def number(self, value: Number) -> Pair | None:
+        return super().number(beside(value, self._factor))
