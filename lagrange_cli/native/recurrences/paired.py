@@ -16,10 +16,10 @@ from lagrange_cli.native.numbers.lanes import BITS, VECTOR, LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot
 from lagrange_cli.native.recurrences.layout_lanes import LaneLayout
-from lagrange_cli.native.recurrences.stage import Stage
+from lagrange_cli.native.recurrences.looped import Looped
 from lagrange_cli.native.recurrences.unrolled import CAREFUL, Unrolled
 from lagrange_cli.records import dataclass
-from lagrange_cli.series.program import SHORT, Op
+from lagrange_cli.series.program import Op
 
 FIRST = 2
 """The inner loop's first index; terms with an index below are the latest to be known."""
@@ -171,20 +171,20 @@ class Sums:
         return one, other
 
 
-class LaneStage(Stage[str]):
+class LaneStage(Looped):
     """Stage k of a pair or, with the ``earlier`` one, stage k + 1; ``first`` is the first k."""
 
     def __init__(self, memory: Memory, first: int, rows: str, earlier: LaneStage | None) -> None:
         super().__init__(memory.expansion)
         self._emitter, self._layout = memory.emitter, memory.layout
-        self._first, self._rows, self._earlier = first, rows, earlier
+        self.first, self._rows, self._earlier = first, rows, earlier
         self._second = int(earlier is not None)
         self._known: dict[tuple[str, int], Value] = {}
         self._scaled: dict[int, Value] = {}
 
     def at(self, index: int, ahead: int) -> Value:
         one = self.expansion.program.series[index]
-        if one.degree < self._first + ahead:
+        if one.degree < self.first + ahead:
             return None
         if ahead == one.level:
             return self.top[index]
@@ -198,17 +198,6 @@ class LaneStage(Stage[str]):
         if ("", place) not in self._known:
             self._known["", place] = self._emitter.load(self._rows, place)
         return self._known["", place]
-
-    def set_top(self, index: int, value: Value) -> None:
-        self.top[index] = value
-
-    def products(self, a: int, b: int, ahead: int) -> list[tuple[Value, Value, Value]]:
-        series, table = self.expansion.program.series, self.expansion.table
-        if series[a].degree <= SHORT:
-            reach = range(1, series[a].degree + 1)
-            return [(self._emitter.number(m), table[a].get(m), self.at(b, ahead - m)) for m in reach]
-        reach = range(1, series[b].degree + 1)
-        return [(self.number(ahead - m), self.at(a, ahead - m), table[b].get(m)) for m in reach]
 
     def _total(self, dot: Dot, total: Value) -> Value:
         """``total`` with the terms m = 1 and n - 1 and, of a second stage, n - 2: its b[2] comes too late."""
@@ -228,27 +217,17 @@ class LaneStage(Stage[str]):
             return self._earlier._scaled[dot.a]
         return self._load(self._layout.scaled[dot.a], ahead)
 
-    def _tabulated(self, name: str, ahead: int) -> Value:
+    def tabulated(self, name: str, ahead: int) -> Value:
         if (name, ahead) not in self._known:
             table = f"@lane_{name}"
             self._known[name, ahead] = self._emitter.everywhere(table, "%k", ahead + self._second)
         return self._known[name, ahead]
 
-    def number(self, ahead: int) -> Value:
-        return self._tabulated("numbers", ahead)
-
-    def reciprocal(self, ahead: int) -> Value:
-        return self._tabulated("reciprocals", ahead)
-
     def write(self, sums: dict[Dot, Value]) -> None:
         """Compute, solve and store this stage's coefficients from the ``sums`` without their ends."""
         layout, series = self._layout, self.expansion.program.series
         self.sums = {(dot.index, dot.weighted): (self._total(dot, one), []) for dot, one in sums.items()}
-        moving = [i for i, one in enumerate(series) if one.degree >= self._first + one.level]
-        self.top = dict.fromkeys(range(len(series)))
-        self.evaluate(moving)
-        self.solve()
-        for index in moving:
+        for index in self.compute():
             level = series[index].level
             if index in layout.rows:
                 self._store(self.top[index], layout.rows[index], level)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from lagrange_cli.native.llvm.text import Value, literal
+from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.convolution import (
     TOGETHER,
@@ -16,10 +16,10 @@ from lagrange_cli.native.recurrences.convolution import (
 )
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import CARRIED, FIRST, Group, Layout
+from lagrange_cli.native.recurrences.looped import Looped
 from lagrange_cli.native.recurrences.stage import Stage
 from lagrange_cli.native.recurrences.unrolled import Unrolled
 from lagrange_cli.records import dataclass, field
-from lagrange_cli.series.program import SHORT
 
 SIDE_BY_SIDE = 4
 """The lowest sum of their vectors' indices from which on dot products are summed in lanes."""
@@ -75,7 +75,7 @@ class Opening(Unrolled[str]):
                 emitter.store(self.at(index, one.level), "%work", layout.slot(index, m))
 
 
-class Rolled(Stage[str]):
+class Rolled(Looped):
     """One stage of a loop over ``k`` from ``first`` to ``last``.
 
     Where they are ``padded``, dot products are written out with as many terms as the last stage needs: before
@@ -127,35 +127,18 @@ class Rolled(Stage[str]):
             self._bases[width] = moved(self.emitter, self.k, width)
         return self._bases[width]
 
-    def set_top(self, index: int, value: Value) -> None:
-        self.top[index] = value
-
-    def products(self, a: int, b: int, ahead: int) -> list[tuple[Value, Value, Value]]:
-        series, table = self.expansion.program.series, self.expansion.table
-        if series[a].degree <= SHORT:
-            reach = range(1, series[a].degree + 1)
-            return [(literal(m), table[a].get(m), self.at(b, ahead - m)) for m in reach]
-        reach = range(1, series[b].degree + 1)
-        return [(self.number(ahead - m), self.at(a, ahead - m), table[b].get(m)) for m in reach]
-
-    def _tabulated(self, name: str, ahead: int) -> Value:
+    def tabulated(self, name: str, ahead: int) -> Value:
         key = (name, ahead)
         if key not in self._known:
             self._known[key] = self.emitter.load(self.emitter.place(f"@{name}", self.k), ahead)
         return self._known[key]
-
-    def number(self, ahead: int) -> Value:
-        return self._tabulated("numbers", ahead)
-
-    def reciprocal(self, ahead: int) -> Value:
-        return self._tabulated("reciprocals", ahead)
 
     def write(self, label: str) -> str:
         """Compute, solve and store one stage's coefficients.
 
         It begins in the block ``label``; returns the label of the last block.
         """
-        expansion, emitter, layout = self.expansion, self.emitter, self.memory.layout
+        emitter, layout = self.emitter, self.memory.layout
         groups = layout.groups
         if self.padded:
             for group in groups:
@@ -168,18 +151,12 @@ class Rolled(Stage[str]):
                 sums, label = sum_in_loop(emitter, some, self.k, range(self.first, self.last + 1), label)
                 for group, total in zip(some, sums):
                     take(emitter, self, group, total)
-        moving = [
-            (index, one)
-            for index, one in enumerate(expansion.program.series)
-            if one.degree >= self.first + one.level
-        ]
-        self.top = dict.fromkeys(range(len(expansion.program.series)))
-        self.evaluate(index for index, _ in moving)
-        self.solve()
+        moving = self.compute()
         for group in groups:
             store(emitter, group, vectors(emitter, self, group), self._base(group.width), group.level)
-        for index, one in moving:
+        for index in moving:
             if index in layout.rows:
-                emitter.store(self.top[index], self._base(1), layout.slot(index, one.level))
+                level = self.expansion.program.series[index].level
+                emitter.store(self.top[index], self._base(1), layout.slot(index, level))
         emitter.store_rows(layout.width, self.memory.state(self), self._base(layout.width), layout.width)
         return label

@@ -39,8 +39,8 @@ STRETCHES = 16.0
 MOST = 2**18
 """Parts of one step."""
 NAN = "0x7FF8000000000000"
-WITHIN, ENDED, RATES, ALLOWED, LOW_RATES = 0, 2, 4, 5, 6
-"""The arrays of ``Places``, by number; states have one more for their low parts."""
+ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
+"""The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more."""
 
 
 @dataclass(frozen=True)
