@@ -82,6 +82,19 @@ def hoop_by_hand(p: Parameters, q: Values, v: Values, f: Algebra) -> list[Any]:
     return [f.sin(q[0]) * (p["omega"] ** 2 * f.cos(q[0]) - p["g"] / p["a"])]
 
 
+def henon_heiles(p: Parameters, q: Values, v: Values, f: Algebra) -> tuple[Any, Any]:
+    """A star in the plane of a galaxy (M. Henon and C. Heiles 1964)."""
+    x, y = q
+    well = f.half * (x**2 + y**2) + x**2 * y - y**3 / 3
+    return f.half * (v[0] ** 2 + v[1] ** 2), well
+
+
+def henon_heiles_by_hand(p: Parameters, q: Values, v: Values, f: Algebra) -> list[Any]:
+    """x'' = -x - 2 x y, y'' = -y - x^2 + y^2."""
+    x, y = q
+    return [-x - 2 * x * y, -y - x**2 + y**2]
+
+
 def kepler_polar(p: Parameters, q: Values, v: Values, f: Algebra) -> tuple[Any, Any]:
     """A planet in polar coordinates r, theta, per unit of mass."""
     return f.half * (v[0] ** 2 + (q[0] * v[1]) ** 2), -p["mu"] / q[0]

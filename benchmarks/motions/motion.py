@@ -97,6 +97,7 @@ class Motion:
 
 PENDULUM = Motion("pendulum", 100.0, equations.pendulums, equations.pendulum_by_hand)
 DOUBLE_PENDULUM = Motion("double_pendulum", 1000.0, equations.pendulums, equations.double_pendulum_by_hand)
+HENON_HEILES = Motion("henon_heiles", 200.0, equations.henon_heiles, equations.henon_heiles_by_hand)
 HOOP = Motion("rotating_hoop", 5000.0, equations.hoop, equations.hoop_by_hand)
 KEPLER_POLAR = Motion("central_force", 20000.0, equations.kepler_polar, equations.kepler_polar_by_hand)
 KEPLER = Motion("central_force_cartesian", 100.0, equations.kepler, equations.kepler_by_hand)

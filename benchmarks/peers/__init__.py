@@ -4,10 +4,11 @@ A module has some of these functions, and is imported only when it is asked for.
 
 - ``engine(motion, **options)`` prepares it for one of ``benchmarks.motions``;
 - ``printed(equations, times, **options)`` for equations that ``lagrange equations`` has printed;
-- ``ensemble(motion, **options)`` for many motions at once.
+- ``ensemble(motion, **options)`` for many motions at once;
+- ``section(motion, **options)`` for where the first coordinate of many motions rises through 0.
 
-Each returns an ``Engine``. All numbers in equations are constants, and factors of 1 are omitted: other
-programs run faster this way.
+Each returns an ``Engine``, the last one a ``Cutter``. All numbers in equations are constants, and factors of
+1 are omitted: other programs run faster this way.
 """
 
 from __future__ import annotations
@@ -49,6 +50,24 @@ class Engine:
     follow: Callable[[Array], Course]
 
 
+@dataclass(frozen=True)
+class Crossings:
+    """Crossings of motions: their times (members, k), the states there (2 n, members, k), and the mean number
+    of steps of a member."""
+
+    times: Array
+    states: Array
+    steps: float
+
+
+@dataclass(frozen=True)
+class Cutter:
+    """Seconds it took to prepare; and what finds crossings from initial states (2 n, members)."""
+
+    prepare: float
+    follow: Callable[[Array], Crossings]
+
+
 Maker = Callable[["Motion"], Engine]
 
 
@@ -61,6 +80,12 @@ def engine(peer: str, motion: Motion, **options: Any) -> Engine:
 def ensemble(peer: str, motion: Motion, **options: Any) -> Engine:
     """Prepare a peer for many motions that differ in their initial states."""
     made: Engine = import_module(f"{__name__}.{peer}").ensemble(motion, **options)
+    return made
+
+
+def section(peer: str, motion: Motion, **options: Any) -> Cutter:
+    """Prepare a peer for the crossings of many motions that differ in their initial states."""
+    made: Cutter = import_module(f"{__name__}.{peer}").section(motion, **options)
     return made
 
 

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from typing import Any, Literal
 
 import heyoka as hy
@@ -12,11 +14,13 @@ from benchmarks.harness.turns import timed
 from benchmarks.motions.equations import Algebra, gravitation
 from benchmarks.motions.motion import Motion
 from benchmarks.motions.printed import TIME, Printed
-from benchmarks.peers import Array, Course, Engine
+from benchmarks.peers import Array, Course, Crossings, Cutter, Engine
 
 Equations = list[tuple[Any, Any]]
 """[(variable, rate), ...], first of q, then of v."""
 ALGEBRA = Algebra(hy.sin, hy.cos, lambda x: x**-0.5, hy.sum, 0.5)
+STARTED = 1e-9
+"""A zero before this time is the start of a motion on the section, and no crossing."""
 Form = Literal["derived", "by hand", "model"]
 """Forms of its equations: what its ``lagrangian()`` derives, accelerations by hand, its ``model.nbody``."""
 
@@ -168,3 +172,58 @@ def ensemble(motion: Motion, *, form: Form, batch: int, threads: int | None = No
         return Course(ends, float(np.mean(steps)))
 
     return Engine(seconds, follow)
+
+
+def section(motion: Motion, *, crossings: int, batch: int, threads: int = 1, period: float) -> Cutter:
+    """Batches in the lanes of a vector, and an event whose callback stores the time and the state; with
+    several ``threads``, an integrator in each. A crossing is expected once a ``period``."""
+    forget()
+    seconds, cutters = timed(lambda: [cutter(motion, crossings, batch) for _ in range(threads)])
+
+    def follow(states: Array) -> Crossings:
+        count = states.shape[1]
+        found = Crossings(np.empty((count, crossings)), np.empty((len(states), count, crossings)), 0.0)
+        waiting, steps = iter(range(0, count, batch)), list[float]()
+
+        def work(cut: Any) -> None:
+            for first in waiting:
+                steps.extend(cut(states[:, first : first + batch], found, first, period))
+
+        with ThreadPoolExecutor(threads) as pool:
+            list(pool.map(work, cutters))
+        return replace(found, steps=float(np.mean(steps)))
+
+    return Cutter(seconds, follow)
+
+
+def cutter(motion: Motion, crossings: int, batch: int) -> Callable[..., list[int]]:
+    """What finds the crossings of a batch."""
+    done, found, first = [0] * batch, [np.empty(0)] * 2, 0
+
+    def store(integrator: Any, time: float, sign: int, lane: int) -> None:
+        k = done[lane]
+        if k < crossings and time > STARTED:
+            integrator.update_d_output(np.full(batch, time))
+            found[0][first + lane, k] = time
+            found[1][:, first + lane, k] = integrator.d_output[:, lane]
+            done[lane] = k + 1
+
+    event = hy.nt_event_batch(hy.expression("q0"), store, direction=hy.event_direction.positive)
+    zeros = np.zeros((2 * motion.degrees, batch))
+    integrator = hy.taylor_adaptive_batch(
+        equations(motion, "by hand"), zeros, nt_events=[event], force_avx512=batch == 8
+    )
+
+    def cut(states: Array, into: Crossings, begin: int, period: float) -> list[int]:
+        nonlocal first
+        first, done[:], found[:] = begin, [0] * batch, [into.times, into.states]
+        integrator.set_time(0.0)
+        integrator.state[:] = states
+        steps, stop = np.zeros(batch, dtype=int), 0.0
+        while min(done) < crossings:
+            stop += max(1, crossings - min(done)) * period
+            integrator.propagate_until(stop)
+            steps += [result[3] for result in integrator.propagate_res]
+        return [*steps.tolist()]
+
+    return cut

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -11,18 +13,21 @@ import lagrange_cli.integrate.program
 import lagrange_cli.native.compilation.llvm  # noqa: F401 - what prepare would import
 from benchmarks.harness.turns import timed
 from benchmarks.motions.motion import Motion, shipped
-from benchmarks.peers import Array, Course, Engine
+from benchmarks.peers import Array, Course, Crossings, Cutter, Engine
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.ensemble.method import Batch, Starts
+from lagrange_cli.integrate.ensemble.lanes import LanesMethod
+from lagrange_cli.integrate.ensemble.method import Batch, Section, Starts
 from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.precision import DOUBLE, FULL_DOUBLE_DOUBLE, FULL_PRECISION
 from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
+from lagrange_cli.native.interface import SECTION
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.surface import with_surface
 from lagrange_cli.spec.values import Values, resolve_long_values, resolve_portable_values, resolve_values
 
 
@@ -78,6 +83,36 @@ def ensemble(motion: Motion, *, threads: int) -> Engine:
         return Course(ends, float(steps.mean()))
 
     return Engine(seconds, follow)
+
+
+def section(motion: Motion, *, crossings: int, threads: int) -> Cutter:
+    """``lagrange section``, without its file."""
+    spec = read_spec(motion.text, motion.system, motion.sizes)
+    residual = derive_system(with_surface(spec, spec.coordinates[0].name))
+    asked = Compilation("taylor", FULL_PRECISION, frozenset({"q", "v"}), ensemble=True, section=SECTION)
+    seconds, prepared = timed(lambda: prepare(residual, asked))
+    values, rows = [*motion.values.parameters.values()], prepared.machine.program.rows
+    kept = Section(crossings, direction=1, patience=10**6)
+    method = LanesMethod(prepared.machine, lambda: prepared.follower)
+
+    def follow(states: Array) -> Crossings:
+        count = states.shape[1]
+        found = Crossings(np.empty((count, crossings)), np.empty((len(states), count, crossings)), 0.0)
+        steps = np.empty(count)
+
+        def accept(batch: Batch) -> None:
+            assert batch.samples is not None and batch.times is not None
+            found.times[batch.index] = batch.times
+            found.states[:, batch.index] = batch.samples[:, : len(states)].transpose(1, 0, 2)
+            steps[batch.index] = batch.steps
+
+        begin = np.zeros((count, rows))
+        begin[:, : len(states)] = states.T
+        starts = Starts(np.tile(values, (count, 1)), begin, Times(0.0, math.inf, 2, 1.0), False, section=kept)
+        method.follow(starts, accept, lambda done: False, threads)
+        return replace(found, steps=float(steps.mean()))
+
+    return Cutter(seconds, follow)
 
 
 def steps_of(

@@ -17,6 +17,7 @@ SUITES = {
     "workprecision": "run time against error, for several tolerances: the figures",
     "chain": "5 to 50 pendulums, integration alone",
     "ensemble": "ten thousand double pendulums",
+    "section": "a million crossings of Henon-Heiles",
     "samples": "a hundred million samples to disk (4 GB, in the current directory)",
     "brouwer": "a million periods of an ellipse",
     "doubledouble": "double-double precision: three motions, integration alone",
