@@ -27,10 +27,6 @@ class Ending(Enum):
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
     NO_CROSSING = "no crossing was found any more"
-    NOT_FOLLOWED = (
-        "the motion could not be followed through a section "
-        "(a collision, a singularity, or a force that changes too quickly)"
-    )
 
     def way_out(self, *, at_start: bool = False) -> str:
         """What a user can do about it, also where it went wrong ``at_start``; empty if nothing is wrong."""
@@ -56,7 +52,6 @@ WAYS_OUT = {
     Ending.RECURRING: "let its action lead away from it, or end the run before with --stop",
     Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER moves it",
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
-    Ending.NOT_FOLLOWED: "{before}, or look at it with 'lagrange solve'",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.node import Node
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, Needs
@@ -35,8 +38,6 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     method, precision = METHODS[compilation.method], compilation.precision
     check_convolutions(residual, compilation.method, precision)
     plan = make_plan(residual, compilation.outputs)
-    if compilation.section == SECTION:
-        residual, plan = with_surface_followed(residual, plan)
     if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
 
@@ -44,6 +45,8 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
         residual = reversed_equations(residual)
     undetected = () if method.proves else passed_over(residual, plan)
     program = program_of(residual, plan, compilation)
+    if compilation.section == SECTION and not program.lanes:
+        refuse_what_hides(residual)
     if compilation.portable:
         from lagrange_cli.native.functions.portable import portable
 
@@ -51,11 +54,24 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     return program, replace(plan.recording, undetected=undetected)
 
 
-def with_surface_followed(residual: Residual, plan: Plan) -> tuple[Residual, Plan]:
-    """The last event's argument as the last integrand, in place of the event."""
+def with_surface_followed(
+    residual: Residual, integrands: Mapping[str, Node], compilation: Compilation
+) -> tuple[Residual, Mapping[str, Node]]:
+    """The last event's argument as the last integrand, in place of the event. In reversed time it has the
+    other sign, so that it rises where it rises with t."""
     *others, surface = residual.model.events
     residual = replace(residual, model=replace(residual.model, events=tuple(others)))
-    return residual, replace(plan, integrands={**plan.integrands, SECTION: surface.argument})
+    argument = -surface.argument if compilation.backward else surface.argument
+    return residual, {**integrands, SECTION: argument}
+
+
+def refuse_what_hides(residual: Residual) -> None:
+    """Raise ``UsageError`` where zeros of the surface, the last event's argument, may hide within steps."""
+    if may_hide(residual, [residual.model.events[-1].argument]):
+        raise UsageError(
+            "zeros of this surface may hide in exp, tanh, sinh, cosh, high powers or quotients: "
+            "write an expression without them that has the same zeros"
+        )
 
 
 def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
@@ -80,11 +96,14 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
             kind=DoubleDouble,
             proven=compilation.proven,
         )
-    together = compilation.ensemble and not compilation.proven and not residual.model.events
+    inner, integrands = residual, plan.integrands
+    if compilation.section == SECTION:
+        inner, integrands = with_surface_followed(residual, plan.integrands, compilation)
+    together = compilation.ensemble and not compilation.proven and not inner.model.events
     if together and needs is Needs.SERIES:
-        program = write_program(residual, RATES, plan.integrands, plan.observed, store_momenta=True)
-        if suits_lanes(program, residual, plan.integrands.values()):
-            return with_lanes(program, residual, tolerance, compilation.section)
+        program = write_program(inner, RATES, integrands, plan.observed, store_momenta=True)
+        if suits_lanes(program, inner, integrands.values()):
+            return with_lanes(program, inner, tolerance, compilation.section)
     if needs is Needs.SERIES:
         order = order_for(tolerance) if compilation.order is None else compilation.order
         return write_program(

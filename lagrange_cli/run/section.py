@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import SpecError, UsageError
@@ -24,7 +24,9 @@ from lagrange_cli.spec.surface import with_surface
 if TYPE_CHECKING:
     import numpy as np
 
+    from lagrange_cli.integrate.ensemble.method import EnsembleMethod
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+    from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.members import Members
     from lagrange_cli.run.request import Request
@@ -82,8 +84,6 @@ def make_section(spec: Spec, members: Members | None, request: Request, asked: A
     from lagrange_cli.spec.spec import grouped
     from lagrange_cli.spec.values import resolve_values
 
-    if spec.events:
-        raise UsageError("a section of a system with 'events' cannot be taken: leave the events out")
     if members is None:
         members = Members({}, {})
         one = resolve_values(spec, request.overrides)
@@ -93,8 +93,9 @@ def make_section(spec: Spec, members: Members | None, request: Request, asked: A
     spec, values = with_start_only(spec, values, request)
     settings = settings_of(spec, values, request)
     if asked.where:
-        spec = with_surface(spec, asked.where)
-        kept = Section(asked.crossings, DIRECTIONS[asked.direction], None, whole("patience"))
+        direction = DIRECTIONS[asked.direction]
+        spec = with_surface(spec, asked.where, direction)
+        kept = Section(asked.crossings, direction, None, whole("patience"))
     else:
         kept = Section(asked.crossings, periods=periods(asked.every, spec, values))
     families = grouped(
@@ -188,7 +189,7 @@ def take_section(
                 f"{count} crossings of a motion exceed the limit of {most}, as they are kept in memory: "
                 "ask for fewer --crossings, of more motions"
             )
-        return follow_and_write(ensemble, prepared, start, monitor, threads)
+        return follow_and_write(ensemble, prepared, start, request, monitor, threads)
 
 
 def origin_of(ensemble: Ensemble) -> dict[str, str | int | float]:
@@ -203,11 +204,11 @@ def is_many(ensemble: Ensemble) -> bool:
 
 
 def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
-    """The compiled system. Raises ``UsageError`` where its motions are not followed in lanes."""
+    """The compiled system. Raises ``UsageError`` for a surface that turns out to be the same everywhere."""
     assert ensemble.cut is not None
     kind = SECTION if ensemble.cut.where else STROBE
     try:
-        prepared = prepare_run(
+        return prepare_run(
             ensemble.spec,
             ensemble.settings,
             monitor.stage,
@@ -220,13 +221,18 @@ def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
         if any(SURFACE in one.message for one in error.problems):  # it is not in the file
             raise UsageError(f"{SURFACE} {ensemble.cut.where}: this never changes") from error
         raise
-    if prepared.machine.follow is None:
-        raise UsageError(
-            "a section of this system cannot be taken yet: it contains functions that switch, forces that "
-            "may be narrow, or too many equations; write the quantity under 'observables' and look for its "
-            "zeros in the output of 'lagrange solve'"
-        )
-    return prepared
+
+
+def method_of(prepared: Prepared, alone: Callable[[], Method]) -> EnsembleMethod:
+    """What follows the motions: eight at once, or each by itself."""
+    if prepared.machine.follow is not None:
+        from lagrange_cli.integrate.ensemble.lanes import LanesMethod
+
+        return LanesMethod(prepared.machine, alone, prepared.compilation.backward)
+    from lagrange_cli.integrate.ensemble.section import SectionOneByOne
+
+    names = tuple(name for group in prepared.recording.events for name in group.members)
+    return SectionOneByOne(prepared.follower, True, names)
 
 
 def import_the_rest() -> None:
@@ -237,12 +243,16 @@ def import_the_rest() -> None:
 
 
 def follow_and_write(
-    ensemble: Ensemble, prepared: Prepared, start: Start, monitor: Monitor, threads: int
+    ensemble: Ensemble,
+    prepared: Prepared,
+    start: Start,
+    request: Request,
+    monitor: Monitor,
+    threads: int,
 ) -> Crossed:
     """Follow all motions and write what is found, however they end."""
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
-    from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 
     assert ensemble.cut is not None
     kept = ensemble.cut.kept
@@ -260,6 +270,9 @@ def follow_and_write(
             with stage("write"):
                 output.write(index, values)
 
+        def alone() -> Method:
+            return prepare_run(ensemble.spec, ensemble.settings, cached=request.cache).follower
+
         def report(done: int) -> bool:
             progress.show(done)
             return interrupted()
@@ -268,7 +281,7 @@ def follow_and_write(
             with stage("integrate"):
                 outcome = follow_ensemble(
                     prepared,
-                    LanesMethod(prepared.machine, lambda: prepared.follower, prepared.compilation.backward),
+                    method_of(prepared, alone),
                     ensemble.values,
                     ensemble.families,
                     ensemble.times,

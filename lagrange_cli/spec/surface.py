@@ -24,8 +24,8 @@ KEYS = re.compile(r"'(when|direction): ([^']*)'")
 """What a hint says of keys of the file, where options are meant."""
 
 
-def with_surface(spec: Spec, text: str) -> Spec:
-    """The system with an event where the expression ``text`` becomes 0, called ``SURFACE``.
+def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
+    """The system with a last event, called ``SURFACE``, where the expression ``text`` becomes 0.
 
     Raises ``UsageError`` where it is no scalar expression in the system's names that varies along a motion.
     """
@@ -43,7 +43,7 @@ def with_surface(spec: Spec, text: str) -> Spec:
         message = first.message.removesuffix(f" in {SURFACE}").replace(f"{SURFACE} is", "a surface is")
         hint = KEYS.sub(r"--\1 '\2'", first.hint).replace("--when", SURFACE)
         raise UsageError(f"{SURFACE} {text}: {message}" + (f"; {hint}" if hint else ""))
-    return replace(spec, events={**spec.events, SURFACE: Event(when, 0, False, {}, when.place)})
+    return replace(spec, events={**spec.events, SURFACE: Event(when, direction, False, {}, when.place)})
 
 
 def names_of(spec: Spec, problems: Problems) -> Names:

@@ -105,6 +105,61 @@ def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     assert told["message"] == "0 crossings; the motion reached the stop time before the last one"
 
 
+FOLLOWED_ALONE = {
+    "a switch": ("abs(x) - 1/2", [1 / 6, 7 / 6, 13 / 6, 19 / 6]),
+    "switches": ("max(x, 0) - min(x, 0) - 1/2", [1 / 6, 7 / 6, 13 / 6, 19 / 6]),
+    "a jump": ("where(x > 1/2, 1, -1)", [1 / 6, 13 / 6, 25 / 6, 37 / 6]),
+}
+"""Surfaces for which motions are not followed in lanes, and their rising zeros on sin(t), in units of pi."""
+
+
+@pytest.mark.parametrize("case", FOLLOWED_ALONE)
+def test_surfaces_that_lanes_cannot_have(case, tmp_path, spring):
+    where, expected = FOLLOWED_ALONE[case]
+    told = section(spring, "--where", where, "--crossings", "4", "--over", "w=1,3", cwd=tmp_path)
+    assert told["status"] == "complete" and told["crossings"] == 8 and told["steps"] > 8
+    with h5py.File(tmp_path / "spring_section.h5") as file:
+        t = file["t"][()] * [[1.0], [3.0]] / math.pi
+        assert np.abs(t / expected - 1).max() < 1e-13
+        assert (file["t_end"][()] == file["t"][:, -1]).all()
+    told = section(spring, "--where", where, "--direction", "falling", "--crossings", "2", "--force",
+                   "--stop=-20", cwd=tmp_path)  # fmt: skip
+    assert told["crossings"] == 2
+    with h5py.File(tmp_path / "spring_section.h5") as file:  # x(-t) = -x(t)
+        mirrored = [-7 / 6, -19 / 6] if case == "a jump" else [-1 / 6, -7 / 6]
+        assert np.abs(file["t"][()] / math.pi / mirrored - 1).max() < 1e-13
+
+
+def test_systems_with_events(tmp_path):
+    ball = SYSTEMS / "bouncing_ball.yaml"
+    options = ("--where", "y - 1/2", "--direction", "either", "--stop", "3", "--crossings", "9")
+    for more in ((), ("--over", "e=0.8,0.1", "--jobs", "2")):
+        told = section(ball, *options, *more, "--force", cwd=tmp_path)
+        assert told["status"] == "complete"
+        with h5py.File(tmp_path / "bouncing_ball_section.h5") as file:
+            g, t = 9.81, file["t"][()].reshape(-1, 9 if more else 3)[0, :3]
+            up = 0.8 * math.sqrt(2 * g)
+            rest = [(up + sign * math.sqrt(up**2 - g)) / g for sign in (-1, 1)]
+            assert np.abs(t - [math.sqrt(1 / g), *(math.sqrt(2 / g) + one for one in rest)]).max() < 1e-14
+            if more:
+                assert file["crossings"][()].tolist() == [3, 1]
+    rotor = SYSTEMS / "kicked_rotor.yaml"
+    told = section(rotor, "--every", "0.6*T", "--crossings", "5", cwd=tmp_path)
+    assert told["status"] == "complete" and told["crossings"] == 5
+
+
+def test_a_motion_that_lanes_leave_ends_as_it_does_alone(tmp_path):
+    fall = tmp_path / "fall.yaml"
+    fall.write_text("coordinates: {r: {initial: 1.0}}\nlagrangian: r_dot**2/2 + 1/r\n")
+    options = ("--where", "r - 1/2", "--direction", "falling", "--over", "r_dot=0,2", "--stop", "10")
+    told = section(fall, *options, cwd=tmp_path, status=4)
+    assert told["crossings"] == 1 and told["failed"] == 1 and told["complete"] == 1
+    assert "the step size fell below the resolution of time" in told["message"]
+    with h5py.File(tmp_path / "fall_section.h5") as file:
+        assert abs(file["t_end"][0] - math.pi / math.sqrt(8)) < 1e-12 and file["t_end"][1] == 10.0
+        assert file["crossings"][()].tolist() == [1, 0]
+
+
 REFUSED = {
     "neither": ((), "give one of --where EXPRESSION"),
     "both": (("--where", "x", "--every", "1"), "give one of --where EXPRESSION"),
@@ -116,7 +171,6 @@ REFUSED = {
     "a vector": (("--where", "(x, x)"), "expected a scalar"),
     "constant": (("--where", "w - 1"), "--where w - 1: this never changes"),
     "zero": (("--where", "x - x"), "--where x - x: this never changes"),
-    "a switch": (("--where", "abs(x) - 1"), "a section of this system cannot be taken yet"),
     "a period that moves": (("--every", "x"), "--every x: 'x' is not constant"),
     "a negative period": (("--every", "-w"), "--every -w: a period is a positive number, not -1"),
     "an infinite one": (("--every", "1/(w - 1)"), "--every 1/(w - 1): division by zero"),
@@ -124,6 +178,8 @@ REFUSED = {
     "too many": (("--where", "x", "--crossings", "10000000000"), "exceed the limit"),
     "a table": (("--where", "x", "-o", "a.csv"), "a section is written as HDF5"),
     "a stream": (("--where", "x", "-o", "-"), "a section cannot be written to standard output"),
+    "what may hide": (("--where", "tanh(50*x)"), "zeros of this surface may hide in exp"),
+    "a narrow one": (("--where", "1/(1 + 100*x**2) - 1/2"), "zeros of this surface may hide in exp"),
     "members of nothing": (("--where", "x", "--members", "3"), "no members given"),
 }
 

@@ -110,3 +110,12 @@ def test_what_is_nothing_but_rounding_holds_nothing_up():
     motion = follow(text, 50.0, 501)
     assert motion.outcome.ending is Ending.COMPLETE
     assert np.max(np.abs(motion["q/x"])) <= 1e-13
+
+
+@pytest.mark.parametrize("stop", [1e3, 1e12, 1e30])
+def test_a_wall_is_met_however_long_the_step_is(stop):
+    """A free motion has no series to end its steps: the first one goes to the end."""
+    motion = follow(LINE.format(initial=0, velocity=1, potential="8*max(p.x - 1, 0)**2"), stop, 3)
+    gone = stop - 1 - math.pi / 4  # half a period of w = 4 in the wall
+    assert abs(motion["q/x"][-1] / (1 - gone) - 1) <= 1e-14
+    assert motion.outcome.h_drift <= 1e-14

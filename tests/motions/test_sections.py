@@ -234,5 +234,3 @@ def test_how_motions_end():
     assert fell.ending == [Ending.COMPLETE] * 2 and fell.reached.tolist() == [1, 0]
     time = (math.pi / 2 + 1) / 2 / math.sqrt(2)  # r = cos^2 a, t = (a + sin a cos a)/sqrt 2, a = pi/4
     assert abs(fell.t[0, 0] - time) < 1e-15
-    fell = take(FALL, "r - 1/2", [[1.0, 0.0]], 2, -1, stop=10.0)
-    assert fell.ending == [Ending.NOT_FOLLOWED] and fell.reached.tolist() == [1]

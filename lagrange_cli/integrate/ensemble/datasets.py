@@ -211,7 +211,7 @@ class EnsembleDatasets:
         first = np.repeat(first, n, axis=2)
         for k, log in enumerate(batch.logs):
             if log.changes:
-                when = times if times is self._times else times[k : k + 1]
+                when = times if times is self._times else np.atleast_1d(times[k])
                 observed[k], first[k] = self._with_changes(
                     parameters[k], log.changes, starts[k], when, states[k]
                 )

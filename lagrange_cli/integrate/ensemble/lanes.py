@@ -31,6 +31,7 @@ from lagrange_cli.native.interface import (
     Stop,
 )
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.spec.spec import SURFACE
 
 POLL_SECONDS = 0.02
 """Seconds between two checks which members have ended."""
@@ -100,7 +101,13 @@ class LanesMethod:
         """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
         like."""
         before = len(starts) - len(index)
-        return OneByOne(self.alone(), parallel=True).follow(
+        method = OneByOne(self.alone(), parallel=True)
+        if starts.section is not None:
+            from lagrange_cli.integrate.ensemble.section import SectionOneByOne
+
+            events = (SURFACE,) if starts.section.periods is None else ()
+            method = SectionOneByOne(self.alone(), parallel=True, events=events)
+        return method.follow(
             starts.only(index),
             lambda batch: accept(replace(batch, index=index[batch.index])),
             lambda done: interrupt(before + done),
@@ -164,7 +171,7 @@ class Members:
         window = slice(self._first, int(self._queue[LIMIT]))
         index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
         size = max(1, self._slots // PARTS)
-        whole = (self._reasons[index] == 1 + Stop.END) | (self._section is not None)
+        whole = self._reasons[index] == 1 + Stop.END
         self.left += index[~whole].tolist()
         self._given[index[~whole]] = True
         index = index[whole]
@@ -201,11 +208,9 @@ class Members:
         assert batch.samples is not None
         states, times = batch.samples[:, :-1], batch.samples[:, -1]
         t, state, ending = batch.t.copy(), batch.state.copy(), list(batch.ending)
-        for i, (member, reached) in enumerate(zip(batch.index, batch.reached)):
+        for i, reached in enumerate(batch.reached):
             if reached == section.count:
                 t[i], state[i] = times[i, -1], states[i, :, -1]
-            elif self._reasons[member] != 1 + Stop.END:
-                ending[i] = Ending.NOT_FOLLOWED
             elif not close(t[i], self._times):
                 ending[i] = Ending.NO_CROSSING
         return replace(batch, t=t, state=state, ending=ending, samples=states, times=times)

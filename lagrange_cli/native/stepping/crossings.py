@@ -27,7 +27,14 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_ro
 from lagrange_cli.native.state import LANES
 from lagrange_cli.native.stepping.ensemble import Follower, Pack
 from lagrange_cli.native.stepping.polynomial import polynomial
-from lagrange_cli.native.stepping.roots import CONVERGED, FINEST, NOTHING, SHORTENINGS, SHORTER
+from lagrange_cli.native.stepping.roots import (
+    CONVERGED,
+    FINEST,
+    HUGE,
+    NOTHING,
+    SHORTENINGS,
+    SHORTER,
+)
 from lagrange_cli.native.stepping.step_size import ENDLESS
 from lagrange_cli.records import replace
 
@@ -142,7 +149,7 @@ class Crossings(Returns):
             power, sizes = f.constant(1.0), list[Real]()
             for m in range(n + 1):
                 term = f.load("%state", self.series + m + 1) * float(m + 1) * power
-                power = power * length.get()
+                power = f.smaller(power * length.get(), f.constant(HUGE))
                 f.store(term, "%state", self.places["own"] + m)
                 sizes.append(f.magnitude(term))
             tail, least = f.larger(sizes[-1], sizes[-2]), reduce(add, sizes) * CONVERGED

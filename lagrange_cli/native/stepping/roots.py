@@ -22,6 +22,8 @@ FINEST = 2.0**-48
 CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
 """A series has converged where its last terms are this part of the sum of all; else less of the step is
 looked at, so much less, so often."""
+HUGE = 2.0**1000
+"""No power of a step is larger: what it is multiplied with may be 0."""
 ITERATIONS, CLOSE = 200, 2.0**-52
 """Improvements of a root at most; it is found when one changes it by no more than this part of it."""
 NEARLY = 2.0**-10
@@ -78,7 +80,7 @@ class Roots:
         quadrature the ``row`` is, has converged. It may do so more slowly than the motion's."""
         f = Function("define internal double @known(ptr noalias %row, double %h) #0")
         length = f.variable(Real(f, "%h"))
-        with f.loop(0, SHORTENINGS, tested=False), f.section() as shorter:
+        with f.section() as shorter, f.loop(0, SHORTENINGS, tested=False):
             power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
             last, before = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))
 
@@ -87,7 +89,7 @@ class Roots:
                 before.set(last.get())
                 last.set(one)
                 total.set(total.get() + one)
-                power.set(power.get() * length.get())
+                power.set(f.smaller(power.get() * length.get(), f.constant(HUGE)))
 
             self._each(f, add)
             least, tail = total.get() * CONVERGED, f.larger(last.get(), before.get())
@@ -155,15 +157,16 @@ class Roots:
     def _scaled(self, f: Function, d: Pointer, h: Real, start: Real, side: Real) -> Real:
         """Put the coefficients of ``start`` + ``side`` u, with the step as unit of time, to ``d``; the sum of
         their sizes."""
-        power, total = f.variable(side), f.variable(f.constant(0.0))
+        power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
         begin = f.variable(start)
 
         def scale(m: Integer) -> None:
-            one = begin.get() + f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get()
+            signed = power.get() * side
+            one = begin.get() + f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * signed
             begin.set(f.constant(0.0))
             f.store(one, d, m)
             total.set(total.get() + f.magnitude(one))
-            power.set(power.get() * h)
+            power.set(f.smaller(power.get() * h, f.constant(HUGE)))
 
         self._each(f, scale)
         return total.get()
