@@ -7,6 +7,7 @@ import math
 import numpy as np
 import pytest
 
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.spec.values import resolve_long_values
 from tests.support.motion import FULL, follow, prepared, run, spec_of
@@ -51,3 +52,27 @@ def test_nor_in_double_double():
     ready = prepared(system, tolerance=FULL**2, precision=DOUBLE_DOUBLE)
     motion = run(ready, resolve_long_values(spec_of(system)), 0.0, 10.0, 2)
     assert np.allclose(motion["events/e/t"], HIDDEN[argument], rtol=0, atol=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("argument", "end", "events"),
+    [
+        ("tan(t) - 1", math.pi / 2, [math.pi / 4]),
+        ("1/(x - 3.25) + 2", 3.25, [2.75]),
+        ("1/(t - 3.25)**2 - 4", 3.25, [2.75]),
+        ("log(3.25 - t)", 3.25, [2.25]),
+    ],
+)
+def test_a_motion_ends_where_what_is_watched_has_no_value(argument, end, events):
+    motion = follow(EVENT.format(argument=argument), 10.0, 2)
+    assert motion.outcome.ending is Ending.STEP_UNDERFLOW
+    assert abs(motion.outcome.t - end) < 1e-9
+    assert np.allclose(motion["events/e/t"], events, rtol=0, atol=1e-13)
+    held = follow(FORCE.format(argument=argument), 10.0, 2)
+    assert held.outcome.ending is Ending.STEP_UNDERFLOW
+
+
+def test_a_jump_over_0_is_no_event():
+    """atan2(sin(t), cos(t)) goes from pi to -pi where t = pi."""
+    motion = follow(EVENT.format(argument="atan2(sin(t), cos(t)) - 1"), 10.0, 2)
+    assert np.allclose(motion["events/e/t"], [1.0, 1.0 + 2 * math.pi], rtol=0, atol=1e-13)

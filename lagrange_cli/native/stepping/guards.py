@@ -26,6 +26,8 @@ the root, and so do the next ones, until the root is so near."""
 PART = 0.6
 """A companion divides steps to roots here: so it rounds the roots otherwise, even of the same polynomials."""
 
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 AT_REST = 2.0**-80
 """An argument that rests at 0, with no force that holds it, moves again where it has become so large."""
 
@@ -104,8 +106,10 @@ class GuardCode:
         with f.loop(0, rows.count, tested=False) as j:
             if self.actions.any:
                 self._decide(f, j)
-            mode = f.load("%state", j + rows.mode(layout))
             fresh = f.load("%state", j + rows.fresh(layout)) > 0.0
+            if rows.events:
+                self._pass_jump(f, j, fresh)
+            mode = f.load("%state", j + rows.mode(layout))
             with f.when(~mode.equals(0.0)):
                 row = f.load_integer("@guard_rows", j)
                 look(self._series(f, row), f.constant(0.0), mode, fresh, j)
@@ -119,6 +123,18 @@ class GuardCode:
                     look(self._series(f, row), rest, f.constant(side), Bit(f, "false"), j)
         f.give(earliest.get(), which.get(), reach.get())
         return f
+
+    def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
+        """Change the side of an event whose argument is on the other one, but not because it was 0: it has
+        jumped there, as over the cut of atan2."""
+        at = j + self.rows.mode(self.layout)
+        row, term = self._series(f, f.load_integer("@guard_rows", j)), self.lengths.term
+        mode, u, slope = f.load("%state", at), f.load(row, term), f.load(row, 2 * term) * 2.0
+        role = f.load_integer("@guard_roles", j)
+        event = ~(role.equals(Role.SWITCH) | role.equals(Role.HOLD) | role.equals(Role.REST))
+        jumped = f.magnitude(u) > f.magnitude(slope * Real(f, "%h")) * JUMP
+        with f.when(~fresh & (u * mode < 0.0) & jumped & event):
+            f.store(-mode, "%state", at)
 
     def _decide(self, f: Function, j: Integer) -> None:
         """Set the mode of an event that has none since an action has been done."""
