@@ -8,6 +8,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 
@@ -29,26 +31,22 @@ def write_values(
     ``%stride`` columns. Times are doubles, or there is ``at_one_time`` one sample and the low part of its
     time follows.
     """
-    body = kind.body
-
-    def place(row: int, count: int) -> tuple[str, str]:
-        column = body.define(f"add i64 {body.define(f'mul i64 %stride, {row}')}, %i")
-        return column, body.define(f"mul i64 %stride, {count}") if kind.parts > 1 else "0"
-
-    body.line("  %none = icmp eq i64 %count, 0\n  br i1 %none, label %done, label %loop\nloop:")
-    body.line("  %i = phi i64 [ 0, %entry ], [ %next, %loop ]")
-    known: dict[Node, V | None] = {time: kind.load("%times", "%i", int(at_one_time))}
-    for row, symbol in enumerate(symbols):
-        known[symbol] = kind.load("%states", *place(row, rows))
-    emit_values(kind, nodes, known, constants)
-    for row, node in enumerate(nodes):
-        kind.store(known[node], "%results", *place(row, len(nodes)))
-    body.line("  %next = add nuw nsw i64 %i, 1\n  %more = icmp ult i64 %next, %count")
-    body.line("  br i1 %more, label %loop, label %done\ndone:\n  ret void")
-    lines = "\n".join(body.lines)
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
-    text = f"define void @{name}({head}, i64 %stride, i64 %count) #0 {{\nentry:\n{lines}\n}}\n"
-    return text, body.operations
+    f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
+    kind.body.lines, stride = f.sink, Integer(f, "%stride")
+    with f.loop(0, Integer(f, "%count")) as i:
+
+        def place(row: int, count: int) -> tuple[str, str]:
+            return (stride * row + i).name, (stride * count).name if kind.parts > 1 else "0"
+
+        known: dict[Node, V | None] = {time: kind.load("%times", i.name, int(at_one_time))}
+        for row, symbol in enumerate(symbols):
+            known[symbol] = kind.load("%states", *place(row, rows))
+        emit_values(kind, nodes, known, constants)
+        for row, node in enumerate(nodes):
+            kind.store(known[node], "%results", *place(row, len(nodes)))
+    f.give()
+    return f.text(), kind.body.operations
 
 
 def write_prepare(
