@@ -133,3 +133,16 @@ def test_a_pulse_of_which_nothing_is_seen_before(width, place):
     assert motion.outcome.steps == 1
     assert np.max(np.abs(motion["diagnostics/action"] - known)) <= 1e-13
     assert np.max(np.abs(motion["diagnostics/ledger/h"])) <= 1e-12
+
+
+def test_integrals_of_many_coordinates_leave_the_motion_as_it_is():
+    """Five coordinates take more than one vector. What is expected at the end of a step lies beside what
+    parts of the step work on, and must outlive it."""
+    text = """
+    sizes: {N: 5}
+    coordinates: {"x[i in range(N)]": {initial: 0, velocity: "1 + 0.1*i"}}
+    lagrangian: "sum(x_dot[i]**2/2 - x[i]**2/2*(1 + 0.3*i) for i in range(N)) - 30/(1 + 1e6*(t - 0.1)**2)"
+    """
+    alone, beside = (follow(text, 3.0, 11, outputs=outputs) for outputs in (("q", "v"), OUTPUTS))
+    assert alone.outcome.steps == beside.outcome.steps
+    assert all(np.array_equal(samples, beside[path]) for path, samples in alone.data.items())
