@@ -12,6 +12,7 @@ from lagrange_cli.run.derive import check_energies, read_run
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import HDF5
+from lagrange_cli.run.strength import with_proofs
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.certify.certificate import Certificate
@@ -94,7 +95,8 @@ def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: 
     """Compile the motion, and the companions that a certificate needs: these while LLVM compiles."""
     check_energies(motion.spec, motion.values.parameters)
     companions: list[Prepared] = []
-    spec, settings, rounding = motion.spec, motion.settings, None
+    spec, rounding = motion.spec, None
+    settings = with_proofs(spec, motion.settings, iter([motion.values]))
 
     def meanwhile() -> None:
         import_the_rest(request.format)

@@ -12,6 +12,7 @@ from lagrange_cli.run.ensemble import Ensemble, attributes, dimensions, made_by,
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.resume import Start, take_up
+from lagrange_cli.run.strength import with_proofs
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,11 +60,11 @@ def sweep(
             start = take_up(target, made_by(ensemble), resume=request.resume, tell=monitor.tell)
         if start.finished is not None:
             return Swept(ensemble, start)
-        for parameters in ensemble.values.several():
-            check_energies(ensemble.spec, parameters)
+        for values in ensemble.values.several():
+            check_energies(ensemble.spec, values.parameters)
         prepared = prepare_run(
             ensemble.spec,
-            ensemble.settings,
+            with_proofs(ensemble.spec, ensemble.settings, ensemble.values.several()),
             monitor.stage,
             cached=request.cache,
             ensemble=True,

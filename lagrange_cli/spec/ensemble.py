@@ -47,12 +47,17 @@ class EnsembleValues:
         """The parameters that all members share."""
         return {name: x for name, x in self.parameters.items() if not isinstance(x, np.ndarray)}
 
-    def several(self, most: int = 32) -> Iterator[dict[str, float]]:
-        """The parameters of some members, evenly spaced; of one if they differ in none."""
-        differing = self.differing
-        count = min(most, self.members) if differing else 1
-        for i in np.linspace(0, self.members - 1, count).astype(int):
-            yield {**self.common, **{name: float(x[i]) for name, x in differing.items()}}
+    def several(self, most: int = 32) -> Iterator[Values]:
+        """The numbers of some members, evenly spaced."""
+        for i in np.linspace(0, self.members - 1, min(most, self.members)).astype(int).tolist():
+            parameters = {name: number_of(x, i) for name, x in self.parameters.items()}
+            q, v = (tuple(number_of(x, i) for x in row) for row in (self.q, self.v))
+            yield Values(parameters, q, v)
+
+
+def number_of(given: Number, member: int) -> float:
+    """That of a member."""
+    return float(given[member]) if isinstance(given, np.ndarray) else given
 
 
 def resolve_ensemble(

@@ -1,0 +1,72 @@
+"""Singularities so weak that a step may pass one unfelt: those of a coordinate or a distance, which are felt
+from far away otherwise (see ``mechanics.defect``).
+
+A pole k/u^n at the distance d adds to coefficient m of a step of h the part k d^-n (h/d)^m. A step that leads
+beyond it, h > d, is refused if this is more than the tolerance of what moves.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping
+
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.signs import Sign, signs
+from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.model.model import Model
+
+FEEBLE = 1e-14
+"""A singular term may hide if it is so small a part of the energy where the motion begins."""
+BOUNDED = frozenset({"log", "asin", "acos", "tan", "atan2"})
+"""Functions that are singular somewhere."""
+
+
+def has_weak_singularity(model: Model[Node], state: Mapping[str, float]) -> bool:
+    """Whether there is one. The model has numbers for parameters, ``state`` has t, q and v by name."""
+    moving = variables(model)
+    terms = list(energies(model, state))
+    values, _ = evaluate(terms, state)
+    sizes = [abs(values[term]) for term in terms]
+    most = max((size for size in sizes if math.isfinite(size)), default=0.0)
+    strongest: dict[Node, float] = {}
+    for term, size in zip(terms, sizes):
+        for base in singular(term, moving):
+            strongest[base] = max(strongest.get(base, 0.0), size)
+    return any(0.0 < size < FEEBLE * most for size in strongest.values())
+
+
+def energies(model: Model[Node], state: Mapping[str, float]) -> Iterator[Node]:
+    """The terms of energies, and those of all forces times a length: that of the coordinate, or if this is 0,
+    of its velocity."""
+    graph = graph_of(model)
+    ways = [abs(state[str(q.data)]) or abs(state[str(v.data)]) or 1.0 for q, v in zip(model.q, model.v)]
+    given = [model.potential, model.dissipation, *(() if model.lagrangian is None else (model.lagrangian,))]
+    for k, (q, v, way) in enumerate(zip(model.q, model.v, ways)):
+        slopes = [graph.diff(energy, q) for energy in given]
+        forces = [*slopes, graph.diff(model.dissipation, v), model.generalized_forces[k]]
+        forces += [f * graph.diff(x, q) for p in model.particles for f, x in zip(p.force, p.position)]
+        yield from (term for force in forces for term in terms_of(force * way))
+    given += [particle.mass * v * v * 0.5 for particle in model.particles for v in particle.velocity]
+    yield from (term for energy in given for term in terms_of(energy))
+
+
+def terms_of(node: Node) -> Iterator[Node]:
+    """Those of a sum, with their coefficients."""
+    if node.kind is Kind.SUM:
+        yield from (one * scale for one, scale in zip(node.arguments, node.data[1]))
+    else:
+        yield node
+
+
+def singular(term: Node, moving: int) -> Iterator[Node]:
+    """What may become 0, or reach the end of a domain, in a term."""
+    known: dict[Node, Sign] = {}
+    for node in reachable([term], lambda one: bool(one.symbols & moving)):
+        if node.kind is Kind.FUNCTION and node.data in BOUNDED:
+            yield node
+        if node.kind is Kind.PRODUCT:
+            for base, exponent in zip(node.arguments, node.data):
+                ends = exponent < 0 or exponent != int(exponent)
+                if base.symbols & moving and ends and signs(base, known) is not Sign.POSITIVE:
+                    yield base

@@ -1,0 +1,68 @@
+"""Whether the steps of a run must be proven because a singularity is so weak that it would not be felt."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import chain
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.syntax import Number, Tree, children
+from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.records import replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.values import Values
+
+ORDINARY = 1e-15
+"""Where the product of the two smallest numbers, in units of the fastest velocity squared, is larger than
+this, nothing is weak."""
+
+
+def with_proofs(spec: Spec, settings: Settings, values: Iterator[Values]) -> Settings:
+    """The settings, with steps that are proven if one of the motions needs it."""
+    if settings.proven or settings.method != "taylor":
+        return settings
+    weak = any(suspicious(spec, one) and is_weak(spec, settings.start, one) for one in values)
+    return replace(settings, proven=True) if weak else settings
+
+
+def suspicious(spec: Spec, values: Values) -> bool:
+    """Whether any number is so small that something may be weak."""
+    forces = chain.from_iterable(given.values() for given in spec.forces.values())
+    lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
+    written = chain(lagrangian, spec.potential.values(), forces, spec.definitions.values())
+    numbers = chain(values.parameters.values(), *(literals(one.tree) for one in written))
+    smallest = sorted(abs(x) for x in numbers if x != 0)[:2]
+    fastest = max((abs(v) for v in values.v), default=0.0)
+    product = 1.0
+    for x in smallest:
+        product *= min(x, 1.0)
+    return product <= ORDINARY * max(1.0, fastest * fastest)
+
+
+def literals(tree: Tree) -> Iterator[float]:
+    """The numbers that are written in an expression."""
+    pending = [tree]
+    while pending:
+        one = pending.pop()
+        if isinstance(one, Number):
+            yield float(one.text)
+        pending += children(one)
+
+
+def is_weak(spec: Spec, start: float, values: Values) -> bool:
+    """Whether a singularity is weak where a motion begins."""
+    from lagrange_cli.expression.graph_algebra import KnownParameters
+    from lagrange_cli.mechanics.weakness import has_weak_singularity
+    from lagrange_cli.model.build import build_model
+
+    state = {TIME: start}
+    for one, q, v in zip(spec.coordinates, values.q, values.v):
+        state |= {one.name: q, velocity_name(one.name): v}
+    try:
+        return has_weak_singularity(build_model(spec, KnownParameters(values.parameters)), state)
+    except SpecError:  # what has no value with these parameters is said elsewhere
+        return False
