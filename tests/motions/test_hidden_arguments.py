@@ -76,3 +76,12 @@ def test_a_jump_over_0_is_no_event():
     """atan2(sin(t), cos(t)) goes from pi to -pi where t = pi."""
     motion = follow(EVENT.format(argument="atan2(sin(t), cos(t)) - 1"), 10.0, 2)
     assert np.allclose(motion["events/e/t"], [1.0, 1.0 + 2 * math.pi], rtol=0, atol=1e-13)
+
+
+@pytest.mark.parametrize("power", [2, 3, 5])
+def test_a_series_of_few_orders_is_known_no_farther_than_others(power):
+    """cos(t^n) begins with the orders 0, 2n, 4n, and the last orders of a series may be none of these."""
+    motion = follow(EVENT.format(argument=f"cos(t**{power})"), 3.0, 2)
+    count = math.floor(3.0**power / math.pi + 0.5)
+    expected = ((np.arange(count) + 0.5) * math.pi) ** (1 / power)
+    assert np.allclose(motion["events/e/t"], expected, rtol=0, atol=1e-13)

@@ -82,17 +82,21 @@ class Roots:
         length = f.variable(Real(f, "%h"))
         with f.section() as shorter, f.loop(0, SHORTENINGS, tested=False):
             power, total = f.variable(f.constant(1.0)), f.variable(f.constant(0.0))
-            last, before = f.variable(f.constant(0.0)), f.variable(f.constant(0.0))
+            last, before, shown = (f.variable(f.constant(0.0)) for _ in range(3))
 
             def add(m: Integer) -> None:
                 one = f.magnitude(f.load("%row", (m + 1) * self.term) * (m + 1).to_real() * power.get())
                 before.set(last.get())
                 last.set(one)
+                counts = (one > 0.0) & (m >= (self.degree + 1) // 2)
+                shown.set(f.select(counts, one, shown.get()))
                 total.set(total.get() + one)
                 power.set(f.smaller(power.get() * length.get(), f.constant(HUGE)))
 
             self._each(f, add)
+            # The last terms may be 0 since only some orders are there, as in a function of t^4.
             least, tail = total.get() * CONVERGED, f.larger(last.get(), before.get())
+            tail = f.select(tail > 0.0, tail, shown.get())
             with f.when(~(tail > least)):
                 shorter.leave()
             factor = exp2_roughly(log2_roughly(least / tail) * (1.0 / (self.degree - 1)))
