@@ -20,7 +20,6 @@ from lagrange_cli.native.stepping.advance import STRAIGHT, Now, advance
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import Given, MotionSteps
-from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
 from lagrange_cli.native.stepping.sums import Pair, PairSums, difference, pair
@@ -90,50 +89,15 @@ class DoubleDoubleSteps(MotionSteps):
         super().__init__(given, lengths, DOUBLE_DOUBLE, self._sums, GONE)
 
     def own(self) -> list[Function]:
-        half = self.lengths.order // 2
-        sums = self.sum("polynomial", half + 4, False), self.sum("slope", max(1, half - 4), True)
+        sums = self._sums.functions(self.lengths.order)
         integrals = [self.expect("expect_integrals", self.quadratures.own)] if self.quadratures else []
-        return [
-            *sums,
-            self.sample_at(),
-            self.update(),
-            self.expect("expect", self.lengths),
-            *integrals,
-            self.holds(),
-        ]
+        expected = self.expect("expect", self.lengths), *integrals
+        return [*sums, self.sample_at(), self.update(), *expected, self.holds()]
 
     def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
         f.call(Bit, "jet", f.pointer("%constants"), *time, unit, state, series)
 
     # functions
-
-    def sum(self, name: str, half: int, derivative: bool) -> Function:
-        """``@polynomial(row, h)``: sum_{m=1}^{order} c[m] h^m, or ``@slope(row, h)``: sum_{m=1}^{top} m c[m]
-        h^(m-1). For terms beyond ``half`` a double is enough."""
-        f = Function(f"define internal {{ double, double }} @{name}(ptr %row, double %h, double %hl) #0")
-        h, last = (Real(f, "%h"), Real(f, "%hl")), self.lengths.top if derivative else self.lengths.order
-        upper = [
-            f.load("%row", m) * float(m) if derivative else f.load("%row", m)
-            for m in range(half + 1, last + 1)
-        ]
-        total = [
-            f.variable(x) for x in (polynomial(f, upper, h[0]) if upper else f.constant(0.0), f.constant(0.0))
-        ]
-
-        def times_h() -> Pair:
-            return pair(f, "mul", *(one.get() for one in total), *h)
-
-        m = f.variable(f.count(half))
-        with f.forever() as rounds:
-            term = f.load("%row", m.get()), f.load("%row", m.get() + self._low)
-            if derivative:
-                term = pair(f, "scale", *term, m.get().to_real())
-            for one, value in zip(total, pair(f, "add", *times_h(), *term)):
-                one.set(value)
-            m.set(m.get() - 1)
-            rounds.repeat(m.get() > 0)
-        f.give(*([one.get() for one in total] if derivative else times_h()))
-        return f
 
     def at_end(self, f: Function, name: str, row: Row) -> Pair:
         """What a series adds over (%h, %hl), or its slope there."""

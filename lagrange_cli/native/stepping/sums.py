@@ -13,7 +13,7 @@ from lagrange_cli.native.llvm.vector import Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_fast_sum as fast_sum
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.stepping.lengths import Row
-from lagrange_cli.native.stepping.polynomial import careful_sum, rate
+from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 
 Pair: TypeAlias = "tuple[Real, Real]"
 
@@ -74,6 +74,40 @@ class PairSums:
 
     def __init__(self, beyond: int) -> None:
         self.beyond = beyond
+
+    def functions(self, order: int) -> list[Function]:
+        """These functions, for series of q to that order."""
+        half = order // 2
+        slope = self._sum("slope", order, max(1, half - 4), True)
+        return [self._sum("polynomial", order, half + 4, False), slope]
+
+    def _sum(self, name: str, order: int, half: int, derivative: bool) -> Function:
+        """``@polynomial(row, h)``: sum_{m=1}^{order} c[m] h^m, or ``@slope(row, h)``: sum_{m=1}^{order-1} m
+        c[m] h^(m-1). For terms beyond ``half`` a double is enough."""
+        f = Function(f"define internal {{ double, double }} @{name}(ptr %row, double %h, double %hl) #0")
+        h, last = (Real(f, "%h"), Real(f, "%hl")), order - 1 if derivative else order
+        upper = [
+            f.load("%row", m) * float(m) if derivative else f.load("%row", m)
+            for m in range(half + 1, last + 1)
+        ]
+        total = [
+            f.variable(x) for x in (polynomial(f, upper, h[0]) if upper else f.constant(0.0), f.constant(0.0))
+        ]
+
+        def times_h() -> Pair:
+            return pair(f, "mul", *(one.get() for one in total), *h)
+
+        m = f.variable(f.count(half))
+        with f.forever() as rounds:
+            term = f.load("%row", m.get()), f.load("%row", m.get() + self.beyond)
+            if derivative:
+                term = pair(f, "scale", *term, m.get().to_real())
+            for one, value in zip(total, pair(f, "add", *times_h(), *term)):
+                one.set(value)
+            m.set(m.get() - 1)
+            rounds.repeat(m.get() > 0)
+        f.give(*([one.get() for one in total] if derivative else times_h()))
+        return f
 
     def state(self, f: Function, row: Row, base: Pointer, low: int, h: Real) -> Pair:
         return row.at(base), row.at(base, low)
