@@ -127,9 +127,10 @@ class Certificate:
         return bool(found) and not any(self._values.v)
 
     def _relative(self, estimates: Array, largest: Array) -> Array:
-        """The largest error of a coordinate (c,), relative to its largest value so far."""
-        half = self._rows // 2
-        found: Array = np.max(estimates[:half] / largest[:half], axis=0, where=largest[:half] > 0, initial=0)
+        """The largest error of a coordinate (c,), relative to its largest value so far; 1 where that is 0 and
+        the error is not."""
+        errors, sizes = estimates[: self._rows // 2], largest[: self._rows // 2]
+        found: Array = np.max(np.where(sizes > 0, errors / sizes, errors > np.spacing(0.0)), axis=0)
         return found
 
 
