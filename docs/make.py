@@ -60,7 +60,7 @@ ERRORS = (
 )
 CROSSINGS = (
     "| `/events/NAME/t`, `/events/NAME/q/...`, `/events/NAME/v/...` | (k,) | the times at which an event"
-    " happened, and the state there, see [below](#events) | always, if the file has `events` |"
+    " happened, and the state there, see [below](#events) | always, if the file has events |"
 )
 """The rows of the datasets that are no outputs."""
 

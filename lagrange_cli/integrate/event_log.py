@@ -19,6 +19,10 @@ MANY = 4096
 """Crossings that are gathered before they are handed over, with those that compiled code has made at once."""
 
 
+MEMBER = "member"
+"""The dataset that says to which member of an ensemble crossings belong."""
+
+
 class EventLog(EventSink):
     """Gathers crossings by event, and hands them over to ``emit`` as datasets by path (see
     ``EventGroup``)."""
@@ -69,28 +73,36 @@ class EventLog(EventSink):
     def hand_over(self) -> None:
         """Emit what has been gathered since the last time: t, q and v, and in a family its indices."""
         gathered, self._crossings, self._gathered = self._crossings, [], 0
-        if not gathered:
-            return
-        recording, program = self._prepared.recording, self._prepared.machine.program
-        events, t, low, states = (
-            np.concatenate([getattr(one, name) for one in gathered])
-            for name in ("events", "t", "low", "states")
-        )
-        found: dict[str, Any] = {}
-        first = 0
-        for group in self._groups:
-            own = (events >= first) & (events < first + len(group.members))
-            numbers, first = events[own] - first, first + len(group.members)
-            if not len(numbers):
-                continue
-            found[f"{group.path}/t"] = t[own]
-            for index, place in zip(group.indices, np.unravel_index(numbers, group.shape or (1,))):
-                found[f"{group.path}/{index}"] = np.asarray(place, np.int64)
-            parts = states[own].T.reshape(program.parts, program.rows, -1)
-            for part, prefix in zip(parts, ("", LOW)):
-                for path, row in recording.crossing_series(part).items():
-                    found[f"{prefix}{group.path}/{path}"] = row
-            if program.parts > 1:
-                found[f"{LOW}{group.path}/t"] = low[own]
-        if found:
-            self._emit(found)
+        if gathered:
+            self._emit(crossing_datasets(self._prepared, gathered))
+
+
+def crossing_datasets(
+    prepared: Prepared, gathered: Sequence[Crossings], members: Sequence[int] | None = None
+) -> dict[str, Any]:
+    """The datasets of crossings by path, of the events that have any; ``members`` are those of an ensemble
+    that they belong to."""
+    recording, program = prepared.recording, prepared.machine.program
+    events, t, low, states = (
+        np.concatenate([getattr(one, name) for one in gathered]) for name in ("events", "t", "low", "states")
+    )
+    found: dict[str, Any] = {}
+    first = 0
+    for group in recording.events:
+        own = (events >= first) & (events < first + len(group.members))
+        numbers, first = events[own] - first, first + len(group.members)
+        if not len(numbers):
+            continue
+        found[f"{group.path}/t"] = t[own]
+        if members is not None:
+            each = np.repeat(np.array(members, np.int64), [len(one.t) for one in gathered])
+            found[f"{group.path}/{MEMBER}"] = each[own]
+        for index, place in zip(group.indices, np.unravel_index(numbers, group.shape or (1,))):
+            found[f"{group.path}/{index}"] = np.asarray(place, np.int64)
+        parts = states[own].T.reshape(program.parts, program.rows, -1)
+        for part, prefix in zip(parts, ("", LOW)):
+            for path, row in recording.crossing_series(part).items():
+                found[f"{prefix}{group.path}/{path}"] = row
+        if program.parts > 1:
+            found[f"{LOW}{group.path}/t"] = low[own]
+    return found

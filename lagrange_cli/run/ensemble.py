@@ -207,6 +207,9 @@ def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | 
 def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
     """How the members ended."""
     members, failed = ensemble.values.members, outcome.count("failed")
+    stopped = outcome.count("stopped")
+    if outcome.status == "complete" and stopped:
+        return f"{members - stopped} of {members} members reached the end, events stopped {stopped}"
     if outcome.status == "complete":
         return "the member reached the end" if members == 1 else f"all {members} members reached the end"
     parts = []

@@ -16,23 +16,29 @@ MOST_TEXTS = 4
 """Members of a family whose texts are shown, where they differ."""
 
 
-def crossings_of(spec: Spec, prepared: Prepared, units: Mapping[str, str]) -> tuple[EventSeries, ...]:
-    """The groups of the file for the system's events."""
+def crossings_of(
+    spec: Spec, prepared: Prepared, units: Mapping[str, str], *, ensemble: bool = False
+) -> tuple[EventSeries, ...]:
+    """The groups of the file for the system's events, in a run or in an ensemble."""
     from lagrange_cli.store.layout import EventSeries
 
     return tuple(
-        EventSeries(group.name, series_of(group, prepared, units), described(spec, group))
+        EventSeries(group.name, series_of(group, prepared, units, ensemble), described(spec, group))
         for group in prepared.recording.events
     )
 
 
-def series_of(group: EventGroup, prepared: Prepared, units: Mapping[str, str]) -> tuple[Series, ...]:
-    """The datasets of a group: t, the indices of a family, q and v."""
+def series_of(
+    group: EventGroup, prepared: Prepared, units: Mapping[str, str], ensemble: bool
+) -> tuple[Series, ...]:
+    """The datasets of a group: t, the members of an ensemble, the indices of a family, q and v."""
+    from lagrange_cli.integrate.event_log import MEMBER
     from lagrange_cli.integrate.samples import LOW
     from lagrange_cli.records import replace
     from lagrange_cli.store.layout import Series
 
     times = Series(f"{group.path}/t", unit=units.get("t", ""), long_name="time of the event")
+    members = Series(f"{group.path}/{MEMBER}", long_name="member of the ensemble", kind="i8")
     indices = [
         Series(f"{group.path}/{index}", long_name=f"index {index} of the event", kind="i8")
         for index in group.indices
@@ -41,7 +47,7 @@ def series_of(group: EventGroup, prepared: Prepared, units: Mapping[str, str]) -
         Series(f"{group.path}/{one.path}", one.shape, units.get(one.path, ""), one.long_name, one.axes)
         for one in prepared.recording.at_events
     ]
-    found = [times, *indices, *states]
+    found = [times, *([members] if ensemble else []), *indices, *states]
     if prepared.machine.program.parts > 1:
         text = "low part of {}, to be added to /{}"
         found += [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.request import Request
     from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.resume import Earlier
     from lagrange_cli.store.target import Target
 
@@ -93,6 +95,18 @@ def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
         )
 
 
+def layout_of(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) -> Layout:
+    """The datasets of the ensemble, and the groups of its events."""
+    from lagrange_cli.store.layout import EventSeries, Layout
+
+    events: tuple[EventSeries, ...] = ()
+    if ensemble.spec.events:
+        from lagrange_cli.run.events import crossings_of
+
+        events = crossings_of(ensemble.spec, prepared, units, ensemble=True)
+    return Layout(series(ensemble, prepared, units), time_unit=units.get("t", ""), events=events)
+
+
 def follow_and_write(
     ensemble: Ensemble,
     prepared: Prepared,
@@ -108,16 +122,16 @@ def follow_and_write(
     from lagrange_cli.integrate.ensemble.outcome import UNFINISHED, EnsembleOutcome
     from lagrange_cli.integrate.ensemble.selection import ensemble_method
     from lagrange_cli.store.ensemble import EnsembleWriter
-    from lagrange_cli.store.layout import Layout
 
     times, sampled, members = ensemble.times, ensemble.sampled, ensemble.values.members
     units = units_of(ensemble.spec, monitor.tell)
     progress, stage = monitor.progress(), monitor.stage
     with monitor.interrupts() as interrupted:
         with stage("write"):
+            layout = layout_of(ensemble, prepared, units)
             writer = EnsembleWriter(
                 start.target,
-                Layout(series(ensemble, prepared, units), time_unit=units.get("t", "")),
+                layout,
                 members=members,
                 times=times.chunk(0, times.count) if sampled else None,
                 dimensions=dimensions(ensemble, units),
@@ -138,9 +152,8 @@ def follow_and_write(
             ended = outcome.endings != UNFINISHED
             content = {"outcome": outcome.as_data(), "regions": writer.regions(ended)}
             reached = members - outcome.count("interrupted")
-            return start.checkpoint(
-                {"reached": reached, **content}, {"endings": outcome.endings}, inside=inside
-            )
+            arrays = {"endings": outcome.endings, **writer.crossings()}
+            return start.checkpoint({"reached": reached, **content}, arrays, inside=inside)
 
         def write_checkpoint(outcome: EnsembleOutcome) -> None:
             with stage("write"):
@@ -180,6 +193,7 @@ def follow_and_write(
             with stage("write"):
                 last = checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
                 sentences = [ending.value for ending in Ending]
+                writer.write_crossings()
                 writer.write_texts("message", "how the member ended", sentences, outcome.endings)
                 writer.close({**start.made_by, **attributes(ensemble, outcome)}, last)
     return outcome

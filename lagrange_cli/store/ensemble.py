@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.records import replace
 from lagrange_cli.store.checkpoint import damaged
 from lagrange_cli.store.layout import AXES, Dimension, Layout, Series, free_name
+from lagrange_cli.store.member_crossings import MemberCrossings
 from lagrange_cli.store.output import CHECKPOINT, Output, in_one_piece, open_file
 from lagrange_cli.store.scales import Scales, attach, describe, link
 from lagrange_cli.store.sink import Sink
@@ -26,6 +28,8 @@ MESSAGE = "message"
 TIME = "t"
 PIECE = 2**24
 """The number of bytes that are read back at a time."""
+MOST_CROSSINGS = 2**28
+"""Bytes of the crossings of all members: half of what a checkpoint may have."""
 BLOCK = 65536
 """About how many members are numbered, or get their text, at a time."""
 
@@ -63,7 +67,7 @@ class EnsembleWriter(Output):
                 samples, name=free_name(samples.name, taken_names(layout, dimensions) | {*names})
             )
             scales = (*names, samples.name)
-        layout = replace(layout, scales=scales)
+        self._layout = layout = replace(layout, scales=scales)
 
         def create(sink: Sink) -> Any:
             file = open_file(sink, BLOCK)
@@ -92,6 +96,7 @@ class EnsembleWriter(Output):
                     self._show(file, scale, dimension)
             return file
 
+        self._events = {event.group: MemberCrossings(event) for event in layout.events}
         super().__init__(target, create)
 
     def _create(self, file: Any, series: Series, **properties: Any) -> Any:
@@ -118,7 +123,10 @@ class EnsembleWriter(Output):
 
     def write(self, index: NDArray[np.int64], values: Mapping[str, np.ndarray]) -> None:
         """Give the members ``index`` (b,) their values: ``values[path]`` has shape (b, ...); what is no
-        series of the layout is left out."""
+        series of the layout is left out. Crossings of events say to which members they belong.
+
+        Raises ``UsageError`` where there are too many crossings.
+        """
         order = np.argsort(index, kind="stable")
         index = index[order]
         breaks = np.flatnonzero(np.diff(index) != 1) + 1
@@ -129,6 +137,13 @@ class EnsembleWriter(Output):
                 rows = rows if len(runs) == len(index) == 1 else rows[order]
                 for run in runs:
                     self._put(dataset, int(index[run.start]), rows[run])
+        for event in self._events.values():
+            event.collect(values)
+        if sum(event.bytes for event in self._events.values()) > MOST_CROSSINGS:
+            raise UsageError(
+                f"the crossings of events of all members take more than {MOST_CROSSINGS >> 20} MB, and are "
+                "kept in memory until the end: sweep fewer members at a time, or a shorter time"
+            )
         self.check()
 
     def _put(self, dataset: Any, first: int, rows: np.ndarray) -> None:
@@ -162,6 +177,9 @@ class EnsembleWriter(Output):
         places = earlier.checkpoint.head.get("regions", {})
         if list(places) != list(self._datasets):
             raise damaged(earlier.shown)
+        for event in self._events.values():
+            if not event.restore(earlier.checkpoint.arrays):
+                raise damaged(earlier.shown)
         for path, dataset in self._datasets.items():
             (place, expected), size, checksum = places[path], self._size(dataset), 0
             for rows in pieces(ended, size):
@@ -170,6 +188,27 @@ class EnsembleWriter(Output):
                 self._put(dataset, rows.start, np.frombuffer(piece, dataset.dtype))
             if checksum != expected:
                 raise damaged(earlier.shown)
+        self.check()
+
+    def crossings(self) -> dict[str, np.ndarray]:
+        """The crossings of the members that have ended, for a checkpoint."""
+        return {path: rows for event in self._events.values() for path, rows in event.arrays().items()}
+
+    def write_crossings(self) -> None:
+        """Add the groups of events, members one by one."""
+        self.file.flush()  # as in ``write_texts``
+        for event in self._layout.events:
+            found = self._events[event.group].in_order()
+            times: Any = None
+            for series in event.series:
+                dataset = self.file.create_dataset(series.path, data=found[series.path])
+                describe(dataset, series)
+                if series.path.endswith("/t"):
+                    dataset.make_scale(TIME)
+                    times = dataset if times is None else times
+                else:
+                    self._scales.attach(dataset, series, times)
+            self.file[event.group].attrs.update(event.attributes)
         self.check()
 
     def write_texts(self, path: str, long_name: str, texts: Sequence[str], chosen: NDArray[np.int8]) -> None:
@@ -199,7 +238,8 @@ def name_dimensions(layout: Layout, dimensions: Sequence[Dimension]) -> tuple[st
 def taken_names(layout: Layout, dimensions: Sequence[Dimension]) -> set[str]:
     """What no dimension can be called."""
     groups = {part for one in dimensions for part in one.path.split("/")[:-1]}
-    taken = layout.taken() | groups | {TIME, MESSAGE, CHECKPOINT}
+    taken = replace(layout, events=()).taken() | groups | {TIME, MESSAGE, CHECKPOINT}
+    taken |= {one.group.partition("/")[0] for one in layout.events}
     return taken | {AXES[:size] for size in layout.vector_sizes()}
 
 

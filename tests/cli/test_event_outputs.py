@@ -6,10 +6,13 @@ import os
 import h5py
 import numpy as np
 import pytest
+import xarray
 
 import lagrange_cli.cli.commands.solve as solving
+import lagrange_cli.cli.commands.sweep as sweeping
 from lagrange_cli.cli.main import main
 from lagrange_cli.run.interrupts import Interrupts
+from lagrange_cli.store import ensemble as ensembles
 from tests.cli.test_resume import Nervous, killed
 
 TABLE = """
@@ -197,3 +200,74 @@ def test_a_run_to_a_later_time_goes_on_to_the_same_bytes(folder):
     assert solve("table.yaml", *ASKED, *later, "--resume") == 0
     assert (folder / "out.h5").read_bytes() == expected
     assert sorted(os.listdir(folder)) == ["out.h5", *FILES]
+
+
+SWEPT = (
+    "sweep", "table.yaml", "--over", "e=0.5,0.8", "--over", "y=1:2:5", "--stop", "6", "-o", "out.h5",
+)  # fmt: skip
+
+
+def test_a_sweep_holds_the_crossings_of_each_member(folder):
+    assert main([*SWEPT]) == 0
+    with h5py.File("out.h5") as file:
+        floor, post = file["events/floor"], file["events/post"]
+        member, times = floor["member"][:], floor["t"][:]
+        assert list(np.unique(member)) == [*range(10)] and np.all(np.diff(member) >= 0)
+        assert file["member"].shape == (2, 5)
+        np.testing.assert_array_equal(post["member"], np.repeat(np.arange(10), 2))
+        np.testing.assert_array_equal(post["i"], [0, 1] * 10)
+        assert floor["q/u"].shape == (len(times), 2) and file["events/never/q/u"].shape == (0, 2)
+        assert dict(floor.attrs)["when"] == "y - A*sin(w*t)"
+    assert solve("table.yaml", "--set", "e=0.8", "--set", "y=1.5", "--stop", "6", "-o", "one.h5") == 0
+    with h5py.File("one.h5") as file:
+        np.testing.assert_allclose(times[member == 7], file["events/floor/t"], rtol=1e-13)
+    with xarray.open_dataset("out.h5", group="events/floor", engine="h5netcdf") as data:
+        assert data.member.dims == ("t",)
+        assert len(data.t) == len(times)
+
+
+@pytest.mark.parametrize(("jobs", "patience"), [("1", 250), ("2", 4)])
+def test_a_sweep_that_is_interrupted_all_the_time_comes_to_the_same_bytes(
+    folder, monkeypatch, jobs, patience
+):
+    assert main([*SWEPT, "--jobs", "1"]) == 0
+    expected = (folder / "out.h5").read_bytes()
+    (folder / "out.h5").unlink()
+    monkeypatch.setattr(sweeping, "Interrupts", Nervous)
+    times, status = 0, 130
+    while status:
+        monkeypatch.setattr(Nervous, "patience", patience)
+        status = main([*SWEPT, "--jobs", jobs, *(("--resume",) if times else ())])
+        assert status in (0, 130)
+        times += 1
+        assert times < 100
+    assert times > 1
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+def test_a_sweep_that_was_killed_goes_on_to_the_same_bytes(folder):
+    assert main([*SWEPT]) == 0
+    expected = (folder / "out.h5").read_bytes()
+    (folder / "out.h5").unlink()
+    assert ".out.h5.checkpoint" in killed(folder, *SWEPT, every=3)
+    assert main([*SWEPT, "--resume"]) == 0
+    assert (folder / "out.h5").read_bytes() == expected
+
+
+def test_a_sweep_with_more_crossings_than_memory_is_refused(folder, monkeypatch, capsys):
+    monkeypatch.setattr(ensembles, "MOST_CROSSINGS", 10_000)
+    assert main([*SWEPT]) == 2
+    assert "sweep fewer members at a time" in capsys.readouterr().err
+
+
+def test_members_that_events_stop_are_counted(folder, capsys):
+    run = ("sweep", "stops.yaml", "--over", "y=1,20", "--stop", "1", "-o", "out.h5")
+    assert main([*run, "--json"]) == 0
+    said = json.loads(capsys.readouterr().out)
+    assert (said["status"], said["complete"], said["stopped"]) == ("complete", 1, 1)
+    assert said["message"] == "1 of 2 members reached the end, events stopped 1"
+    assert main([*run, "--force"]) == 0
+    assert "\n  1 reached the end, 1 stopped\n" in capsys.readouterr().out
+    with h5py.File("out.h5") as file:
+        assert list(file["status"]) == [b"stopped", b"complete"]
+        assert list(file["events/ground/member"]) == [0]

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.run.sweep import Swept
 
+STATUSES = ("complete", "stopped", "failed", "interrupted")
+
 
 def say_swept(
     swept: Swept, outcome: EnsembleOutcome, seconds: Seconds, began: float, asked: Invocation
@@ -42,7 +44,7 @@ def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[
         "status": outcome.status,
         "message": sentence(ensemble, outcome),
         "members": ensemble.values.members,
-        **{status: outcome.count(status) for status in ("complete", "failed", "interrupted")},
+        **{status: outcome.count(status) for status in STATUSES},
         "method": ensemble.settings.method,
         "tolerance": ensemble.settings.tolerance,
         "steps": outcome.steps,
@@ -59,7 +61,7 @@ def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
     settings, members = ensemble.settings, ensemble.values.members
     shape = " x ".join(f"{length} {name}" for name, length in ensemble.members.shape.items())
     ended = [f"{outcome.count('complete')} reached the end"]
-    ended += [f"{n} {status}" for status in ("failed", "interrupted") if (n := outcome.count(status))]
+    ended += [f"{n} {status}" for status in STATUSES[1:] if (n := outcome.count(status))]
     seed = ensemble.members.seed
     seeded = "" if seed is None else f", seed {seed}"
     return "\n".join(

@@ -58,7 +58,8 @@ def follow_ensemble(
     Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
     if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
     ``families`` are those of the coordinates. ``interrupt`` is told how many members have ended, several
-    times a second; True stops them all. The arrays are valid during the call only. With ``checkpointing``,
+    times a second; True stops them all. The arrays are valid during the call only. Datasets of crossings of
+    events have as many rows as there are, and say to which members they belong. With ``checkpointing``,
     members that an earlier run has followed to their end are not followed again; only their start is emitted.
     Samples are those of the ``section``, if there is one.
     """
@@ -236,7 +237,17 @@ class EnsembleDatasets:
                 change = np.fmax.reduce(np.abs(observed[:, row] - first[:, row]), axis=1)
             found[drift_path(name)] = change
             self._drift[name] = float(np.fmax.reduce(change, initial=self._drift[name]))
-        self._emit(batch.index + self._first, found)
+        self._emit(batch.index + self._first, {**found, **self._crossings(batch)})
+
+    def _crossings(self, batch: Batch) -> dict[str, Any]:
+        """The datasets of the crossings of events, of all these members together."""
+        pairs = [(one, member) for log, member in zip(batch.logs, batch.index) for one in log.crossings]
+        if not pairs or self._section is not None:  # a section's surface is an event, too
+            return {}
+        from lagrange_cli.integrate.event_log import crossing_datasets
+
+        gathered, members = zip(*pairs)
+        return crossing_datasets(self._prepared, gathered, [self._first + int(one) for one in members])
 
     def _observe(self, parameters: Array, times: Array, states: Array) -> Array:
         """What is observed (b, names, n) of states (b, rows, n) at times (n,), or at each member's (b, n)."""
