@@ -36,13 +36,18 @@ def derive_with_contacts(model: Model[Node]) -> Residual:
         return derive(model)
     graph = graph_of(model)
     forces = [
-        graph.sum([(given, 1.0), *((one.multiplier * one.force[k], 1.0) for one in contacts)])
+        graph.sum([(given, 1.0), *((_while_resting(graph, one, k), 1.0) for one in contacts)])
         for k, given in enumerate(model.generalized_forces)
     ]
     _, conserved = conservation(model)
     residual = derive(replace(model, generalized_forces=tuple(forces)))
     kept = tuple(one for one in conserved if all(_keeps(graph, model, one, contact) for contact in contacts))
     return replace(residual, conserved=kept, contacts=contacts)
+
+
+def _while_resting(graph: Graph, contact: Contact, k: int) -> Node:
+    """The generalized force, and 0 where the motion does not rest: it may be infinite there."""
+    return graph.switch(contact.rest**2, contact.multiplier * contact.force[k], graph.zero, -1)
 
 
 def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
@@ -59,7 +64,8 @@ def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
         force = tuple(
             graph.sum([(graph.diff(p, model.v[k]) * one, 1.0) for k, one in pairs]) for p in momenta
         )
-        found.append(Contact(number, graph.symbol(f"contact {number}"), force))
+        multiplier, rest = (graph.symbol(f"{word} {number}") for word in ("contact", "rest"))
+        found.append(Contact(number, multiplier, rest, force))
     return tuple(found)
 
 

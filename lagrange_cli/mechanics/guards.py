@@ -100,8 +100,7 @@ class _Freezing:
         self.guards: dict[Node, Guard] = {}
         self.multipliers = [contact.multiplier for contact in residual.contacts]
         self.rests = tuple(
-            Rest(contact.event, self.graph.symbol(f"rest {contact.event}"), i)
-            for i, contact in enumerate(residual.contacts)
+            Rest(contact.event, contact.rest, i) for i, contact in enumerate(residual.contacts)
         )
         self.made: dict[Node, Node] = {}
         self.merged = Merging(self.graph, self.moving).merged

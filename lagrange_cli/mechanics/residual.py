@@ -35,10 +35,11 @@ class CyclicMomentum:
 @dataclass(frozen=True)
 class Contact:
     """Where a motion may rest: at the ``event`` of that number, held by the generalized forces ``multiplier``
-    times ``force`` (one for each coordinate)."""
+    times ``force`` (one for each coordinate) while ``rest`` is 1 or -1, and not 0."""
 
     event: int
     multiplier: Node
+    rest: Node
     force: tuple[Node, ...]
 
 

@@ -286,3 +286,23 @@ def test_equal_balls_on_a_line_exchange_their_velocities(at_once, source):
     free = (np.array(places) + np.array(speeds) * motion.t[:, None]) % 2
     assert np.abs(motion["q/x"] - np.sort(np.minimum(free, 2 - free), axis=1)).max() < 1e-12
     assert motion.outcome.h_drift < 1e-14
+
+
+def test_restitution_may_depend_on_the_speed():
+    """Its slope is infinite at rest, where no force of contact may be computed while there is none."""
+    text = """
+    name: a ball
+    coordinates: {y: {initial: 1}}
+    masses: {p: 1}
+    embedding: {p: [y]}
+    potential: 9.81*y
+    events: {floor: {when: y, direction: falling, action: {set: {y_dot: -y_dot*exp(-1/y_dot**2)}}}}
+    """
+    motion = follow(text, 1.0, 11)
+    speed = math.sqrt(2 * G)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert motion["events/floor/v/y"][0] == pytest.approx(-speed, rel=1e-14)
+    flight = 2 * speed * math.exp(-1 / speed**2) / G
+    assert np.diff(motion["events/floor/t"])[:1] == pytest.approx(
+        [flight][: len(motion["events/floor/t"]) - 1]
+    )
