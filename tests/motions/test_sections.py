@@ -16,10 +16,13 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Section, Starts
+from lagrange_cli.integrate.ensemble.section import SectionOneByOne
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.spec import SURFACE
 from lagrange_cli.spec.surface import with_surface
+from lagrange_cli.spec.values import resolve_values
 from tests.support.motion import FULL, prepare, prepared, spec_of
 
 FREE = "coordinates: {x: {initial: 0.0}}\nlagrangian: x_dot**2/2\n"
@@ -202,6 +205,53 @@ def test_crossings_lie_on_the_motion_that_solve_follows():
                            lambda t, x: None, lambda t: False)  # fmt: skip
         assert np.abs(end.state[:4] - taken.states[0, :, k]).max() < 1e-11
         assert abs(taken.states[0, 0, k] + taken.states[0, 1, k] / 2) < 1e-15
+
+
+SURFACES = {
+    "henon_heiles": (["x", "y", "x_dot", "y_dot"], [(-0.3, 0.3)] * 4),
+    "double_pendulum": (["theta1", "theta2_dot", "sin(theta1)", "cos(theta2)"], [(-2, 2)] * 4),
+    "central_force": (["r - 1", "r_dot", "sin(theta)"], [(0.5, 1.5), (0, 6), (-0.3, 0.3), (0.7, 1.1)]),
+    "spherical_pendulum": (
+        ["theta - 1", "sin(phi)", "phi_dot - 2"],
+        [(0.5, 1.5), (0, 6), (-0.3, 0.3), (1, 2)],
+    ),
+}
+"""What surfaces are made of, and between which numbers states are drawn."""
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("seed", range(24))
+def test_random_surfaces_have_the_crossings_that_events_have(seed):
+    """Events are found by other code, in steps of another length."""
+    source = random.Random(seed)
+    system = source.choice(sorted(SURFACES))
+    pieces, bounds = SURFACES[system]
+
+    def term() -> str:
+        factors = [f"({source.choice(pieces)})" for _ in range(source.choice([1, 1, 2]))]
+        return "*".join([f"{source.uniform(-1, 1):.3f}", *factors])
+
+    terms = [term() for _ in range(source.choice([1, 2, 3]))]
+    where, direction = " + ".join([*terms, source.choice(["0", "0.2"])]), source.choice([-1, 0, 1])
+    states = [[source.uniform(*each) for each in bounds] for _ in range(9)]
+    spec = spec_of(system)
+    values = resolve_values(spec).parameters
+    numbers = [[values[name] for name in ready(system, where).machine.program.parameters]] * len(states)
+    taken = take(system, where, states, 40, direction, stop=8.0, parameters=numbers)
+    residual = derive_system(with_surface(spec, where, direction), resting=True)
+    alone = prepare(residual, Compilation("taylor", FULL, frozenset("qv")))
+    method = SectionOneByOne(alone.follower, True, (SURFACE,))
+    rows = alone.machine.program.rows - len(states[0])
+    starts = Starts(
+        np.array(numbers, float).reshape(9, -1), np.pad(states, ((0, 0), (0, rows))), Times(0.0, 8.0, 2, 8.0),
+        False, section=Section(40, direction, None, 10**5),
+    )  # fmt: skip
+    batches = []
+    assert method.follow(starts, batches.append, lambda done: False, 1)
+    for member, batch in enumerate(batches):
+        expected = batch.times[0, : batch.reached[0]]
+        assert len(taken.of(member)) == len(expected), (where, states[member])
+        assert np.allclose(taken.of(member), expected, rtol=0, atol=1e-8), (where, states[member])
 
 
 def test_members_differ_in_their_periods():

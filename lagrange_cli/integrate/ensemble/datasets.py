@@ -130,6 +130,9 @@ class EnsembleDatasets:
         self._start, self._emit = times.start, emit
         self._times = times.chunk(0, times.count) if sampled else None
         self._section = section
+        self._alone, self._partial = section is not None and members == 1, False
+        """Whether the motion is the only one: then crossings are kept where it is interrupted, too; and
+        whether it was."""
         count = times.count if sampled else 1 if section is None else section.count
         self._endings = np.full(members, UNFINISHED, dtype=np.int8)
         self._failed: tuple[int, str] | None = None
@@ -165,7 +168,7 @@ class EnsembleDatasets:
     def close(self) -> None:
         """Write what is still there, and nan for those that have not ended."""
         self.flush()
-        missing = self.missing()
+        missing = self.missing()[: 0 if self._partial else None]
         width, samples = self._states.shape[1], None if self._times is None else len(self._times)
         if self._section is not None:
             samples = self._section.count
@@ -177,7 +180,8 @@ class EnsembleDatasets:
         """Write what has ended."""
         self._due = time.monotonic() + OFTEN
         if self._batches:
-            batch = joined(self._batches)
+            batch = joined(self._batches, self._alone)
+            self._partial |= Ending.INTERRUPTED in batch.ending
             self._batches, self._gathered = [], 0
             if len(batch.index):
                 self._note(batch)
@@ -295,12 +299,12 @@ def drift_path(name: str) -> str:
     return f"diagnostics/drift/{name.replace('_', '/', 1) if name.startswith('p_') else name}"
 
 
-def joined(batches: Sequence[Batch]) -> Batch:
-    """One batch of several, without the members that were interrupted on the way."""
+def joined(batches: Sequence[Batch], interrupted: bool = False) -> Batch:
+    """One batch of several, without the members that were interrupted on the way, unless these are kept."""
     samples = [batch.samples for batch in batches if batch.samples is not None]
     times = [batch.times for batch in batches if batch.times is not None]
     endings = [ending for batch in batches for ending in batch.ending]
-    ended = np.array([ending is not Ending.INTERRUPTED for ending in endings])
+    ended = np.array([interrupted or ending is not Ending.INTERRUPTED for ending in endings])
     arrays = {
         name: np.concatenate([getattr(batch, name) for batch in batches])[ended]
         for name in ("index", "t", "state", "steps", "reached")
@@ -308,7 +312,7 @@ def joined(batches: Sequence[Batch]) -> Batch:
     logs = [log for batch in batches for log in batch.logs]
     return Batch(
         logs=[log for log, here in zip(logs, ended) if here],
-        ending=[ending for ending in endings if ending is not Ending.INTERRUPTED],
+        ending=[ending for ending, here in zip(endings, ended) if here],
         samples=np.concatenate(samples)[ended] if samples else None,
         times=np.concatenate(times)[ended] if times else None,
         **arrays,

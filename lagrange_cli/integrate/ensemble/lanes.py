@@ -171,7 +171,7 @@ class Members:
         window = slice(self._first, int(self._queue[LIMIT]))
         index = np.flatnonzero((self._reasons[window] != 0) & ~self._given[window]) + self._first
         size = max(1, self._slots // PARTS)
-        whole = self._reasons[index] == 1 + Stop.END
+        whole = (self._reasons[index] == 1 + Stop.END) | (self._reasons[index] == 1 + Stop.SAMPLES)
         self.left += index[~whole].tolist()
         self._given[index[~whole]] = True
         index = index[whole]
@@ -208,9 +208,11 @@ class Members:
         assert batch.samples is not None
         states, times = batch.samples[:, :-1], batch.samples[:, -1]
         t, state, ending = batch.t.copy(), batch.state.copy(), list(batch.ending)
-        for i, reached in enumerate(batch.reached):
+        for i, (member, reached) in enumerate(zip(batch.index, batch.reached)):
             if reached == section.count:
                 t[i], state[i] = times[i, -1], states[i, :, -1]
+            elif self._reasons[member] == 1 + Stop.SAMPLES:
+                ending[i] = Ending.INTERRUPTED
             elif not close(t[i], self._times):
                 ending[i] = Ending.NO_CROSSING
         return replace(batch, t=t, state=state, ending=ending, samples=states, times=times)

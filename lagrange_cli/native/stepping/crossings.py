@@ -21,11 +21,11 @@ import math
 from functools import reduce
 from operator import add
 
-from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION, STROBE
+from lagrange_cli.native.interface import DIRECTION, PATIENCE, SECTION, STROBE, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_roughly, log2_roughly
 from lagrange_cli.native.state import LANES
-from lagrange_cli.native.stepping.ensemble import Follower, Pack
+from lagrange_cli.native.stepping.ensemble import Follower, Pack, each_lane
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.roots import (
     CONVERGED,
@@ -71,6 +71,13 @@ class Returns(Follower):
     def complete(self, f: Function, dt: Real, trial: Pointer) -> None:
         """Write the time of a sample."""
         f.store(self.get(f, "time") + (self.get(f, "time_low") + dt), trial, self.pack.rows)
+
+    def halt(self, f: Function) -> None:
+        """Give what members have so far."""
+        active = f.load_integer(self.part(f, "active"))
+        with f.when(~active.equals(0)), each_lane(f, active) as lane:
+            places = f.pointer("%results"), f.pointer("%ended")
+            f.call(None, "retire", f.pointer("%state"), lane, f.count(Stop.SAMPLES), *places)
 
     def complete_lanes(self, f: Function, count: Integer) -> Bit:
         """Those that have all their samples."""

@@ -237,6 +237,9 @@ class Follower:
         places = f.pointer("%state"), f.pointer("%work")
         f.call(None, "record", *places, dt, due, count, Integer(f, "%slots", 1), f.pointer("%samples"))
 
+    def halt(self, f: Function) -> None:
+        """Give what is kept of members that are not followed to their ends."""
+
     def follow(self) -> Function:
         """``@follow``."""
         heads = (
@@ -252,6 +255,7 @@ class Follower:
         stop, count = f.splat(Real(f, "%stop", 1), LANES), Integer(f, "%count", 1)
         with f.forever() as rounds:
             with f.when(~atomic(f, HALT).equals(0)):
+                self.halt(f)
                 f.give()
             active = f.variable(f.load_integer(self.part(f, "active")))
             empty = active.get().operation("xor", ALL)
