@@ -205,3 +205,15 @@ lagrangian: x_dot**2/2 - 3/(1 + ((t - 5)/w)**2) + x_dot/(1 + ((x - 7/2)/w)**2)
     ]
     assert largest(found["diagnostics/action"], known) < 1e-29
     assert max(map(abs, found["diagnostics/ledger/h"])) < 1e-28
+
+
+def test_a_coupled_motion_decays_to_nothing(tmp_path):
+    """Below 1e-290 low parts lose their digits; the steps become no shorter for that."""
+    system = """
+        coordinates: {x: {initial: 1}, y: {initial: 0.3}}
+        lagrangian: x_dot**2/2 + y_dot**2/2 - x**2/2 - y**2 + x*y/3
+        dissipation: x_dot**2/2 + y_dot**2/3
+        """
+    attributes, found = solved(tmp_path, system, *LONG, "--stop", "3000", "--samples", "4")
+    assert attributes["steps"] < 12000
+    assert abs(found["q/x"][-1]) < 1e-270 and abs(found["v/y"][-1]) < 1e-270

@@ -25,8 +25,8 @@ from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
 from lagrange_cli.native.stepping.sums import Pair, PairSums, difference, pair
 from lagrange_cli.records import replace
 
-GONE = 2.0**-1060
-"""What has decayed to less does not limit the steps: numbers as small as that are rounded to some digits."""
+GONE = 2.0**-900
+"""What has decayed to less does not limit the steps: low parts of such numbers have few digits, or none."""
 LONGEST = 1e30
 """The longest step: what a motion without forces gets."""
 WIDE = 2.0**12
@@ -173,6 +173,7 @@ class DoubleDoubleSteps(MotionSteps):
             v, q = (f.magnitude(row.at(trial, shift)) for shift in (0, -lengths.degrees))
             size = v / length + f.magnitude(found) + f.magnitude(begin)
             allowed = f.fused(size, f.constant(ROUGHLY), q * ROUGH / length / length)
+            allowed = allowed + f.constant(GONE) / length
             good.set(good.get() & (f.magnitude(rate - found) <= allowed))
         f.give(good.get())
         return f
