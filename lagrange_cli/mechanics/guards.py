@@ -222,11 +222,13 @@ class _Freezing:
         alone += [*events, *(guard.argument for guard in self.guards.values())]
         slopes = [self.graph.diff(x, m) for m in self.multipliers for x in linear if not has_rates(x, m)]
         mixed = [*slopes, *alone, *(x for m in self.multipliers for x in linear if has_rates(x, m))]
+        used = 0
+        for x in mixed:
+            used |= x.symbols
         entangled = [
             guard
             for guard in self.guards.values()
-            if guard.auxiliary is not None
-            and any(x.symbols & self.multipliers[guard.auxiliary].symbols for x in mixed)
+            if guard.auxiliary is not None and used & self.multipliers[guard.auxiliary].symbols
         ]
         # friction holds more often than a force that depends on the place
         places = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
