@@ -11,6 +11,7 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
+from lagrange_cli.mechanics.constancy import is_constant
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
@@ -38,6 +39,8 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     method, precision = METHODS[compilation.method], compilation.precision
     check_convolutions(residual, compilation.method, precision)
     plan = make_plan(residual, compilation.outputs)
+    if compilation.section == SECTION and is_constant(residual, residual.model.events[-1].argument):
+        raise UsageError("no motion crosses this surface: its expression is conserved")
     if compilation.backward:
         from lagrange_cli.mechanics.backward import reversed_equations, reversed_integrands
 

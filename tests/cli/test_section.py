@@ -208,6 +208,7 @@ REFUSED = {
     "a stream": (("--where", "x", "-o", "-"), "a section cannot be written to standard output"),
     "what may hide": (("--where", "tanh(50*x)"), "zeros of this surface may hide in exp"),
     "a narrow one": (("--where", "1/(1 + 100*x**2) - 1/2"), "zeros of this surface may hide in exp"),
+    "conserved": (("--where", "x**2*w**2 + x_dot**2 - w**2"), "no motion crosses this surface"),
     "members of nothing": (("--where", "x", "--members", "3"), "no members given"),
 }
 
