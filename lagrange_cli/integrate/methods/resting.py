@@ -58,7 +58,7 @@ class Resting:
         sides, event = self._sides, impact.event
         _, left, bend, *_ = map(float, sides.coefficients(event))
         since = (sides.now - self.times[event, 0]) + (self._low() - self.times[event, 1])
-        flight = np.divide(-left, bend)
+        flight = -left / bend if bend != 0.0 else np.inf
         if abs(left) <= impact.noise:
             self._stop(impact, left)
             self.hold(event, impact.side)
