@@ -306,3 +306,14 @@ def test_restitution_may_depend_on_the_speed():
     assert np.diff(motion["events/floor/t"])[:1] == pytest.approx(
         [flight][: len(motion["events/floor/t"]) - 1]
     )
+
+
+def test_a_kick_where_no_force_acts(source):
+    """Every time that x rises through 0, where its force is 0, v becomes 1 + k v."""
+    k, v = source.uniform(0.1, 0.6), source.uniform(0.5, 2)
+    text = oscillator(0.0, v, "x", "rising", f"{{set: {{x_dot: 1 + {k!r}*x_dot}}}}")
+    motion = follow(text, 60.0, 11)
+    turns = np.arange(1, 10)
+    assert motion["events/crossing/t"] == pytest.approx(2 * np.pi * turns, rel=1e-13)
+    fixed = 1 / (1 - k)
+    assert motion["events/crossing/v/x"] == pytest.approx(fixed + (v - fixed) * k ** (turns - 1), rel=1e-12)
