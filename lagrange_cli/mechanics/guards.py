@@ -41,12 +41,13 @@ class Guard:
 
     ``original`` is the argument as it stands in the system's own equations. ``auxiliary`` is the place, among
     auxiliary coordinates, of the one whose acceleration is the multiplier; None where the motion cannot be
-    held."""
+    held. A ``cut`` is where an argument of another guard may jump; no equation contains its mode."""
 
     argument: Node
     original: Node
     mode: Node
     auxiliary: int | None = None
+    cut: bool = False
 
 
 @dataclass(frozen=True)
@@ -237,8 +238,18 @@ class _Freezing:
             return None
         if self.multipliers:
             wider, quadratures = self._held(wider, quadratures, events)
-        named, guards = dict(zip(integrands, quadratures)), tuple(self.guards.values())
+        guards = (*self.guards.values(), *self._cuts(events))
+        named = dict(zip(integrands, quadratures))
         return Guarded(wider, named, guards, len(self.multipliers), events, self.rests)
+
+    def _cuts(self, events: Sequence[Node]) -> list[Guard]:
+        """Guards where atan2(y, x) jumps by 2 pi, which stands in other arguments: at y = 0, as x may be
+        negative."""
+        watched = [*events, *(guard.argument for guard in self.guards.values())]
+        angles = (node for node in reachable(watched) if node.kind is Kind.FUNCTION and node.data == "atan2")
+        places = dict.fromkeys(node.arguments[0] for node in angles if node.symbols & self.moving)
+        symbols = (self.graph.symbol(f"cut {i}") for i in range(len(places)))
+        return [Guard(y, y, mode, cut=True) for y, mode in zip(places, symbols)]
 
     def _held(
         self, residual: Residual, integrands: Sequence[Node], events: Sequence[Node]

@@ -47,6 +47,8 @@ class Stop(IntEnum):
 
 INFO, DUE, RECORDED = 5, 3, 4
 """Numbers in ``%info``; the places of the guard that is due, and of the number of records."""
+SIMPLE, CUT = -1, -2
+"""Guards without an auxiliary coordinate."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
 NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP
@@ -75,12 +77,12 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or -1; ``events`` for each event its direction, its role, and that number for resting contact, or -1. The
-    integrals of their arguments are the first. ``changed`` are the new values that actions give: the event,
-    and the place among q, q_dot and the parameters. ``affected`` are pairs of events: a simple action, and
-    what it changes the argument of. ``@act`` computes new values, and two sizes of each event's argument.
-    ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
-    times the second and m times the third."""
+    or ``SIMPLE`` or ``CUT``; ``events`` for each event its direction, its role, and that number for resting
+    contact, or -1. The integrals of their arguments are the first. ``changed`` are the new values that
+    actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
+    events: a simple action, and what it changes the argument of. ``@act`` computes new values, and two sizes
+    of each event's argument. ``series_at`` tells where series are in what steps work on: coefficient m of row
+    i at the first number, i times the second and m times the third."""
 
     order: int
     degrees: int
@@ -132,7 +134,7 @@ class Interface:
 
         first, made = 2 * degrees, list[GuardRow]()
         for one in self.guards:
-            role = Role.SWITCH if one < 0 else Role.HOLD
+            role = {SIMPLE: Role.SWITCH, CUT: Role.CUT}.get(one, Role.HOLD)
             made.append(GuardRow(role, first + len(made), multiplier(one)))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))

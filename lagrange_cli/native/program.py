@@ -11,12 +11,12 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.defect import Defect, defect, may_hide, terms_of
 from lagrange_cli.mechanics.explicit import expanded
-from lagrange_cli.mechanics.guards import Guarded, guarded
+from lagrange_cli.mechanics.guards import Guard, Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
-from lagrange_cli.native.interface import LANES, STEPPING, Interface
+from lagrange_cli.native.interface import CUT, LANES, SIMPLE, STEPPING, Interface
 from lagrange_cli.native.linear.blocks import UNROLLED
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand
@@ -212,7 +212,7 @@ def write_program(
         lanes=0,
         parts=parts,
         given=parts if factor is None else 2,
-        guards=tuple(-1 if one.auxiliary is None else one.auxiliary for one in smooth.guards),
+        guards=tuple(number_of(one) for one in smooth.guards),
         events=events,
         changed=changed,
         affected=affected,
@@ -272,6 +272,13 @@ def write_program(
         hiding=hides,
         operations={"jet": made.operations, "observe": observing},
     )
+
+
+def number_of(guard: Guard) -> int:
+    """A switch's guard as ``Interface`` has it."""
+    if guard.auxiliary is not None:
+        return guard.auxiliary
+    return CUT if guard.cut else SIMPLE
 
 
 def events_of(

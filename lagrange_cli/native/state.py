@@ -149,7 +149,8 @@ class StateLayout:
 
 class Role(IntEnum):
     """What a guard is for: a switch, which is simple, or one that may hold the motion; an event of which no
-    more than a record is made, one whose action is simple, or one with another action; resting contact."""
+    more than a record is made, one whose action is simple, or one with another action; resting contact; the
+    cut of a function in other arguments, which a step goes a little beyond."""
 
     SWITCH = 0
     HOLD = 1
@@ -157,6 +158,7 @@ class Role(IntEnum):
     CHANGE = 3
     ACTION = 4
     REST = 5
+    CUT = 6
 
 
 @dataclass(frozen=True)

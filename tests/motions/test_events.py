@@ -317,3 +317,10 @@ def test_a_kick_where_no_force_acts(source):
     assert motion["events/crossing/t"] == pytest.approx(2 * np.pi * turns, rel=1e-13)
     fixed = 1 / (1 - k)
     assert motion["events/crossing/v/x"] == pytest.approx(fixed + (v - fixed) * k ** (turns - 1), rel=1e-12)
+
+
+def test_a_ball_rests_however_long_the_run_is():
+    """Where steps are long, small speeds are no rounding."""
+    motion = follow(ball(1.0, 0.0, 0.5), 1e8, 3)
+    assert np.abs(motion["q/y"][1:]).max() < 1e-14
+    assert motion.outcome.happened["floor"].accumulations == 1

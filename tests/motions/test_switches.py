@@ -116,3 +116,19 @@ def test_what_such_a_resistance_has_stopped_is_moved_by_another_force():
     assert motion.outcome.ending is Ending.COMPLETE
     root = math.sqrt(motion["v/x"][-1])
     assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)
+
+
+def test_a_condition_on_an_angle_changes_at_the_cut(source):
+    """atan2 jumps from pi to -pi: a force that acts beyond an angle ends there."""
+    c, w = source.uniform(1, 3), source.uniform(0.5, 2)
+    text = f"""
+    name: an angle
+    coordinates: {{a: {{initial: 0, velocity: {w!r}}}, z: {{initial: 0}}}}
+    masses: {{p: 1, q: 1}}
+    embedding: {{p: [cos(a), sin(a)], q: [z]}}
+    potential: 0
+    generalized_forces: {{z: "where(atan2(sin(a), cos(a)) > {c!r}, 1, 0)"}}
+    """
+    motion = follow(text, 8 * math.pi / w, 5)
+    turns = np.arange(5)
+    assert motion["v/z"] == pytest.approx(turns * (math.pi - c) / w, rel=1e-11, abs=1e-12)

@@ -34,7 +34,7 @@ BRIEF = 2.0**-20
 """What is a short part of all the time since t = 0."""
 BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
 """What is forgotten where other equations begin to hold."""
-SMALLEST = 2.0**-1022
+SMALLEST, JUMP = 2.0**-1022, 2.0**-20
 SOON = 2.0**-30
 """What becomes 0 within this part of the time is brought to rest."""
 ATTEMPTS = 8
@@ -111,7 +111,11 @@ class Settling:
         self._latest = now
         if self._attempts > ATTEMPTS * (self.count + 1):
             return False
-        before = float(self.modes[due])
+        before, (value, rate) = float(self.modes[due]), self.coefficients_of(self._rows.first + due)[0][:2]
+        if before * value < 0.0 and abs(value) > JUMP * abs(rate * self.memory[self._layout.at(Clock.STEP)]):
+            self.modes[due] = -before  # it has not come through 0, but jumped
+            self.prepare()
+            return True
         for number in BEGINNING:
             self.memory[self._layout.at(number)] = 0.0
         marked = [j for j in range(self.count) if j != due and self.marks[j] > 0.0 and self.modes[j] != 0.0]

@@ -325,6 +325,8 @@ def advance(steps: Steps) -> str:
                     close = root <= f.smaller(h, left) * NEAR
                     due.set(f.select(close, which, f.count(NO_GUARD)))
                     bound.set(f.select(close, root, root * (1.0 - MARGIN)))
+                assert steps.guards
+                bound.set(steps.guards.beyond(f, bound.get(), which, ahead))
         # Whether the stop time may have influenced this step. As long as it has not, a run to a later time
         # takes the same steps.
         limited_before.set(limited.get())

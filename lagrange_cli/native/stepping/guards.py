@@ -7,6 +7,9 @@ recorded is copied behind ``%trial``, and ``%info`` counts the copies."""
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
+
 from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
 from lagrange_cli.native.llvm.function import Function, Variable
 from lagrange_cli.native.llvm.text import table
@@ -26,6 +29,11 @@ the root, and so do the next ones, until the root is so near."""
 PART = 0.6
 """A companion divides steps to roots here: so it rounds the roots otherwise, even of the same polynomials."""
 
+BEYOND = 2.0**-44
+"""The part of a step by which it goes beyond the cut of a function: whether it is there, rounding must not
+decide."""
+WIDER = 2.0**16
+"""After a zero, a step is longer than the one before by no more than this factor."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not been 0 just now."""
 AT_REST = 2.0**-80
@@ -70,6 +78,13 @@ class GuardCode:
         root, known = (Real(f, f.define(f"extractvalue {together} {made}, {i}")) for i in (0, 2))
         return root, Integer(f, f.define(f"extractvalue {together} {made}, 1"), 1), known
 
+    def beyond(self, f: Function, root: Real, which: Integer, ahead: Real) -> Real:
+        """Where a step of at most ``ahead`` ends that comes to the ``root`` of a guard."""
+        if not any(one.role is Role.CUT for one in self.rows.guards):
+            return root
+        cut = f.load_integer("@guard_roles", which).equals(Role.CUT)
+        return f.select(cut, f.smaller(ahead, root + ahead * BEYOND), root)
+
     def largest(self, f: Function) -> Real:
         """The sum of the last coefficients of all arguments: not finite where one of these is not."""
         total = f.variable(f.constant(0.0))
@@ -106,7 +121,10 @@ class GuardCode:
         with f.loop(0, rows.count, tested=False) as j:
             if self.actions.any:
                 self._decide(f, j)
-            fresh = f.load("%state", j + rows.fresh(layout)) > 0.0
+            mark = f.load("%state", j + rows.fresh(layout))
+            fresh = mark > 0.0
+            with f.when(mark > SMALLEST):  # what counts as rounding depends on how far one looks
+                reach.set(f.smaller(reach.get(), mark * WIDER / Real(f, "%unit")))
             if rows.events:
                 self._pass_jump(f, j, fresh)
             mode = f.load("%state", j + rows.mode(layout))
@@ -131,7 +149,8 @@ class GuardCode:
         row, term = self._series(f, f.load_integer("@guard_rows", j)), self.lengths.term
         mode, u, slope = f.load("%state", at), f.load(row, term), f.load(row, 2 * term) * 2.0
         role = f.load_integer("@guard_roles", j)
-        event = ~(role.equals(Role.SWITCH) | role.equals(Role.HOLD) | role.equals(Role.REST))
+        others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT)
+        event = ~reduce(or_, [role.equals(one) for one in others])
         jumped = f.magnitude(u) > f.magnitude(slope * Real(f, "%h")) * JUMP
         with f.when(~fresh & (u * mode < 0.0) & jumped & event):
             f.store(-mode, "%state", at)
@@ -169,7 +188,7 @@ class GuardCode:
             self._note(f, role, j, before, result)
         else:
             result.set(f.count(CHANGED))
-            with f.when(~role.equals(Role.SWITCH)):
+            with f.when(~(role.equals(Role.SWITCH) | role.equals(Role.CUT))):
                 f.give(f.count(AWAY))
         f.store(-before, state, mode)
         f.store(self._mark(f), state, fresh)
@@ -182,7 +201,7 @@ class GuardCode:
         """Record an event, if no more is to be done, and set the ``result`` of ``@flip``."""
         state, info, layout = f.pointer("%state"), f.pointer("%info"), self.layout
         with f.section() as changing:
-            with f.when(role.equals(Role.SWITCH)):
+            with f.when(role.equals(Role.SWITCH) | role.equals(Role.CUT)):
                 result.set(f.count(CHANGED))
                 changing.leave()
             with f.when(role.equals(Role.HOLD) | role.equals(Role.REST)):
