@@ -257,6 +257,7 @@ class _Freezing:
         """The equations with multipliers as accelerations of auxiliary coordinates, and theirs."""
         graph, model, own = self.graph, residual.model, len(self.residual.model.q)
         symbols = model.v[own:]
+        graph.work.charge(len(model.q) ** 2, f"a matrix of {own} coordinates and {len(symbols)} multipliers")
         accelerations = dict(zip(self.multipliers, map(graph.ddt, symbols)))
         columns = [[graph.diff(row, m) for m in self.multipliers] for row in residual.residual]
         rows = substituted(graph, residual.residual, accelerations)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from lagrange_cli.expression.node import Kind, reachable
+from lagrange_cli.limits import Work
 from lagrange_cli.mechanics.guards import guarded
 from lagrange_cli.mechanics.switches import switches, vanishes_with
 from tests.support.motion import residual_of
@@ -64,3 +65,17 @@ def test_what_vanishes_with_an_argument():
     assert vanishes_with(graph, (x**2 + a**2 - 4.0) ** 3, a**2 + x**2 - 4.0)
     assert not vanishes_with(graph, x, x - a)
     assert not vanishes_with(graph, graph.one, x)
+
+
+def test_the_matrix_with_multipliers_is_counted_as_work(monkeypatch):
+    """Of N bodies with N**2 kinks it has N**4 entries."""
+    counted = {}
+    charge = Work.charge
+
+    def noted(self, steps, what="deriving the equations"):
+        counted[what] = steps
+        charge(self, steps, what)
+
+    monkeypatch.setattr(Work, "charge", noted)
+    of("abs(x - 0.123)", "-sign(x_dot)")
+    assert counted["a matrix of 1 coordinates and 2 multipliers"] == 9
