@@ -30,6 +30,7 @@ class SpecWith:
     solve: SolveDefaults
     lagrangian: object = None
     observables: tuple = ()
+    events: tuple = ()
 
 
 def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen
