@@ -181,8 +181,10 @@ def compare(case: Case, chance: random.Random, most: int) -> int:
 
 
 def random_case(chance: random.Random, kind: str | None = None) -> Case:
-    """Any system (one of ``RANDOM``, or ``shipped``), outputs and precision. What happens at events is not all
-    in the memory: see ``tests/cli/test_event_outputs.py``."""
+    """Any system (one of ``RANDOM``, or ``shipped``), outputs and precision.
+
+    What happens at events is not all in the memory: see ``tests/cli/test_event_outputs.py``.
+    """
     name = kind if kind is not None else chance.choice(["shipped", "shipped", "shipped", *RANDOM])
     precision = chance.choice(["double"] * 4 + ["double-double"])
     if name in RANDOM:
