@@ -8,9 +8,11 @@ import h5py
 import numpy as np
 import pytest
 
+from lagrange_cli.spec.values import resolve_long_values
 from tests.motions.test_double_double import LONG, MP, largest, solved
 from tests.motions.test_kinks import LINE
 from tests.support.command import lagrange
+from tests.support.motion import prepared, run, spec_of
 
 FRICTION = """
 coordinates: {x: {initial: 1.7, velocity: 0.3}}
@@ -158,3 +160,20 @@ def test_a_contact_force_that_has_no_series_where_it_begins(tmp_path, power):
     known = MP.mpf("0.7") - v * (found["t"][-1] - MP.mpf("0.7") / v - inside)
     assert abs(found["q/x"][-1] - known) < 1e-26
     assert abs(found["v/x"][-1] + v) < 1e-27
+
+
+def test_the_last_sample_is_reached_from_a_time_with_a_low_part():
+    """The time that is left, rounded, was less than that until the sample: the motion stood still there."""
+    text = """
+    name: a force from a place or a time on
+    coordinates: {x: {initial: -0.77, velocity: 2.3383}}
+    masses: {p: 1}
+    embedding: {p: [x]}
+    potential: 0
+    generalized_forces: {x: "where(x > 2.5828 or t > 0.6857, 0.8660, 0)"}
+    """
+    resolved = resolve_long_values(spec_of(text), {})
+    ready = prepared(text, "taylor", 2.0**-100, ("q", "v"), precision="double-double")
+    motion = run(ready, resolved, 0.0, 4.0, 5)
+    assert motion.t[-1] == 4.0
+    assert motion["v/x"][-1] == pytest.approx(2.3383 + 0.8660 * (4.0 - 0.6857), rel=1e-15)

@@ -67,6 +67,10 @@ class PairDivision(Division):
         return length.get()
 
 
+ROUNDED = 2.0**-51
+"""The time that is left, a double, may be so much less than that until the last sample."""
+
+
 def stepper(rows: Rows, given: Given) -> list[str]:
     """IR of ``@advance``, ``@accelerate`` and their helpers."""
     steps = DoubleDoubleSteps(rows, given)
@@ -264,10 +268,10 @@ class DoubleDoubleSteps(MotionSteps):
         return root * now.unit, which, known * now.unit
 
     def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
-        at, stride = f.variable(index), Integer(f, "%stride")
+        at, stride, end = f.variable(index), Integer(f, "%stride"), h * (1.0 + ROUNDED)
         with f.forever() as rounds:
             dt = difference((f.load("%times", at.get()), f.constant(0.0)), (now.t, now.low))
-            with f.when(~(dt[0] <= h)):
+            with f.when(~(dt[0] <= end)):
                 rounds.leave()
             place = f.place("%out", at.get()), stride, stride * self.lengths.rows
             f.call(None, "sample", *self.places(f), *self.scaled(f, now.unit, *dt), *place)
