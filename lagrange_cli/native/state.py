@@ -16,7 +16,7 @@ LANES = 8
 """Doubles of a vector: coefficients or samples that are worked on at once."""
 CHANGES = 64.0
 """If so many modes change while t hardly does, the motion is held there, or ends."""
-BRIEF, NOWHERE = 2.0**-40, 2.0**-50
+BRIEF, NOWHERE = 2.0**-38, 2.0**-50
 """A step that is so small a part of the one before it, or of t, leads nowhere: what was 0, but for rounding,
 still is."""
 CLOCK = 2 * LANES

@@ -177,3 +177,17 @@ def test_the_last_sample_is_reached_from_a_time_with_a_low_part():
     motion = run(ready, resolved, 0.0, 4.0, 5)
     assert motion.t[-1] == 4.0
     assert motion["v/x"][-1] == pytest.approx(2.3383 + 0.8660 * (4.0 - 0.6857), rel=1e-15)
+
+
+def test_no_zero_is_passed_over_where_another_argument_is_known_for_less_of_the_step():
+    """A triangular well: its corner in the middle was missed."""
+    text = """
+    name: a triangle
+    coordinates: {x: {initial: -0.826, velocity: 1.4256}}
+    masses: {p: 1}
+    embedding: {p: [x]}
+    potential: -0.7083*max(0, 1 - abs(x - 0.5058)/0.04043)
+    """
+    resolved = resolve_long_values(spec_of(text), {})
+    ready = prepared(text, "taylor", 2.0**-100, ("q", "v"), precision="double-double")
+    assert run(ready, resolved, 0.0, 3.5, 5)["v/x"][-1] == pytest.approx(1.4256, rel=1e-15)

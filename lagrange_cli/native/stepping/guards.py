@@ -139,7 +139,9 @@ class GuardCode:
                 row, rest = f.load_integer("@guard_rows", j), f.constant(AT_REST)
                 for side in (-1.0, 1.0):
                     look(self._series(f, row), rest, f.constant(side), Bit(f, "false"), j)
-        f.give(earliest.get(), which.get(), reach.get())
+        # a later guard's argument may be known for less of the step than to an earlier one's root
+        within = earliest.get() <= reach.get()
+        f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
         return f
 
     def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
