@@ -110,7 +110,8 @@ class Samples:
         early = min(max(0, EARLY - before), count)
         for part in (slice(early), slice(early + -(before + early) % RARELY, None, RARELY)):
             velocities = states[layout.v, part]
-            terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
+            with np.errstate(over="ignore", invalid="ignore"):
+                terms = sum(np.abs(observed[name][part] * v) for name, v in zip(names, velocities))
             sizes = np.maximum(np.abs(observed["h"][part]), terms)
             self._size = float(np.max(sizes, initial=self._size))
 

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Expression, Spec
     from lagrange_cli.symbolic.direct import Dual
 
-SOON = 2.0**-30
+SOON = 2.0**-28
 """An argument that reaches its end within this part of the time is why the motion ended."""
 ALIKE = 4.0
 """Of arguments that reach it so nearly at once, the first one counts."""
@@ -61,10 +61,12 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     try:
         numbers = along(spec, parameters, end)
         found = [one for one in reached(spec, numbers) if abs(one[0]) <= soon]
+        found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
     except SpecError as error:
         first = error.problems[0]  # it ended at the very place
         return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
-    found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
+    except (ValueError, ArithmeticError):  # beyond the domain of a function that nothing depends on
+        return None
     if not found:
         return None
     least = min(abs(left) for left, _ in found)
