@@ -42,7 +42,7 @@ CASES = [
 ]
 NAMED = {
     ("taylor", COLLISION): "the denominator x reaches 0 in -1/x (line 4)",
-    ("taylor", ROOT): "x reaches 0 in 2*x**2.5 (line 4)",
+    ("taylor", ROOT): "x reaches 0 in x**2.5 (line 4)",
 }
 """What is said instead of the general sentence."""
 EVENTS = {Ending.STOPPED, Ending.TOO_MANY_EVENTS, Ending.RECURRING, Ending.NO_CROSSING}
