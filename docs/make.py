@@ -1,14 +1,15 @@
 """Write what the commands say into the pages: ``python docs/make.py``. A test fails when they differ.
 
-``docs/cli.md`` is made whole, from the commands' options. The tables of keys and of datasets in
-``docs/system-file.md`` and ``docs/output-file.md`` are made from the tables of the package. In the other
-pages the blocks of ``sh`` and ``python`` are run in their order, as if they were pasted, and the ``text``
-block after one is what it prints.
+``docs/cli.md`` and the manual pages in ``docs/man`` are made whole, from the commands' options. The tables of
+keys and of datasets in ``docs/system-file.md`` and ``docs/output-file.md`` are made from the tables of the
+package. In the other pages the blocks of ``sh`` and ``python`` are run in their order, as if they were
+pasted, and the ``text`` block after one is what it prints.
 ``--renew`` renews times and step counts as well, which are otherwise kept where nothing else has changed.
 """
 
 from __future__ import annotations
 
+import io
 import os
 import re
 import shutil
@@ -16,14 +17,28 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+from contextlib import redirect_stdout
 from pathlib import Path
 from textwrap import fill
 
 import click
 
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+from manpages import pages, value_of
+
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.outputs.catalog import OUTPUTS
-from lagrange_cli.spec.sections import ACTION, COORDINATE, EVENT, PARAMETER, SECTIONS, SOLVE
+from lagrange_cli.spec.draw_table import BOUNDS, CAMERA, DRAW
+from lagrange_cli.spec.sections import (
+    ACTION,
+    BODY,
+    COORDINATE,
+    EVENT,
+    PARAMETER,
+    SECTIONS,
+    SOLVE,
+    TRANSFORMATION,
+)
 
 RENEWED = "--renew" in sys.argv
 """Whether what depends on the machine, such as times, is written anew as well."""
@@ -31,7 +46,9 @@ RENEWED = "--renew" in sys.argv
 ROOT = Path(__file__).resolve().parent.parent
 WIDTH = 118
 """Characters in a line of a page."""
-SESSIONS = (ROOT / "README.md",)
+PAGES = ("tutorial", "howto", "theory", "plot", "animate")
+SESSIONS = (ROOT / "README.md", *(ROOT / "docs" / f"{name}.md" for name in PAGES))
+RECIPES = ROOT / "docs" / "python.md"
 BLOCK = re.compile(
     r"^```(?P<language>sh|python)\n(?P<code>.*?)^```\n(?:\n```text\n(?P<shown>.*?)^```\n)?",
     re.MULTILINE | re.DOTALL,
@@ -40,10 +57,11 @@ BLOCK = re.compile(
 
 VARYING = re.compile(
     r"(?<=^  (?:taylor|DOP853)) .*|(?<=: taylor at ).*|(?<=\S) {2,}(?=\S)"
-    r"|\d+(?= steps)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])",
+    r"|\d+(?= steps)|\d+(?= kB)|\d\.\de[-+]\d\d|\d+\.\d{3}(?= s|[,)])",
     re.MULTILINE,
 )
-"""What depends on the machine: steps, drifts, seconds, a row of ``bench``, and how wide its columns are."""
+"""What depends on the machine: steps, drifts, seconds, a row of ``bench`` with the width of its columns; and
+the size of a page."""
 
 MISTAKE = re.compile(r"\S+:\d+:\d+: ")
 """How the output of a command begins that is shown for a mistake in a file."""
@@ -117,10 +135,7 @@ def options(command: click.Command) -> Iterator[str]:
     """The rows of the table of options."""
     for parameter in command.params:
         if isinstance(parameter, click.Option):
-            metavar = parameter.metavar
-            if metavar is None and not parameter.is_flag:
-                choices = getattr(parameter.type, "choices", None)
-                metavar = "|".join(map(str, choices)) if choices else parameter.type.name.split()[0].upper()
+            metavar = value_of(parameter)
             names = ", ".join(f"`{name}`" for name in parameter.opts)
             value = f" `{metavar}`" if metavar else ""
             cell = f"{names}{value} | {' '.join((parameter.help or '').split())}"
@@ -227,6 +242,30 @@ def run_sessions(text: str) -> str:
         return BLOCK.sub(rerun, text)
 
 
+def run_together(text: str) -> str:
+    """A page with its ``python`` blocks run in one process, one after the other, in an empty directory with
+    the shipped systems."""
+    names: dict[str, object] = {"__name__": "__main__"}
+    before = os.getcwd()
+
+    def rerun(block: re.Match[str]) -> str:
+        printed = io.StringIO()
+        with redirect_stdout(printed):
+            exec(compile(block["code"], "a block of the page", "exec"), names)
+        if block["shown"] is None:
+            assert not printed.getvalue(), f"{block['code']}prints something that the page does not show"
+            return block[0]
+        return f"{block[0][: block.start('shown') - block.start()]}{printed.getvalue()}```\n"
+
+    with tempfile.TemporaryDirectory() as folder:
+        shutil.copytree(ROOT / "systems", Path(folder) / "systems")
+        os.chdir(folder)
+        try:
+            return BLOCK.sub(rerun, text)
+        finally:
+            os.chdir(before)
+
+
 def steady(new: str, old: str) -> str:
     """The new text, but with the old lines wherever only what depends on the machine has changed."""
     if RENEWED:
@@ -244,8 +283,11 @@ def steady(new: str, old: str) -> str:
 def made() -> Iterator[tuple[Path, str]]:
     """Every page that is made, wholly or in part, with what it should say."""
     yield ROOT / "docs" / "cli.md", page()
+    for name, text in pages():
+        yield ROOT / "docs" / "man" / name, text
     for path in SESSIONS:
         yield path, run_sessions(path.read_text(encoding="utf-8"))
+    yield RECIPES, run_together(RECIPES.read_text(encoding="utf-8"))
     for name, made_in in (("system-file.md", with_keys), ("output-file.md", with_outputs)):
         path = ROOT / "docs" / name
         yield path, made_in(path.read_text(encoding="utf-8"))
@@ -260,12 +302,19 @@ def with_keys(text: str) -> str:
     places = {
         "`parameters`, NAME": PARAMETER,
         "`coordinates`, NAME": COORDINATE,
+        "`bodies`, NAME": BODY,
         "`events`, NAME": EVENT,
         "`events`, NAME, `action`": ACTION,
+        "`draw`": DRAW,
+        "`draw`, `camera`": CAMERA,
+        "`draw`, `camera`, `bounds`": BOUNDS,
+        "`transformations`, NAME": TRANSFORMATION,
         "`solve`": SOLVE,
     }
     inner = [
-        f"| {place} | `{row.key}` | {row.meaning} |" for place, table in places.items() for row in table.rows
+        f"| {place} | {' or '.join(f'`{word}`' for word in (row.key, row.alias) if word)} | {row.meaning} |"
+        for place, table in places.items()
+        for row in table.rows
     ]
     text = with_rows(text, "| key | meaning |", rows)
     return with_rows(text, "| in | key | meaning |", inner)

@@ -1,6 +1,12 @@
 """Lagrangian mechanics from a YAML file: the equations of motion, and the motion itself.
 
-The stages of the pipeline, each a function from one frozen object to the next:
+    import lagrange_cli as lagrange
+
+    motion = lagrange.solve("pendulum.yaml", set={"l": 2}, stop=20)
+    motion.t, motion.q["theta"], motion.h
+
+and likewise for what other commands do; docs/python.md has recipes. Below are the stages of the pipeline,
+each a function from one frozen object to the next:
 
     spec = read_spec(text, "pendulum.yaml")                       # checked, nothing derived yet
     values = resolve_values(spec, {"l": "2"})                     # parameters and initial state, as run
@@ -19,7 +25,28 @@ TYPE_CHECKING = False  # as in typing, which takes longer to import than this pa
 if TYPE_CHECKING:
     from typing import Any
 
-    from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError, UsageError
+    from lagrange_cli.api.animate import animate
+    from lagrange_cli.api.bench import bench
+    from lagrange_cli.api.check import check
+    from lagrange_cli.api.equations import equations
+    from lagrange_cli.api.example import example
+    from lagrange_cli.api.load import load
+    from lagrange_cli.api.motion import Motion
+    from lagrange_cli.api.plot import plot
+    from lagrange_cli.api.section import section
+    from lagrange_cli.api.solve import solve
+    from lagrange_cli.api.sweep import sweep
+    from lagrange_cli.api.view import view
+    from lagrange_cli.errors import (
+        FileError,
+        Interrupted,
+        LagrangeError,
+        LagrangeWarning,
+        MissingPackage,
+        MotionError,
+        SpecError,
+        UsageError,
+    )
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.integrate.compilation import Compilation
@@ -30,29 +57,45 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.read import read_spec
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.symbolic.derive import derive_equations
-
-__version__ = "0.1.0"
+    from lagrange_cli.version import __version__ as __version__
 
 __all__ = [
     "Compilation",
     "FileError",
     "GraphAlgebra",
+    "Interrupted",
     "LagrangeError",
+    "LagrangeWarning",
+    "MissingPackage",
+    "Motion",
     "MotionError",
     "SpecError",
     "SympyAlgebra",
     "Times",
     "UsageError",
+    "animate",
+    "bench",
     "build_model",
+    "check",
     "derive",
     "derive_equations",
+    "equations",
+    "example",
+    "load",
+    "plot",
     "prepare",
     "read_spec",
     "resolve_values",
+    "section",
+    "solve",
+    "sweep",
+    "view",
 ]
 
 _HOMES = {
+    "__version__": "version",
     "Compilation": "integrate.compilation",
+    "Motion": "api.motion",
     "GraphAlgebra": "expression.graph_algebra",
     "SympyAlgebra": "expression.symbolic",
     "Times": "integrate.times",
@@ -62,12 +105,26 @@ _HOMES = {
     "prepare": "integrate.prepare",
     "read_spec": "spec.read",
     "resolve_values": "spec.values",
-    **dict.fromkeys(("FileError", "LagrangeError", "MotionError", "SpecError", "UsageError"), "errors"),
+    **{name: f"api.{name}" for name in ("bench", "check", "equations", "example", "load", "plot")},
+    **{name: f"api.{name}" for name in ("animate", "section", "solve", "sweep", "view")},
+    **dict.fromkeys(
+        (
+            "FileError",
+            "Interrupted",
+            "LagrangeError",
+            "LagrangeWarning",
+            "MissingPackage",
+            "MotionError",
+            "SpecError",
+            "UsageError",
+        ),
+        "errors",
+    ),
 }
 
 
 def __getattr__(name: str) -> "Any":
-    """Import a name of ``__all__`` from where it lives."""
+    """Import a name of ``__all__``, or the version, from where it lives."""
     from importlib import import_module
 
     if name not in _HOMES:

@@ -2,6 +2,7 @@
 
 LagrangeError
 ├── UsageError       2    an option, its value, a --set of an unknown name
+│   └── MissingPackage    what an extra would have installed
 ├── SpecError        3    the system file is wrong: one Problem or many, each with its place
 ├── SingularCoordinate 3  found while deriving; the command line gives it its place
 ├── InfiniteForce    3    likewise
@@ -16,6 +17,8 @@ Foreign exceptions (yaml, h5py, OSError) are translated once, where they occur, 
 
 from __future__ import annotations
 
+from typing import Any
+
 from lagrange_cli.records import dataclass
 
 
@@ -24,6 +27,16 @@ class LagrangeError(Exception):
 
     exit_code = 1
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        return restored, (type(self), self.args, self.__dict__)  # as it is, also from another process
+
+
+def restored(kind: type[LagrangeError], args: tuple[Any, ...], fields: dict[str, Any]) -> LagrangeError:
+    """An error as it was when it was pickled."""
+    error = kind.__new__(kind, *args)
+    error.__dict__.update(fields)
+    return error
+
 
 class UsageError(LagrangeError):
     """The command line asks for something that does not exist or makes no sense."""
@@ -31,10 +44,33 @@ class UsageError(LagrangeError):
     exit_code = 2
 
 
+class NotDefined(UsageError):
+    """An output does not exist, or not all of it; the message says why."""
+
+
+class MissingPackage(UsageError):
+    """``what`` needs a package that is not installed: it comes with an extra of ours."""
+
+    def __init__(self, what: str, package: str, extra: str) -> None:
+        super().__init__(f"{what} needs {package}: pip install 'lagrange-cli[{extra}]'")
+
+
 class MotionError(LagrangeError):
-    """The motion could not be started or continued."""
+    """The motion could not be started or continued; ``result`` has what was computed, where it was asked for
+    by a Python program."""
 
     exit_code = 4
+    result: Any = None
+
+
+class Interrupted(KeyboardInterrupt):
+    """A Python program was interrupted while it followed motions; ``result`` has what was computed."""
+
+    result: Any = None
+
+
+class LagrangeWarning(UserWarning):
+    """What the command prints on standard error as a warning."""
 
 
 class FileError(LagrangeError):
@@ -85,13 +121,48 @@ class SpecError(LagrangeError):
 
 
 class SingularCoordinate(LagrangeError):
-    """No kinetic energy depends on the velocity of ``coordinate``: the mass matrix has a row of zeros."""
+    """No kinetic energy depends on the velocity of any of the ``coordinates``: the mass matrix has rows of
+    zeros. ``messages`` has a sentence for each."""
 
     exit_code = 3
 
-    def __init__(self, coordinate: str) -> None:
-        self.coordinate = coordinate
-        super().__init__(f"no kinetic energy depends on the velocity of '{coordinate}'")
+    def __init__(self, coordinates: list[str]) -> None:
+        self.messages = {one: f"no kinetic energy depends on the velocity of '{one}'" for one in coordinates}
+        super().__init__(self.messages[coordinates[0]])
+
+
+class NotLinear(LagrangeError):
+    """The nonholonomic ``constraint`` is not linear in the velocities."""
+
+    exit_code = 3
+
+    def __init__(self, constraint: str) -> None:
+        self.constraint = constraint
+        super().__init__(f"nonholonomic constraint '{constraint}' is not linear in the velocities")
+
+
+class Spinning(LagrangeError):
+    """Nothing determines how the ``body``, a thin rod, turns about its axis."""
+
+    exit_code = 3
+
+    def __init__(self, body: str) -> None:
+        self.body = body
+        super().__init__(
+            f"body '{body}' has no moment of inertia about its own axis, and nothing else determines how it "
+            "turns about it"
+        )
+
+
+class Undetermined(LagrangeError):
+    """Forces or events use the multiplier of the ``constraint``, which depends on others."""
+
+    exit_code = 3
+
+    def __init__(self, constraint: str) -> None:
+        self.constraint = constraint
+        reason = "constraints depend on one another, so that only the sum of their forces is known"
+        super().__init__(f"the multiplier of constraint '{constraint}' is not determined: {reason}")
 
 
 class InfiniteForce(LagrangeError):

@@ -25,7 +25,7 @@ DEFAULTS = {
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
     "nodes": 500_000,  # of the equations: 20 s and 0.8 GB to derive
     "work": 20_000_000,  # steps of a derivation: some 20 s
-    "convolutions": 20_000,  # an order of a Taylor series: 70 bodies that all attract each other
+    "convolutions": 60_000,  # an order of a Taylor series: 120 bodies that all attract each other
     "instructions": 800_000,  # of compiled code: 20 s and 1.3 GB
     "printed": 100_000,  # terms and factors of an expression that 'equations' prints
     "exponent": 64,  # (1 + x)**64 written out still fits a page
@@ -55,20 +55,20 @@ class Work:
     """How many elementary steps deriving a system has taken, counted rather than timed.
 
     A step is about a microsecond of work, and a term or factor in memory costs at least one: so both time
-    and memory are bounded by the limit ``work``.
+    and memory are bounded by the limit ``work``, or by ``most`` where that is less.
     """
 
     __slots__ = ("most", "spent")
 
-    def __init__(self) -> None:
+    def __init__(self, most: float = math.inf) -> None:
         self.spent = 0
-        self.most = limit("work")
+        self.most = min(limit("work"), most)
 
     def charge(self, steps: int, what: str = "deriving the equations") -> None:
         """Count ``steps`` more; raises ``TooLarge`` where the limit is passed, by ``what``."""
         self.spent += steps
         if self.spent > self.most:
-            most = f"more than {limit('work'):.0f} steps of work"
+            most = f"more than {self.most:.0f} steps of work"
             raise TooLarge(f"{what} takes {most}", "write a smaller system, " + way_out("work"))
 
     def attempt(self, steps: int, function: Callable[[], T]) -> T | None:

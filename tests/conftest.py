@@ -3,6 +3,7 @@
 import os
 import random
 import shutil
+import signal
 import tempfile
 
 from hypothesis import HealthCheck, settings
@@ -19,11 +20,14 @@ settings.load_profile("suite")
 
 def pytest_addoption(parser):
     parser.addoption("--seed", type=int, help="seed of the draw from exhaustive suites [random]")
+    parser.addoption("--most", type=int, help="run up to so many cases of each of them [all]")
 
 
 def pytest_configure(config):
     if thorough(config):
         draws.be_thorough()
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as shells have it in the background
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput"):  # it has the options and the environment of its controller
         return
     if config.option.seed is None:
@@ -45,7 +49,7 @@ def thorough(config):
 def pytest_collection_modifyitems(config, items):
     if any("::" in argument for argument in config.args):
         return
-    chosen = draws.sampled(items, config.option.seed, thorough(config))
+    chosen = draws.sampled(items, config.option.seed, thorough(config), config.option.most)
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen

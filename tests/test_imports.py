@@ -63,7 +63,8 @@ def test_scipy_is_imported_by_its_own_methods(tmp_path):
 
 def test_a_plain_solve_loads_only_the_stages_it_goes_through(tmp_path):
     modules = modules_imported_by(["solve", PENDULUM], tmp_path)
-    assert not [name for name in modules if name.startswith("lagrange_cli.symbolic")]
+    assert not [name for name in modules if name.startswith(("lagrange_cli.symbolic", "lagrange_cli.api"))]
+    assert not modules & {f"lagrange_cli.run.{name}" for name in ("schema", "shipped", "view", "memory")}
     assert "lagrange_cli.expression.symbolic" not in modules
     assert not modules & {"_hashlib", "numpy.typing"}  # 6 ms
 
@@ -75,6 +76,17 @@ def test_a_solve_whose_program_is_in_the_cache_does_not_derive_it_again(tmp_path
     assert not modules & {"llvmlite.binding", "lagrange_cli.expression.graph", "lagrange_cli.outputs.plan"}
     stages = ("mechanics", "series", "native.recurrences", "native.stepping")
     assert not [name for name in modules if name.startswith(tuple(f"lagrange_cli.{one}" for one in stages))]
+
+
+def test_a_consistent_start_needs_neither_sympy_nor_the_graph(tmp_path):
+    content = (SYSTEMS / "pendulum.yaml").read_text()
+    system = tmp_path / "bound.yaml"
+    system.write_text(content + "\nconstraints: {wall: theta - 0.2}\n")
+    command = ["solve", str(system), "--force", "--set", "theta=0.2"]
+    modules = modules_imported_by(command, tmp_path)
+    assert not modules & {"sympy", "scipy", "mpmath"}
+    modules = modules_imported_by(command, tmp_path)
+    assert not modules & {"lagrange_cli.expression.graph", "lagrange_cli.mechanics.constraints"}
 
 
 def test_the_package_itself_imports_nothing():

@@ -42,6 +42,13 @@ def timed(function: Callable[[], T]) -> tuple[float, T]:
     return time.perf_counter() - began, result
 
 
+def timed_by_both(function: Callable[[], T]) -> tuple[float, float, T]:
+    """The seconds of the wall's clock and of all processors that it takes, and what it returns."""
+    began = time.process_time()
+    wall, result = timed(function)
+    return wall, time.process_time() - began, result
+
+
 def processor_seconds(function: Callable[[], object]) -> float:
     """The processor time of a call, the mean of many where one is short."""
     began, count = time.process_time(), 0

@@ -56,8 +56,7 @@ The first table has these columns:
   A random walk of rounding errors gives 0.5.
 
 The values of h, p and the ledgers are relative to the size of these quantities. They are right up to
-{drift} times the square root of the number of steps. No scene has constraints, because lagrange does not
-support them yet.
+{drift} times the square root of the number of steps. No scene has constraints.
 
 Some scenes have wider bounds, most of them set after a first run. The first column is the bound for the
 error of q. The second is the size to which drifts of h and p are relative, where it exceeds the values of

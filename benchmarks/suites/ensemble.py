@@ -8,7 +8,6 @@ are computed.
 from __future__ import annotations
 
 import sys
-import time
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
-from benchmarks.harness.turns import in_own_process, in_turns, timed
+from benchmarks.harness.turns import in_own_process, in_turns, timed_by_both
 from benchmarks.motions.motion import DOUBLE_PENDULUM
 from benchmarks.peers import ensemble
 
@@ -61,9 +60,7 @@ def measured(peer: str, options: Mapping[str, Any], members: int) -> Measurement
     made = ensemble(peer, PENDULUMS, **options)
     states = initial_states(members)
     made.follow(states[:, :WARM])
-    began = time.process_time()
-    wall, course = timed(lambda: made.follow(states))
-    spent = time.process_time() - began
+    wall, spent, course = timed_by_both(lambda: made.follow(states))
     start, end = PENDULUMS.energy(states), PENDULUMS.energy(course.states)
     error = float(np.sqrt(np.mean((end / start - 1) ** 2)))
     return Measurement(made.prepare, wall, spent, course.steps, error)

@@ -8,7 +8,6 @@ and the state. Nothing is written to a file.
 from __future__ import annotations
 
 import sys
-import time
 from argparse import Namespace
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from numpy.typing import NDArray
 
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
-from benchmarks.harness.turns import in_own_process, in_turns, timed
+from benchmarks.harness.turns import in_own_process, in_turns, timed_by_both
 from benchmarks.motions.motion import HENON_HEILES
 from benchmarks.peers import section
 
@@ -67,9 +66,7 @@ def measured(peer: str, options: Mapping[str, Any], members: int) -> Measurement
     made = section(peer, HENON_HEILES, crossings=CROSSINGS, **options)
     states = initial_states(members)
     made.follow(states[:, :WARM])
-    began = time.process_time()
-    wall, found = timed(lambda: made.follow(states))
-    spent = time.process_time() - began
+    wall, spent, found = timed_by_both(lambda: made.follow(states))
     error = HENON_HEILES.energy(found.states.reshape(4, -1)) / ENERGY - 1
     return Measurement(
         made.prepare,

@@ -16,7 +16,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from benchmarks.truth.drawing import DRAWS, FAMILIES, cases
-from benchmarks.truth.judge import MODES, REFUSED, RIGHT, VERDICTS, WRONG, Verdict, judge
+from benchmarks.truth.judge import REFUSED, RIGHT, VERDICTS, WRONG, Verdict, judge
+from benchmarks.truth.running import MODES
 
 REFUSALS = 0.02
 """The largest share of cases that may be refused."""

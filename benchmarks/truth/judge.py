@@ -1,47 +1,37 @@
-"""A case from its file to a verdict, as ``solve``, as a member of a ``sweep``, and in double-double."""
+"""A case from its file to a verdict."""
 
 from __future__ import annotations
 
-import io
 import json
-import os
 import re
-import signal
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager, redirect_stderr, redirect_stdout
 from dataclasses import dataclass, replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any
 
 import h5py
 
-from benchmarks.harness.processes import OURS, run_process
-from benchmarks.truth.case import MP, Case, Number, Truth
+from benchmarks.truth.case import MP, Case, Number
+from benchmarks.truth.known import Known
+from benchmarks.truth.running import (
+    DOUBLE_DOUBLE,
+    MEMBERS,
+    SECONDS,
+    SOLVE,
+    SWEEP,
+    Ran,
+    command,
+    over,
+    run,
+)
 
-SOLVE, SWEEP, DOUBLE_DOUBLE = MODES = ("solve", "sweep", "double-double")
 TOLERANCE = {SOLVE: "1e-12", SWEEP: "1e-12", DOUBLE_DOUBLE: "1e-28"}
 """Relative to the size of the motion and what its numbers, changed by as much, make of it."""
 END = 1e-6
 """How well the time must be known at which a motion ends; it is said with nine digits."""
-DIFFERENCE, ROUGHLY = "1e-13", 28
-"""By which part of itself each number is changed to find out what comes of it, and the digits for that."""
 NOTHING = 2.0**-1000
 """So small an error is nothing: doubles have no smaller numbers that are known to all their digits."""
-SECONDS = 60.0
-"""Processor time after which a run hangs."""
-MEMBERS = 9
-"""Of a sweep: more than fill the lanes; the first and the last are compared with the truth."""
 RIGHT, REFUSED, WRONG = VERDICTS = ("right", "refused", "wrong")
-
-
-@dataclass(frozen=True)
-class Ran:
-    """What a run of the command printed, and how it ended (None: a hang)."""
-
-    status: int | None
-    printed: str
-    errors: str
 
 
 @dataclass(frozen=True)
@@ -57,72 +47,6 @@ class Verdict:
     steps: int = 0
 
 
-class Known:
-    """The truth of a case at the times of its samples, and how large an error may be.
-
-    For a member of a sweep that is little different from another, ``near``, twice of what is allowed there.
-    """
-
-    def __init__(self, case: Case, near: Known | None = None) -> None:
-        self.case, self.near = case, near
-
-    @cached_property
-    def times(self) -> list[Number]:
-        """The times of the samples; doubles, where ``stop`` and the number of samples are chosen well."""
-        count = self.case.samples - 1
-        return [MP.mpf(float(self.case.stop)) * k / count for k in range(count + 1)]
-
-    @cached_property
-    def truth(self) -> Truth:
-        """With the numbers of the case."""
-        return self.case.truth(self.times)
-
-    @cached_property
-    def changes(self) -> list[tuple[Truth, Truth]]:
-        """With its numbers, and with one of them changed a little: a pair for each number."""
-        with MP.workdps(ROUGHLY):
-            part = MP.mpf(DIFFERENCE)
-            as_given = self.case.truth(self.times)
-            return [
-                (as_given, self.case.truth(self.times, {name: MP.mpf(value) * (1 + part)}))
-                for name, value in self.case.numbers.items()
-            ]
-
-    def size(self, path: str) -> Number:
-        """That of the values of this path, at events and elsewhere: at a wall, x may be 0 each time."""
-        elsewhere = path.split("/", 2)[2] if path.startswith("events/") else path
-        values = [*self.truth.values.get(elsewhere, ()), *self.truth.events.get(path, ())]
-        return max([MP.mpf(self.truth.sizes.get(path, 0)), *(abs(x) for x in values if x is not None)])
-
-    def allowed(self, path: str, k: int) -> Number:
-        """What an error of one part in 1 may be, for the value number k of this path: its size and what comes
-        of changes of the numbers by one part in 1; of q also what it does in a time as long as t."""
-        if self.near is not None:
-            return 2 * self.near.allowed(path, k)
-        found = self.size(path)
-        for pair in self.changes:
-            x, y = (value_of(each, path, k) for each in pair)
-            if x is not None and y is not None:
-                found += abs(y - x) / MP.mpf(DIFFERENCE)
-        speed = value_of(self.truth, path.replace("q/", "v/", 1), k) if path.startswith("q/") else None
-        return found if speed is None else found + abs(speed) * self.times[k]
-
-    @cached_property
-    def allowed_end(self) -> Number:
-        """The same for the time at which the motion ends."""
-        if self.near is not None:
-            return 2 * self.near.allowed_end
-        ends = [(x.ends, y.ends) for x, y in self.changes if x.ends is not None and y.ends is not None]
-        assert self.truth.ends is not None
-        return abs(self.truth.ends) + sum(abs(y - x) for x, y in ends) / MP.mpf(DIFFERENCE)
-
-
-def value_of(truth: Truth, path: str, k: int) -> Number | None:
-    """The value number k of a path, or of a list of events; None where there is none."""
-    values = truth.values.get(path, truth.events.get(path, ()))
-    return values[k] if k < len(values) else None
-
-
 def judge(case: Case, modes: Sequence[str], folder: Path, *, shell: bool = False) -> list[Verdict]:
     """The verdicts; the file stays in ``folder``."""
     file = folder / f"{case.name}.yaml"
@@ -133,90 +57,6 @@ def judge(case: Case, modes: Sequence[str], folder: Path, *, shell: bool = False
         ran = run(command(case, mode, file), folder, shell=shell)
         found.append(verdict(case, mode, ran, folder / f"{case.name}-{mode}.h5", known))
     return found
-
-
-def over(case: Case) -> list[str]:
-    """The values of the number that a sweep varies: the case's own, and others nearby."""
-    value = MP.mpf(case.numbers[case.over])
-    return [
-        case.numbers[case.over],
-        *(MP.nstr(value * (1 + MP.mpf(k) / 1000), 12) for k in range(1, MEMBERS)),
-    ]
-
-
-def command(case: Case, mode: str, file: Path) -> list[str]:
-    """The arguments of ``lagrange``."""
-    words = [
-        "sweep" if mode == SWEEP else "solve",
-        file.name,
-        "-o",
-        f"{case.name}-{mode}.h5",
-        "--force",
-        "--json",
-        "--no-cache",
-        "--stop",
-        case.stop,
-        "--samples",
-        str(case.samples),
-        "--outputs",
-        ",".join(case.outputs),
-    ]
-    if mode == SWEEP:
-        words += ["--jobs", "1", "--over", f"{case.over}={','.join(over(case))}"]
-    if mode == DOUBLE_DOUBLE:
-        words += ["--precision", mode]
-    return words
-
-
-def run(words: Sequence[str], folder: Path, *, shell: bool = False) -> Ran:
-    """The command in this process, or in one of its own, for at most ``SECONDS`` of processor time."""
-    if shell:
-        ended = run_process((*OURS, *words), folder, {}, seconds=4 * SECONDS)
-        return Ran(ended.status, ended.printed, ended.errors)
-    from lagrange_cli.cli.main import main
-
-    printed, errors = Stream(), Stream()
-    before = os.getcwd()
-    os.chdir(folder)
-    try:
-        with redirect_stdout(printed), redirect_stderr(errors), interrupted_after(SECONDS):
-            status: int | None = main([*words])
-    finally:
-        os.chdir(before)
-    return Ran(None if status == 130 else status, printed.text(), errors.text())
-
-
-class Stream(io.TextIOWrapper):
-    """Text that is kept in memory."""
-
-    def __init__(self) -> None:
-        super().__init__(io.BytesIO(), encoding="utf-8", write_through=True)
-
-    def fileno(self) -> int:
-        return 2
-
-    def text(self) -> str:
-        """What was written."""
-        return self.buffer.getvalue().decode()  # type: ignore[attr-defined, no-any-return]
-
-
-@contextmanager
-def interrupted_after(seconds: float) -> Iterator[None]:
-    """A context that is interrupted, as by Ctrl-C, after so many seconds of processor time."""
-
-    def interrupt(number: int, frame: object) -> None:
-        signal.raise_signal(signal.SIGINT)
-
-    before = signal.signal(signal.SIGPROF, interrupt)
-    signal.setitimer(signal.ITIMER_PROF, seconds, 1.0)
-    try:
-        yield
-    finally:
-        signal.setitimer(signal.ITIMER_PROF, 0)
-        signal.signal(signal.SIGPROF, before)
-
-
-# -- the verdict ---------------------------------------------------------------------------------------------
 
 
 def verdict(case: Case, mode: str, ran: Ran, output: Path, known: Known) -> Verdict:

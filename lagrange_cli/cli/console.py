@@ -5,12 +5,18 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from lagrange_cli.cli.progress import Line
 from lagrange_cli.errors import FileError, LagrangeError, MotionError, SpecError
+from lagrange_cli.run.source import STANDARD_INPUT as STANDARD_INPUT
+from lagrange_cli.run.source import count_of as count_of
+from lagrange_cli.run.source import display_name as display_name
+
+if TYPE_CHECKING:
+    from lagrange_cli.store.target import Target
 
 INTERRUPTED = 130
 UNEXPECTED = 1
@@ -19,17 +25,17 @@ EXIT_STATUS = {"complete": 0, "stopped": 0, "failed": MotionError.exit_code, "in
 """The exit status for each way a motion can end; what was computed is written in every case."""
 
 
-STANDARD_INPUT = "-"
-
-
-def display_name(system: str) -> str:
-    """The name under which messages speak of a system."""
-    return "<stdin>" if system == STANDARD_INPUT else system
-
-
 def stem(system: str) -> str:
     """``pendulum`` for ``systems/pendulum.yaml``; ``stdin`` for standard input."""
     return "stdin" if system == STANDARD_INPUT else os.path.splitext(os.path.basename(system))[0]
+
+
+REPLACED = " (replaced the result of an earlier run of this file)"
+
+
+def replaced(target: Target) -> str:
+    """What the summary says if an earlier output was replaced without ``--force``."""
+    return REPLACED if target.replaced else ""
 
 
 def emit(text: str) -> None:
@@ -70,11 +76,6 @@ def emit_json(content: Mapping[str, Any]) -> None:
     from lagrange_cli.run.attributes import finite
 
     emit(json.dumps(finite(content), allow_nan=False))
-
-
-def count_of(number: int, noun: str) -> str:
-    """``1 step``, ``2 steps``."""
-    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
 
 
 def complain(text: str) -> None:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, NoReturn
 
 import click
 
-import lagrange_cli
 from lagrange_cli import limits
 from lagrange_cli.cli.console import INTERRUPTED, complain, describe, discard_output
 from lagrange_cli.cli.signals import heed_endings
+from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
     from click.shell_completion import CompletionItem
@@ -23,11 +23,15 @@ COMMANDS = {
     "solve": "Integrate the motion and write it to an HDF5 file.",
     "sweep": "Integrate many motions, over a grid, random numbers or a table.",
     "section": "Find where motions cross a surface: Poincare and stroboscopic sections.",
+    "plot": "Draw outputs, or the motion of a system.",
+    "animate": "Make a film of a motion.",
+    "view": "Write a web page that draws a system and computes its motion.",
     "equations": "Print L, the equations of motion, momenta and conserved quantities.",
     "check": "Validate a system file and classify the system.",
     "bench": "Compare methods and tolerances: run time against error.",
     "cache": "Show or clear the cache of compiled programs.",
     "systems": "List the example systems, or print one of them.",
+    "schema": "Print a JSON Schema of system files, for editors.",
     "completion": "Print the completion script for bash, zsh or fish.",
 }
 """Each command, with its purpose. It lives under its name in the module of that name in ``commands``."""
@@ -59,7 +63,7 @@ class LazyGroup(click.Group):
 
 
 @click.group(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
-@click.version_option(lagrange_cli.__version__, prog_name="lagrange")
+@click.version_option(__version__, prog_name="lagrange")
 def lagrange() -> None:
     """Lagrangian mechanics from a YAML file: the equations of motion, and the motion itself.
 

@@ -3,31 +3,22 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.cli.console import STANDARD_INPUT, stem
-from lagrange_cli.errors import UsageError
+from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.integrate.precision import DOUBLE
-from lagrange_cli.records import dataclass
-from lagrange_cli.run.request import CSV, HDF5, Request
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.request import CSV, ENDINGS, HDF5, Request, format_of
 
 if TYPE_CHECKING:
     from lagrange_cli.store.target import Target
 
 STANDARD_OUTPUT = "-"
-
-ENDINGS = {HDF5: ".h5", CSV: ".csv"}
-OTHERS = frozenset(
-    (
-        ".txt", ".tsv", ".json", ".jsonl", ".yaml", ".yml", ".npy", ".npz", ".mat", ".xls", ".xlsx", ".ods",
-        ".parquet", ".feather", ".pkl", ".pickle", ".zarr", ".fits", ".sqlite", ".db", ".png", ".svg", ".pdf",
-        ".gif", ".mp4", ".gz", ".bz2", ".xz", ".zst", ".zip", ".tar",
-    )
-)  # fmt: skip
-"""Endings of formats that are not written. Any other ending is taken to be that of an HDF5 file."""
 
 
 @dataclass(frozen=True)
@@ -64,23 +55,32 @@ def options_given(request: Request) -> dict[str, str]:
     return shown
 
 
-def format_of(output: str | None, asked: str | None = None) -> str:
-    """The format of an output: the one ``asked`` for with ``--format``, or the one of its name.
+def refuse_tables(asked: Invocation, what: str) -> None:
+    """Raise ``UsageError`` unless the output is an HDF5 file, as that of a ``what`` must be."""
+    if format_of(asked.output) != HDF5:
+        raise UsageError(f"a {what} is written as HDF5: give --output a name that ends in .h5")
+    if asked.streams:
+        raise UsageError(f"a {what} cannot be written to standard output: give --output a name")
 
-    Raises ``UsageError`` if the name ends like that of another format.
+
+def with_format(asked: Invocation, form: str | None) -> Invocation:
+    """What is asked for, written in the format of that name, or of the output's.
+
+    Raises ``UsageError`` where a table cannot have what is asked.
     """
-    if asked is not None or output is None:
-        return asked or HDF5
-    stem, ending = os.path.splitext(output)
-    if ending.lower() == ENDINGS[CSV]:
-        return CSV
-    if ending.lower() in OTHERS:
-        stem = os.path.splitext(stem)[0] or stem
-        raise UsageError(
-            f"outputs are HDF5 or CSV, not {ending[1:]}: name the file {stem}.h5 or {stem}.csv "
-            "(or say --format, to have it under this name)"
-        )
-    return HDF5
+    form = format_of(asked.output, form)
+    if form == CSV and asked.request.resume:
+        raise UsageError("--resume needs an HDF5 output: a CSV file stores no checkpoint")
+    if form == CSV and asked.streams and asked.as_json:
+        raise UsageError("--json and the table would both go to standard output: give --output a name")
+    return replace(asked, request=replace(asked.request, format=form))
+
+
+def standard_output() -> BinaryIO:
+    """Standard output for a table; raises ``FileError`` where there is none."""
+    if sys.stdout is None or sys.stdout.closed:
+        raise FileError("standard output is closed: give --output a name")
+    return sys.stdout.buffer
 
 
 def output_name(system: str, output: str | None, suffix: str = "", format: str = HDF5) -> str:

@@ -20,10 +20,13 @@ STAGES = {
     "program": "writing the program",
     "compile": "compiling",
     "cache": "looking for a compiled program",
+    "draw": "drawing",
     "verify": "comparing with the compiled equations",
     "print": "writing the equations",
 }
 """What is shown of stages that take long; the others show their progress themselves."""
+SHORTEST_NAME = 10
+"""Columns of a name that are shown rather than the longest text."""
 WIDTH = 80
 """Columns of a terminal that does not know its width."""
 
@@ -44,12 +47,16 @@ class Line:
         """Whether it is time for an update."""
         return self.enabled and time.monotonic() >= self._due
 
-    def say(self, text: str) -> None:
-        """Rewrite the line, cut to the width of the terminal: of the name first, as the text matters more."""
+    def say(self, *texts: str) -> None:
+        """Rewrite the line with the first of the texts, or with one that is shorter where the terminal is
+        narrow. The line is cut to its width: of the name first, as the text matters more."""
         self._due = time.monotonic() + DELAY
         width = terminal_width() - 1  # in the last column some terminals begin a new line
-        name, text = printable(self._name), printable(text)
-        line = cut(f"{cut(name, max(0, width - columns(text) - 2))}: {text}", width)
+        name, fitting = printable(self._name), [printable(text) for text in texts]
+        least = min(columns(name), SHORTEST_NAME) + 2
+        text = next((text for text in fitting if columns(text) + least <= width), fitting[-1])
+        room = width - columns(text) - 2
+        line = cut(f"{cut(name, room)}: {text}" if room > 2 else text.lstrip(), width)
         self._write(line, width)
         self.columns = columns(line)
         Line.shown = self
@@ -170,7 +177,7 @@ class Progress(Line):
         if self.due():
             part = (t - self._start) / (self._stop - self._start)
             left = time_left(self._stop - t, rate)
-            self.say(f"{part:4.0%}  t = {t:.6g} of {self._stop:g}{left}")
+            self.say(f"{part:4.0%}  t = {t:.6g} of {self._stop:g}{left}", f"{part:4.0%}{left}")
 
 
 class Counter(Line):
@@ -186,7 +193,8 @@ class Counter(Line):
         if self.due():
             left = time_left(self._count - done, rate)
             speed = f", {rate:.3g} per second" if rate else ""
-            self.say(f"{done / self._count:4.0%}  {done} of {self._count} {self._noun}{speed}{left}")
+            part, counted = f"{done / self._count:4.0%}", f"  {done} of {self._count} {self._noun}"
+            self.say(f"{part}{counted}{speed}{left}", f"{part}{counted}{left}", f"{part}{left}")
 
 
 class MeasuringProgress(Line):

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
 from lagrange_cli.cli.console import STANDARD_INPUT, display_name
-from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.errors import FileError
 from lagrange_cli.limits import whole
+from lagrange_cli.run.source import read_file
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.options.shared import Given
@@ -48,24 +48,4 @@ def read_bytes(system: str) -> bytes:
         if sys.stdin is None or sys.stdin.closed:
             raise FileError("standard input is closed: give the name of a system file")
         return sys.stdin.buffer.read(whole("bytes") + 1)
-    try:
-        with Path(system).open("rb") as file:
-            return file.read(whole("bytes") + 1)
-    except FileNotFoundError as error:
-        raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
-    except OSError as error:
-        if Path(system).is_dir():  # no permission to read it is what Windows says
-            raise FileError(f"{system} is a directory, not a system file") from error
-        raise FileError(f"{system} could not be read: {error.strerror or error}") from error
-    except ValueError as error:  # a NUL in the name
-        raise UsageError(f"{system!r} is not the name of a file: {error}") from error
-
-
-def shipped_hint(system: str) -> str:
-    """How to get the shipped system that was perhaps meant, or an empty text."""
-    from lagrange_cli.cli import shipped
-
-    name = Path(system).stem
-    if name not in shipped.names():
-        return ""
-    return f"\n  there is an example system of that name: lagrange systems {name} > {name}.yaml"
+    return read_file(system)

@@ -97,7 +97,8 @@ class BoundsAlgebra(Undecided):
         return reduce(add, terms)
 
     def symbols(self, expression: Bounds) -> tuple[Bounds, ...]:
-        return ()
+        """That it may contain any, unless it is a constant."""
+        return () if expression.value is not None else (Bounds(),)
 
     def diff(self, expression: Bounds, symbol: Bounds) -> Bounds:
         return expression

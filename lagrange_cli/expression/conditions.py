@@ -12,14 +12,12 @@ from typing import Any
 from lagrange_cli.expression.algebra import Algebra, Value
 from lagrange_cli.expression.indices import Indices, holds
 from lagrange_cli.expression.syntax import (
-    Binary,
     Comparison,
     ExpressionError,
     Logic,
     Name,
-    Negative,
-    Number,
     Tree,
+    is_whole,
 )
 from lagrange_cli.records import dataclass
 
@@ -78,7 +76,7 @@ def met(
         raise ExpressionError(
             condition.span, "expected a condition, found a value", "compare it with another, as in x > 0"
         )
-    if all(whole(operand, indices) for operand in condition.operands):
+    if all(is_whole(operand, lambda name: is_index(name, indices)) for operand in condition.operands):
         return holds(condition, indices)
     values = [scalar(operand, value(operand)) for operand in condition.operands]
     found: list[Condition] = []
@@ -103,19 +101,9 @@ def met(
     return found[0] if len(found) == 1 else Joined(tuple(found), True)
 
 
-def whole(tree: Tree, indices: Indices) -> bool:
-    """Whether it is made of whole numbers, indices and sizes."""
-    if isinstance(tree, Name):
-        return not tree.indices and tree.identifier in indices
-    if isinstance(tree, Number):
-        return tree.text.isdecimal()
-    if isinstance(tree, Negative):
-        return whole(tree.operand, indices)
-    if isinstance(tree, Binary):
-        return tree.operator in ("+", "-", "*", "//", "%") and all(
-            whole(one, indices) for one in (tree.left, tree.right)
-        )
-    return False
+def is_index(name: Name, indices: Indices) -> bool:
+    """Whether it is an index or a size."""
+    return not name.indices and name.identifier in indices
 
 
 def scalar(tree: Tree, value: Value) -> Any:

@@ -175,6 +175,10 @@ COMPONENTS: dict[str, str] = {
 VELOCITIES = frozenset({"v", "V", "vel", "velocity", "speed", "dot", "rdot", "r_dot"})
 """The whole of it."""
 
+MULTIPLIERS = frozenset({"lambda", "lam", "multiplier", "multipliers"})
+FORCES = MULTIPLIERS | {"mu", "tension", "reaction", "force", "F", "N", "T"}
+"""How a multiplier is called alone, and together with the name of its constraint: ``lambda_rod``."""
+
 _UNITS = """
     kg g mg t lb u m cm mm km nm um pm ft in au AU pc ly s ms us ns min h hr d yr N kN mN J kJ mJ eV keV
     MeV W kW Pa kPa bar C A V T K Hz kHz MHz rad deg sr L l mol F H Ohm Wb Gauss dyn erg kilogram
@@ -221,6 +225,11 @@ _HINTS = {
     "step": "write 'solve: {step: 0.01}'",
     "solve": "it belongs under 'solve', as in 'solve: {stop: 10, step: 0.01}'",
     "outputs": "what is written is listed under 'solve', as in 'solve: {outputs: [q, v]}'",
+    "draw": "it belongs under 'draw'",
+    "body": "it belongs to a body: 'top: {mass: m, inertia: [I1, I2, I3], ...}' under 'bodies'",
+    "event": "it belongs to an event: 'floor: {when: y, direction: falling}' under 'events'",
+    "unit": "write 'time: {unit: s}' for the unit of t; others belong to parameters and coordinates",
+    "sweep": "a sweep is a command: 'lagrange sweep FILE --over NAME=START:STOP:COUNT'",
 }
 _ELSEWHERE = """
     state: initial initials initial_conditions initial_condition initial_state initial_values init ics ic
@@ -229,10 +238,15 @@ _ELSEWHERE = """
     kinetic: T K kinetic kinetic_energy Ekin E_kin energy energies
     particles: particles particle point objects point_masses
     interaction: springs spring gravity interactions field
-    stop: t_end tmax t_max tstop duration time_span tspan t_span end
+    stop: t_end tmax t_max tstop duration t time_span tspan t_span end
     step: dt timestep time_step
     solve: stop step samples method tolerance
-    outputs: outputs output plot write
+    outputs: outputs output plot write multipliers reactions momenta
+    draw: rods trails hide curves colours colors camera sliders colour color
+    body: inertia orientation solid moments_of_inertia quaternion euler
+    event: when action direction terminal
+    unit: unit units time_unit
+    sweep: sweep sweeps over ensemble scan
 """
 """Sections of other programs that are none here; before the colon stands which hint helps."""
 

@@ -30,6 +30,11 @@ _MOST_BITS = 2000
 """Numerators and denominators that become longer are rounded to ``DIGITS`` digits."""
 
 
+def context() -> Any:
+    """mpmath's functions and numbers, of ``DIGITS`` digits."""
+    return _CONTEXT
+
+
 class Exact(Fraction):
     """A fraction that stays one where floats are added or multiplied, infinite ones apart."""
 

@@ -12,6 +12,7 @@ from lagrange_cli.expression.syntax import (
     Comparison,
     ExpressionError,
     Logic,
+    Loop,
     Name,
     Negative,
     Number,
@@ -67,8 +68,8 @@ def holds(condition: Tree, indices: Indices) -> bool:
     return integer(condition, indices) != 0
 
 
-def counted(loop: Sum | Axis, indices: Indices) -> range:
-    """The values that the index of a sum or of a key runs through."""
+def counted(loop: Sum | Axis | Loop, indices: Indices) -> range:
+    """The values that the index of a sum, of a key or of a loop runs through."""
     bounds = [integer(bound, indices) for bound in loop.bounds]
     if len(bounds) == 3 and bounds[2] == 0:
         raise ExpressionError(

@@ -15,8 +15,11 @@ def near_hint(name: str, known: Iterable[str]) -> str:
     return f"did you mean '{match}'?" if match else ""
 
 
-def near_match(name: str, known: Iterable[str]) -> str:
-    """The known name that is nearest to ``name``, or nothing where none is near."""
+def near_match(name: str, known: Iterable[str], cutoff: float = 0.6) -> str:
+    """The known name that is nearest to ``name``, or nothing where none is near.
+
+    ``cutoff`` is the part of the letters of both that must agree.
+    """
     import difflib
 
     if len(name) > _LONGEST:
@@ -25,7 +28,7 @@ def near_match(name: str, known: Iterable[str]) -> str:
     by_lower_case = {word.lower(): word for word in reversed(candidates)}
     if name.lower() in by_lower_case:
         return by_lower_case[name.lower()]
-    return next(iter(difflib.get_close_matches(name, candidates, n=1, cutoff=0.6)), "")
+    return next(iter(difflib.get_close_matches(name, candidates, n=1, cutoff=cutoff)), "")
 
 
 def known_hint(known: Iterable[str], limit: int = 16) -> str:

@@ -6,7 +6,7 @@ node itself.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from enum import Enum
 from operator import attrgetter
 from typing import Any, Protocol
@@ -44,6 +44,7 @@ class Table(Protocol):
     def sum(self, terms: Iterable[tuple[Node, float]]) -> Node: ...
     def product(self, factors: Iterable[tuple[Node, int | float]]) -> Node: ...
     def power(self, base: Node, exponent: Node) -> Node: ...
+    def function(self, name: str, arguments: Sequence[Node]) -> Node: ...
 
 
 class Node:

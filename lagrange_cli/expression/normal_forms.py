@@ -16,7 +16,15 @@ from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.node import Kind, Node, bits, in_order
 from lagrange_cli.expression.reals import real_function, real_power, tidy
-from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, root_of_square, signs
+from lagrange_cli.expression.signs import (
+    Sign,
+    is_absolute,
+    is_sign,
+    proportional,
+    root_of_square,
+    signs,
+    square_of_function,
+)
 
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
@@ -39,6 +47,7 @@ class NormalForms:
         self._symbols: dict[str, int] = {}
         self._by_bit: list[Node] = []
         self._signs: dict[Node, Sign] = {}
+        self._squares: dict[Node, Sequence[tuple[Node, int]]] = {}
         self.zero = self.constant(0.0)
         self.one = self.constant(1.0)
 
@@ -192,9 +201,9 @@ class NormalForms:
                     coefficient *= self.power_of(scale, exponent)
                     pending.append((rest, exponent))
                     continue
-                root = None if whole(exponent) else root_of_square(self, node)
-                if root is not None:
-                    pending.append((self.absolute(root), 2 * exponent))
+                squared = () if whole(exponent) else self._roots(node)
+                if squared:
+                    pending.extend((one, times * exponent) for one, times in squared)
                     continue
             collected[node] = collected.get(node, 0) + exponent
         self.work.charge(count)
@@ -207,6 +216,20 @@ class NormalForms:
         exponents = tuple([self.tidy(collected[base]) for base in bases])
         node = bases[0] if exponents == (1,) else self._make(Kind.PRODUCT, exponents, tuple(bases))
         return node if coefficient == 1.0 else self.sum([(node, coefficient)])
+
+    def _roots(self, node: Node) -> Sequence[tuple[Node, int]]:
+        """The factors of a sum of which others are squares, with the exponents that they have; nothing where
+        it is no such product."""
+        if node not in self._squares:
+            root = root_of_square(self, node)
+            square = square_of_function(self, node) if root is None else None
+            found: list[tuple[Node, int]] = []
+            if root is not None:
+                found = [(self.absolute(root), 2)]
+            elif square is not None:
+                found = [(square[0], 1), (self.absolute(square[1]), 2)]
+            self._squares[node] = found
+        return self._squares[node]
 
     def _even_roots(self, node: Node, exponent: float) -> list[tuple[Node, int | float]]:
         """A broken power of a product without its even powers, which are powers of absolute values; nothing

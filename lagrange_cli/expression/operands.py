@@ -10,8 +10,17 @@ from lagrange_cli.expression.near import near_hint, shown
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.expression.scan import Token
 from lagrange_cli.expression.sums import Sums
-from lagrange_cli.expression.syntax import Call, Comparison, Logic, Name, Number, Span, Tree, Vector
-from lagrange_cli.expression.vocabulary import ANY_NUMBER, CALLABLE, POWER, SIGN, TIME
+from lagrange_cli.expression.syntax import Binary, Call, Comparison, Logic, Name, Number, Span, Tree, Vector
+from lagrange_cli.expression.vocabulary import (
+    ANY_NUMBER,
+    CALLABLE,
+    COMPONENTS,
+    POINT,
+    POWER,
+    SIGN,
+    TIME,
+    VELOCITY_COMPONENTS,
+)
 
 
 class Operands(Sums):
@@ -48,9 +57,12 @@ class Operands(Sums):
 
     def component(self, token: Token, name: str, indices: tuple[Tree, ...]) -> Tree:
         """A name with a component; there is only one."""
-        parts = []
+        parts: list[str] = []
         while self.sees("."):
             dot = self.advance()
+            if not parts and self.next.text == POINT and self.tokens[self.place + 1].text == "(":
+                self.advance()
+                return self.point(token, name, indices)
             if self.next.kind != "name":
                 self.refuse(dot.span, "missing component after '.'", "as in bead.x")
             parts.append(self.name_of(self.advance()))
@@ -66,6 +78,42 @@ class Operands(Sums):
         elif len(parts) > 1:
             self.error(span, f"'{name}.{parts[0]}' has no components", f"write {name}.{parts[0]}")
         return Name(f"{name}.{parts[0]}", span, indices)
+
+    def point(self, token: Token, name: str, indices: tuple[Tree, ...]) -> Tree:
+        """``plate.at(a, b, c)``: r + a e1 + b e2 + c e3 with the axes e of the body, or a component of it.
+
+        Its velocity is that of the point of the body that is there: v + a de1/dt + b de2/dt + c de3/dt.
+        """
+        was_lost = self.lost
+        places, _ = self.enclosed(self.advance())
+        span, component = Span(token.span.start, self.stop), ""
+        if len(places) != 3:
+            if self.lost == was_lost:
+                message = f"wrong number of arguments for '{name}.{POINT}': {len(places)} instead of 3"
+                self.error(span, message, f"write {name}.{POINT}(a, b, c): coordinates along the body's axes")
+            places = [*places, *(Number("0", span) for _ in range(3))][:3]
+        if self.sees("."):
+            dot = self.advance()
+            if self.next.kind != "name":
+                self.refuse(dot.span, "missing component after '.'", "as in bead.x")
+            component = self.name_of(self.advance())
+        span = Span(token.span.start, self.stop)
+
+        def along(i: int, moving: str) -> Tree:
+            tree: Tree = Name(f"{name}.{moving}{COMPONENTS[i]}", span, indices)
+            for j, place in enumerate(places):
+                axis = Name(f"{name}.{moving}R{i + 1}{j + 1}", span, indices)
+                tree = Binary("+", tree, Binary("*", place, axis, span), span)
+            return tree
+
+        if component in COMPONENTS:
+            return along(COMPONENTS.index(component), "")
+        if component in VELOCITY_COMPONENTS:
+            return along(VELOCITY_COMPONENTS.index(component), "v")
+        if component:
+            known = ", ".join((*COMPONENTS, *VELOCITY_COMPONENTS))
+            self.error(span, f"a point of a body has no component '{component}'", f"it has {known}")
+        return Vector(tuple(along(i, "") for i in range(3)), span)
 
     def indices(self) -> tuple[Tree, ...]:
         """What stands in the brackets behind a name."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 from lagrange_cli.expression.bounds import check_exponent
 from lagrange_cli.expression.confusions import DEGREES, RADIANS
 from lagrange_cli.expression.cursor import CONDITION_HINT, MAX_OPERATORS, PARTS_HINT
@@ -18,7 +20,17 @@ from lagrange_cli.expression.syntax import (
     Tree,
     names,
 )
-from lagrange_cli.expression.vocabulary import AND, COMPARISON, CONSTANTS, LEVELS, NOT, PRODUCT, SIGN, SUM
+from lagrange_cli.expression.vocabulary import (
+    AND,
+    CALLABLE,
+    COMPARISON,
+    CONSTANTS,
+    LEVELS,
+    NOT,
+    PRODUCT,
+    SIGN,
+    SUM,
+)
 from lagrange_cli.records import dataclass
 
 _SHOWN_FACTORS = 30
@@ -165,13 +177,27 @@ class Parser(Operands):
         last = self.tokens[self.place - 1]
         if before and before.token is last and len(before.error.hint) < _SHOWN_FACTORS:
             error = before.error
-            error.hint += f"*{_factor(token.text)}"
+            error.hint += f"*{_factor(self._after(token))}"
         else:
             span = Span(last.span.start, token.span.stop)
             message = f"missing operator between '{last.text}' and '{token.text}'"
-            error = ExpressionError(span, message, _product_hint(last.text, token.text))
+            error = ExpressionError(span, message, _product_hint(self._before(last), self._after(token)))
             self.errors.append(error)
         return _Juxtaposed(token, error)
+
+    def _before(self, token: Token) -> str:
+        """The value that ends with a token: ``bob.y`` for its ``y``."""
+        text = self.text[: token.span.stop - self.offset]
+        found = re.search(r"[^\W\d]\w*(?:\[[^][]*\])?\.\w+\Z", text[-_SHOWN_FACTORS:])
+        return found[0] if found and token.kind == "name" else token.text
+
+    def _after(self, token: Token) -> str:
+        """The value that begins with a token: ``bob[0].y`` for its ``bob``."""
+        text = self.text[token.span.start - self.offset :]
+        found = re.match(r"\w+(?:\[[^][]*\])?(?:\.\w+)?", text[:_SHOWN_FACTORS])
+        if token.text in CALLABLE:
+            found = re.match(r"\w+(?:\([^()]*\))?", text[:_SHOWN_FACTORS])
+        return found[0] if found and token.kind == "name" else token.text
 
 
 def _product_hint(left: str, right: str) -> str:

@@ -98,6 +98,11 @@ def root_of_square(graph: Table, node: Node) -> Node | None:
     given = dict(zip(node.arguments, coefficients))
     if constant:
         given[graph.one] = constant
+    squares = sum(c > 0 and (term is graph.one or _is_even(term)) for term, c in given.items())
+    if squares < 2 or len(given) > squares * (squares + 1) // 2:
+        return None
+    if squares == len(given) and not any(isinstance(c, Fraction) for c in given.values()):
+        return None  # all of them have roots
     parts: dict[Node, Any] = {}
     for term, coefficient in given.items():
         half = _half(graph, term)
@@ -123,15 +128,49 @@ def root_of_square(graph: Table, node: Node) -> Node | None:
     return graph.sum(listed)
 
 
+SQUARES: Mapping[tuple[str, int, int], tuple[str, float, float]] = {
+    ("cos", 1, -1): ("sin", 0.5, 2.0),
+    ("cos", 1, 1): ("cos", 0.5, 2.0),
+    ("cosh", 1, -1): ("sinh", 0.5, -2.0),
+    ("cos", 2, -1): ("sin", 1.0, 1.0),
+    ("sin", 2, -1): ("cos", 1.0, 1.0),
+    ("cosh", 2, -1): ("sinh", 1.0, -1.0),
+}
+"""1 + s f(u)^e as c g(k u)^2: of f, e and s the g, k and c."""
+
+
+def square_of_function(graph: Table, node: Node) -> tuple[Node, Node] | None:
+    """a and b with ``node`` = a b^2 where b is a function, such as 2 and sin(u/2) of 1 - cos(u)."""
+    constant, coefficients = node.data
+    given = [*zip(node.arguments, coefficients), *([(graph.one, constant)] if constant else [])]
+    if len(given) != 2:
+        return None
+    for (one, first), (other, second) in (given, given[::-1]):
+        if abs(first) != abs(second):
+            return None
+        parts = zip(other.arguments, other.data) if other.kind is Kind.PRODUCT else [(other, 1)]
+        for f, exponent in parts:
+            square = SQUARES.get((str(f.data), exponent, 1 if first == second else -1))
+            if square and f.kind is Kind.FUNCTION and graph.product([(other, 1), (f, -exponent)]) is one:
+                name, inner, outer = square
+                return one * (first * outer), graph.function(name, [f.arguments[0] * inner])
+    return None
+
+
 def _half(graph: Table, term: Node) -> Node | None:
     """The square root of a product of even powers that are positive."""
     if term is graph.one:
         return term
-    if term.kind is not Kind.PRODUCT:
-        return None
-    if not all(isinstance(e, int) and e > 0 and e % 2 == 0 for e in term.data):
+    if not _is_even(term):
         return None
     return graph.product([(a, e // 2) for a, e in zip(term.arguments, term.data)])
+
+
+def _is_even(term: Node) -> bool:
+    """Whether it is a product of even powers that are positive."""
+    if term.kind is not Kind.PRODUCT:
+        return False
+    return all(isinstance(e, int) and e > 0 and e % 2 == 0 for e in term.data)
 
 
 def exact_root(number: Any) -> Any:

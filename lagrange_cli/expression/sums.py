@@ -5,7 +5,7 @@ from __future__ import annotations
 from lagrange_cli.expression.cursor import MAX_LOOPS, PARTS_HINT, SUM_EXAMPLE
 from lagrange_cli.expression.lists import Lists
 from lagrange_cli.expression.scan import Token
-from lagrange_cli.expression.syntax import Name, Span, Sum, Tree
+from lagrange_cli.expression.syntax import Loop, Name, Span, Sum, Tree
 from lagrange_cli.expression.vocabulary import OR, RESERVED
 
 _LOOP = "write 'for j in range(N)'"
@@ -21,17 +21,7 @@ class Sums(Lists):
         around, self.condition = (self.condition, self.loops), False
         self.another_loop(opening)
         body = self.expression(OR)
-        loops: list[tuple[str, Span, tuple[Tree, ...], tuple[Tree, ...]]] = []
-        while self.sees("for"):
-            word = self.advance()
-            if loops:
-                self.another_loop(word)
-            index, place = self.index()
-            if self.sees("in"):
-                self.advance()
-            else:
-                self.refuse(self.next.span, f"missing 'in' before '{self.next.text}'", f"as in {SUM_EXAMPLE}")
-            loops.append((index, place, self.range(), self.conditions()))
+        loops = self.several_loops()
         if self.sees(","):
             self.refuse(self.next.span, "unexpected ',' in a sum", f"as in {SUM_EXAMPLE}")
         if loops and self.next.kind != "end" and not self.sees(")", "]"):
@@ -45,9 +35,24 @@ class Sums(Lists):
         if not loops:
             self.structural(span, "sum without a loop", "write sum(m[j]*x[j] for j in range(N))")
             return body
-        for index, place, bounds, conditions in reversed(loops):
-            body = Sum(body, index, bounds, conditions, span, place)
+        for loop in reversed(loops):
+            body = Sum(body, loop.index, loop.bounds, loop.conditions, span, loop.span)
         return body
+
+    def several_loops(self, example: str = SUM_EXAMPLE) -> list[Loop]:
+        """``for i in range(N) if ... for ...``, as far as there are any."""
+        loops: list[Loop] = []
+        while self.sees("for"):
+            word = self.advance()
+            if loops:
+                self.another_loop(word)
+            index, place = self.index()
+            if self.sees("in"):
+                self.advance()
+            else:
+                self.refuse(self.next.span, f"missing 'in' before '{self.next.text}'", f"as in {example}")
+            loops.append(Loop(index, self.range(), self.conditions(), place))
+        return loops
 
     def another_loop(self, token: Token) -> None:
         self.loops += 1

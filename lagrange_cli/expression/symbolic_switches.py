@@ -4,7 +4,7 @@ sympy's own Abs, Max and Piecewise rewrite one another, and ask whether symbols 
 them. Derivatives are those on both sides of a jump, as in the expression graph.
 
 ``eval`` is sympy's name for the method by which a function class simplifies its arguments. These are sympy
-expressions that ``expression.build`` has made of a checked tree: no text is ever evaluated.
+expressions that ``expression.build`` has made of a checked tree.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def sign_of(u: sympy.Expr) -> int | None:
 class Absolute(sympy.Function):  # type: ignore[misc]
     """abs(u)."""
 
-    @classmethod
+    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """Numbers come out of it, and so does a sign."""
         number, rest = u.as_coeff_Mul()
@@ -52,7 +52,7 @@ class Absolute(sympy.Function):  # type: ignore[misc]
 class Sign(sympy.Function):  # type: ignore[misc]
     """sign(u), 0 at 0."""
 
-    @classmethod
+    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
     def eval(cls, u: sympy.Expr) -> sympy.Expr | None:
         """That of a number, and of a factor, comes out of it."""
         number, rest = u.as_coeff_Mul()
@@ -71,7 +71,7 @@ class Extremum(sympy.Function):  # type: ignore[misc]
 
     SIGN = 1
 
-    @classmethod
+    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
     def eval(cls, *arguments: sympy.Expr) -> sympy.Expr | None:
         """Numbers are compared; what is equal is one."""
         distinct = tuple(dict.fromkeys(arguments))
@@ -102,7 +102,7 @@ class Least(Extremum):
 class Switch(sympy.Function):  # type: ignore[misc]
     """where(u > 0, above, below), or with u >= 0 if ``at`` is 1; 0 if both sides meet."""
 
-    @classmethod
+    @classmethod  # sympy's hook for new instances: arguments are expressions, no text is ever evaluated
     def eval(cls, u: sympy.Expr, above: sympy.Expr, below: sympy.Expr, at: sympy.Integer) -> Any:
         """A number decides."""
         if above == below:

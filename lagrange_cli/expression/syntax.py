@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator
+from collections.abc import Callable, Collection, Iterator
 from typing import TypeAlias
 
 from lagrange_cli.records import dataclass
@@ -120,6 +120,16 @@ class Sum:
     index_span: Span
 
 
+@dataclass(frozen=True)
+class Loop:
+    """``for index in range(bounds) if conditions``, behind what it repeats; ``span`` is that of the index."""
+
+    index: str
+    bounds: tuple[Tree, ...]
+    conditions: tuple[Tree, ...]
+    span: Span
+
+
 Tree: TypeAlias = Number | Name | Negative | Binary | Call | Vector | Comparison | Logic | Sum
 """``Comparison`` and ``Logic`` stand in the conditions of a ``Sum`` only."""
 
@@ -232,5 +242,20 @@ def plain_names(tree: Tree) -> frozenset[str]:
     return frozenset(found)
 
 
+def is_whole(tree: Tree, known: Callable[[Name], bool]) -> bool:
+    """Whether ``tree`` is made of whole numbers and of names that are ``known`` to be some."""
+    if isinstance(tree, Number):
+        return tree.text.isdecimal()
+    if isinstance(tree, Name):
+        return known(tree)
+    if isinstance(tree, Negative):
+        return is_whole(tree.operand, known)
+    if isinstance(tree, Binary):
+        return tree.operator in KEEP_WHOLE and is_whole(tree.left, known) and is_whole(tree.right, known)
+    return False
+
+
 WHOLE = frozenset({"//", "%"})
 """Operators of whole numbers."""
+KEEP_WHOLE = WHOLE | {"+", "-", "*"}
+"""Operators that make whole numbers of whole numbers."""

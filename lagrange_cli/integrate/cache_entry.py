@@ -28,10 +28,27 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
         return None
     asked = compilation
     needs, kind = METHODS[asked.method].needs, list[Any]()
-    if needs is Needs.SERIES:  # the other programs serve several methods, at any tolerance
-        kind = [asked.tolerance.hex(), asked.ensemble, asked.precision, asked.portable, asked.order]
+    if needs in (Needs.SERIES, Needs.STEPS):  # the other programs serve several methods, at any tolerance
+        kind = [
+            asked.method,
+            asked.tolerance.hex(),
+            asked.ensemble,
+            asked.precision,
+            asked.portable,
+            asked.order,
+        ]
         kind += [asked.proven, asked.section, asked.factor]
-    return json.dumps([structure(spec), needs.value, kind, asked.backward, sorted(asked.outputs), made_by])
+    return json.dumps(
+        [
+            structure(spec),
+            needs.value,
+            kind,
+            asked.backward,
+            sorted(asked.outputs),
+            sorted(asked.optional),
+            made_by,
+        ]
+    )
 
 
 def pack(interface: Interface, recording: Recording, code: bytes, level: int) -> bytes:

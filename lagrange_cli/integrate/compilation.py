@@ -18,7 +18,8 @@ class Compilation:
     before they start need a program that is compiled ``backward``. Steps are ``proven`` for every system, not
     only where a force may hide. An ensemble's ``section`` is a kind of them (``native.interface``): what is
     kept of its motions are not samples at given times. With a ``factor``, the program is that of a
-    companion (see ``native.numbers.beside``).
+    companion (see ``native.numbers.beside``). Outputs that are ``optional`` are left out as far
+    as they are not defined.
     """
 
     method: str
@@ -32,3 +33,4 @@ class Compilation:
     proven: bool = False
     section: str = ""
     factor: int | None = None
+    optional: frozenset[str] = frozenset()

@@ -6,12 +6,13 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.node import Node
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE
-from lagrange_cli.limits import way_out, whole
+from lagrange_cli.limits import chosen, way_out, whole
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.model.model import Model
 
-LONGER = 4
-"""How many times as much code a convolution of double-doubles takes."""
+LONGER, STRAIGHT = 4, 3
+"""How many times as much code a convolution of double-doubles takes, and how many times fewer there may be
+where members are not computed in batches."""
 
 
 def foresee_convolutions(model: Model[Node], method: str, precision: str) -> None:
@@ -28,19 +29,20 @@ def foresee_convolutions(model: Model[Node], method: str, precision: str) -> Non
 def check_convolutions(residual: Residual, method: str, precision: str) -> None:
     """Refuse a system whose equations take too many."""
     if METHODS[method].needs is Needs.SERIES:
-        refuse(residual.costs[residual.formulation], precision)
+        straight = not residual.separate and "convolutions" not in chosen()
+        refuse(residual.costs[residual.formulation], precision, straight=straight)
 
 
-def most_convolutions(precision: str) -> int:
+def most_convolutions(precision: str, *, straight: bool = False) -> int:
     """How many an order may take."""
-    return whole("convolutions") // (1 if precision == DOUBLE else LONGER)
+    return whole("convolutions") // (STRAIGHT if straight else 1) // (1 if precision == DOUBLE else LONGER)
 
 
-def refuse(found: int, precision: str, least: str = "") -> None:
+def refuse(found: int, precision: str, least: str = "", *, straight: bool = False) -> None:
     """Raise ``TooLarge`` if there are too many."""
-    most = most_convolutions(precision)
+    most = most_convolutions(precision, straight=straight)
     if found > most:
-        without = next(name for name, row in METHODS.items() if row.needs is Needs.RATES)
+        without = next(name for name, row in METHODS.items() if row.needs is not Needs.SERIES)
         another = f"choose --method {without}, which needs none, " if precision == DOUBLE else ""
         raise TooLarge(
             f"the Taylor series of this system take {least}{found} convolutions per order; "

@@ -27,6 +27,10 @@ class Ending(Enum):
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
     NO_CROSSING = "no crossing was found any more"
+    OFF_CONSTRAINTS = "no state near the one that an action sets satisfies the constraints"
+    NO_MASS = "a mass is no longer greater than 0"
+    JUMP = "an action would make an energy jump"
+    INCONSISTENT = "the initial values do not satisfy the constraints"
 
     def way_out(self, *, at_start: bool = False) -> str:
         """What a user can do about it, also where it went wrong ``at_start``; empty if nothing is wrong."""
@@ -52,6 +56,9 @@ WAYS_OUT = {
     Ending.RECURRING: "let its action lead away from it, or end the run before with --stop",
     Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER moves it",
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
+    Ending.OFF_CONSTRAINTS: "let the action set values that satisfy the constraints, or velocities alone",
+    Ending.NO_MASS: "let the action keep all masses greater than 0, or end the run before with --stop",
+    Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
 

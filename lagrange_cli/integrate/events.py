@@ -2,16 +2,27 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.records import dataclass, fields_of
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     import numpy as np
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.native.interface import Interface
+
+
+Judge: TypeAlias = "Callable[[Array], str]"
+"""Finds which energy jumps with values of the parameters; an empty text if none does."""
+
+
+def no_energy(parameters: Array) -> str:
+    """None jumps."""
+    return ""
 
 
 @dataclass(frozen=True)

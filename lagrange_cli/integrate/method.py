@@ -20,6 +20,10 @@ Accept = Callable[[Array, Array], None]
 next call; whoever needs them longer must copy them."""
 
 
+class Unfit(ValueError):
+    """What a motion should be continued from is not of this motion."""
+
+
 @dataclass(frozen=True)
 class Snapshot:
     """What a method needs to continue a motion from time ``t`` with the same bits.
@@ -60,6 +64,10 @@ class End:
     snapshot: Snapshot | None = None
     accelerations: Array = field(default_factory=lambda: np.zeros(0))
     cause: Cause | None = None
+    projections: int = 0
+    """How often the state was moved back to the constraints."""
+    singular: tuple[float, ...] = ()
+    """When the motion has passed singular configurations."""
 
 
 @dataclass(frozen=True)
@@ -69,12 +77,16 @@ class CheckpointSink:
     ``due`` is called several times a second with the number of steps. When it returns True, all samples so
     far are handed over, and ``keep`` is given a snapshot. ``ends`` is given the snapshot that a longer motion
     can be continued from, if there is one, when the samples up to it have been handed over.
+
+    If ``every`` is not 0, ``due`` and then ``interrupt`` are also called at each multiple of so many steps. A
+    motion that is ended there ends at the same step in every run, however fast the machine is.
     """
 
     begin: Snapshot | None
     due: Callable[[int], bool]
     keep: Callable[[Snapshot], None]
     ends: Callable[[Snapshot], None] | None = None
+    every: int = 0
 
 
 NO_CHECKPOINTS = CheckpointSink(None, lambda steps: False, lambda snapshot: None)

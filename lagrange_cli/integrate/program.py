@@ -17,8 +17,9 @@ from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.native.interface import SECTION
+from lagrange_cli.native.lanes import suits_lanes, with_lanes
 from lagrange_cli.native.orders import double_double_order, order_for
-from lagrange_cli.native.program import Program, suits_lanes, with_lanes, write_program
+from lagrange_cli.native.program import Program, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
 from lagrange_cli.outputs.recording import NARROW, SWITCHES, Recording
 from lagrange_cli.records import replace
@@ -38,7 +39,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
     """
     method, precision = METHODS[compilation.method], compilation.precision
     check_convolutions(residual, compilation.method, precision)
-    plan = make_plan(residual, compilation.outputs)
+    plan, original = make_plan(residual, compilation.outputs, compilation.optional), residual
     if compilation.section == SECTION and is_constant(residual, residual.model.events[-1].argument):
         raise UsageError("no motion crosses this surface: its expression is conserved")
     if compilation.backward:
@@ -47,7 +48,7 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
     undetected = () if method.proves else passed_over(residual, plan)
-    program = program_of(residual, plan, compilation)
+    program = program_of(residual, plan, compilation, original)
     if compilation.section == SECTION and not program.lanes:
         refuse_what_hides(residual)
     if compilation.portable:
@@ -83,8 +84,8 @@ def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
     return (NARROW,) * may_hide(residual) + (SWITCHES,) * bool(moving)
 
 
-def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Program:
-    """The program for the method, as text."""
+def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:
+    """The program for the method, as text; what is observed follows the equations ``observing``."""
     needs, tolerance = METHODS[compilation.method].needs, compilation.tolerance
     if compilation.precision == DOUBLE_DOUBLE:
         from lagrange_cli.native.numbers.double_double import DoubleDouble
@@ -98,13 +99,16 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
             tolerance=tolerance,
             kind=DoubleDouble,
             proven=compilation.proven,
+            observing=observing,
         )
     inner, integrands = residual, plan.integrands
     if compilation.section == SECTION:
         inner, integrands = with_surface_followed(residual, plan.integrands, compilation)
     together = compilation.ensemble and not compilation.proven and not inner.model.events
     if together and needs is Needs.SERIES:
-        program = write_program(inner, RATES, integrands, plan.observed, store_momenta=True)
+        program = write_program(
+            inner, RATES, integrands, plan.observed, store_momenta=True, observing=observing
+        )
         if suits_lanes(program, inner, integrands.values()):
             return with_lanes(program, inner, tolerance, compilation.section)
     if needs is Needs.SERIES:
@@ -118,12 +122,27 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation) -> Prog
             store_momenta=True,
             proven=compilation.proven,
             factor=compilation.factor,
+            observing=observing,
+        )
+    if needs is Needs.STEPS:
+        from lagrange_cli.native.stepping.radau import ORDER
+
+        return write_program(
+            residual,
+            ORDER,
+            plan.integrands,
+            plan.observed,
+            tolerance=tolerance,
+            observing=observing,
+            collocated=True,
         )
     if needs is Needs.JACOBIAN:
         linear = linearize(residual)
         nodes = jacobian_nodes(residual, linear, plan)
-        return write_program(residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations)
-    return write_program(residual, RATES, plan.integrands, plan.observed)
+        return write_program(
+            residual, RATES, plan.integrands, plan.observed, nodes, linear.accelerations, observing=observing
+        )
+    return write_program(residual, RATES, plan.integrands, plan.observed, observing=observing)
 
 
 def jacobian_nodes(residual: Residual, linear: Linearization, plan: Plan) -> list[Any]:

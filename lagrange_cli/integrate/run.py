@@ -99,6 +99,7 @@ def integrate(
                 log.restore(checkpointing.begin.happened)
             end = following(CheckpointSink(begin, checkpointing.due, keep, ends))
         log.hand_over()
+    own_end = (end.ending is not Ending.COMPLETE and certificate is None) or samples.final is None
     if certificate is not None:
         end = certified(end, certificate)
     h_drift, p_drift = samples.drifts()
@@ -112,10 +113,13 @@ def integrate(
         h_size=samples.size,
         p_drift=p_drift,
         undetected=prepared.recording.undetected,
+        unknown=samples.unknown,
         happened=dict(zip(log.names, log.happened)),
         progress=further if end.snapshot is None else reached(end.snapshot),
         estimated=None if certificate is None else estimated(certificate),
-        final=samples.final or state_of(end.t, end.state, prepared),
+        projections=end.projections,
+        singular=end.singular,
+        final=state_of(end.t, end.state, prepared) if own_end else samples.final,
     )
 
 
@@ -156,6 +160,8 @@ def sentence(end: End, coordinates: tuple[str, ...], start: float) -> str:
         return f"{end.ending.value}, {end.detail}, at t = {end.t:.9g}"
     if end.ending in (Ending.INTERRUPTED, Ending.TARGET_MISSED):
         return f"{end.ending.value} at t = {end.t:.6g}"
+    if end.ending is Ending.INCONSISTENT:
+        return f"{end.ending.value}"
     shown = [f"{name} = {value:.6g}" for name, value in zip(coordinates, end.state)]
     shown += [
         f"{velocity_name(name)} = {value:.6g}"

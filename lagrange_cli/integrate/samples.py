@@ -6,6 +6,7 @@ Samples of double-double numbers give every dataset twice: the nearest doubles, 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -26,6 +27,11 @@ if TYPE_CHECKING:
 LOW = "low/"
 EARLY, RARELY = 4096, 256
 """The size of h's terms is taken from each of the first ``EARLY`` samples, then from every ``RARELY``-th."""
+
+
+def largest(*changes: float) -> float:
+    """The largest of changes of a quantity: infinite where it has no finite value."""
+    return math.inf if any(map(math.isnan, changes)) else max(changes)
 
 
 def samples_of(prepared: Prepared) -> type[Samples]:
@@ -58,6 +64,8 @@ class Samples:
         self._size, self._count = 0.0, 0
         self.final: State | None = None
         """The last sample, once there is one."""
+        self.unknown: tuple[str, ...] = ()
+        """The datasets that have no finite number there."""
 
     def change(self, change: Change) -> None:
         """Take in what an action has changed, before the samples that follow it."""
@@ -70,12 +78,13 @@ class Samples:
             return
         program, recording = self._prepared.machine.program, self._prepared.recording
         observed, base = self.observe(times, states)
-        with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
-            for name, drift in self._drift.items():
-                row, first = observed[name], self._first[name]
-                self._drift[name] = max(drift, float(np.max(row)) - first, first - float(np.min(row)))
+        for name, drift in self._drift.items():
+            row, first = observed[name], self._first[name]
+            self._drift[name] = largest(drift, float(np.max(row)) - first, first - float(np.min(row)))
         self._measure(observed, states)
-        self._emit({"t": times, **recording.series(states, program.integrals, observed, base)})
+        series = recording.series(states, program.integrals, observed, base)
+        self.unknown = tuple(path for path, found in series.items() if not np.all(np.isfinite(found[-1])))
+        self._emit({"t": times, **series})
 
     def _prepare(self, parameters: Array) -> None:
         given = with_modes(self._prepared.machine.program, parameters)
@@ -218,7 +227,8 @@ class DoubleDoubleSamples(Samples):
         )
         with np.errstate(invalid="ignore"):
             for name, drift in self._drift.items():
-                self._drift[name] = max(drift, float(np.max(np.abs((observed[name] - first[name]).high))))
+                change = float(np.max(np.abs((observed[name] - first[name]).high)))
+                self._drift[name] = largest(drift, change)
         self._measure(flat, states)
         high, beyond = np.split(states, [program.rows])
         integrals = program.state.integrals

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import aligned
 from lagrange_cli.integrate.methods.settling import Settling
-from lagrange_cli.integrate.methods.taylor import outer_rows
+from lagrange_cli.integrate.methods.stepper import outer_rows
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.compilation.machine import compile_program
 from lagrange_cli.native.orders import order_for
@@ -18,23 +18,30 @@ from lagrange_cli.outputs.plan import make_plan
 
 Array = NDArray[np.float64]
 CompiledValues = Callable[
-    [Sequence[float], float, Sequence[float], Sequence[float]], tuple[Array, Array, float]
+    [Sequence[float], float, Sequence[float], Sequence[float]], tuple[Array, Array, float, Array, Array]
 ]
 
 
 def compiled_values(residual: Residual) -> CompiledValues:
-    """f(parameters, t, q, v) -> (accelerations (n,), momenta (n,), h), from the code that ``solve`` runs.
+    """f(parameters, t, q, v) -> (accelerations (n,), momenta (n,), h, multipliers (m,), constraints (m,)),
+    from the code that ``solve`` runs.
 
-    ``parameters`` are in the order of the model's. Accelerations are nan where the mass matrix is singular.
+    ``parameters`` are in the order of the model's, constraints in that of the file. Accelerations are nan
+    where the mass matrix is singular.
     """
-    plan = make_plan(residual, frozenset({"p", "h"}))
+    model = residual.model
+    constraints = [*model.spec.all_constraints] if model.spec else [one.name for one in model.constraints]
+    further = {"multipliers", "constraints"} if constraints else set[str]()
+    plan = make_plan(residual, frozenset({"p", "h"} | further), loose=True)
+    places = {name: place for place, name in enumerate(plan.observed)}
+    bound = [[places[f"{kind} {name}"] for name in constraints] for kind in ("multiplier", "constraint")]
     machine = compile_program(write_program(residual, order_for(2.0**-52), {}, plan.observed))
     program = machine.program
     n = program.degrees
 
     def values(
         parameters: Sequence[float], t: float, q: Sequence[float], v: Sequence[float]
-    ) -> tuple[Array, Array, float]:
+    ) -> tuple[Array, Array, float, Array, Array]:
         layout = program.inner
         constants, memory, work = (
             aligned(size) for size in (max(1, program.constants), layout.memory, program.work)
@@ -51,8 +58,9 @@ def compiled_values(residual: Residual) -> CompiledValues:
         regular = machine.accelerate(
             constants.ctypes.data, t, memory.ctypes.data, work.ctypes.data, rates.ctypes.data
         )
-        when, results = np.array([t]), np.empty(n + 1)
+        when, results = np.array([t]), np.empty(len(places))
         machine.observe(constants.ctypes.data, when.ctypes.data, state.ctypes.data, results.ctypes.data, 1, 1)
-        return (rates[:n] if regular else np.full(n, np.nan)), results[:n], float(results[n])
+        accelerations = rates[:n] if regular else np.full(n, np.nan)
+        return accelerations, results[:n], float(results[n]), results[bound[0]], results[bound[1]]
 
     return values

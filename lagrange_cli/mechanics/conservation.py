@@ -22,6 +22,7 @@ from lagrange_cli.expression.zero import branches_on, independent, is_zero, zero
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -45,6 +46,7 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
     energetics, graph = Energetics(model), graph_of(model)
     conserved: list[Conserved] = []
     cyclic: list[str] = []
+    constrained = bool(model.constraints)
     terms = [model.potential, *(u for p in model.particles for u in p.velocity)]
     given = terms if model.lagrangian is None else [model.lagrangian]
     rates = [energetics.lagrangian_rate(q) for q in model.q]
@@ -54,7 +56,7 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
             continue
         cyclic.append(name)
         if force in absent:
-            because = f"{name} is cyclic (L does not depend on it), and no generalized force acts on it"
+            because = f"{name} is cyclic (L does not depend on it), and {without_force(constrained)}"
             conserved.append(Conserved(f"p_{name}", f"dL/d{velocity_name(name)}", because))
     steady = is_zero(energetics.lagrangian_rate(model.time)) and not branches_on(graph, given, model.time)
     if steady and is_zero(energetics.power):
@@ -94,14 +96,14 @@ def union(symbols: Iterable[Node]) -> int:
 
 
 def _energy(model: Model[Node], energetics: Energetics) -> Conserved:
-    because = "L does not depend on t explicitly"
-    if not all(map(is_zero, set(energetics.forces))):
-        because += ", and the generalized forces do no work"
+    applied = not all(map(is_zero, set(energetics.applied)))
+    because = "L does not depend on t explicitly" + without_work(applied, bool(model.constraints))
     if model.lagrangian is None:
         graph = graph_of(model)
         positions = [x for p in model.particles for x in p.position]
         plain = all(independent(graph, [model.potential], v) for v in model.v)
         if plain and independent(graph, positions, model.time):
-            plainly = "h is the energy T + U, since the positions do not depend on t, nor U on velocities"
+            what = "positions and orientations" if any(p.body for p in model.particles) else "positions"
+            plainly = f"h is the energy T + U, since the {what} do not depend on t, nor U on velocities"
             return Conserved("h", "T + U", f"{because}; {plainly}")
     return Conserved("h", "sum_k q_dot_k p_k - L", because)

@@ -1,6 +1,6 @@
 """Whether a function of the state keeps its value along every motion.
 
-With R(q, v, a, t) = M a + f = 0 it does where
+With R(q, v, a, t) = M a + f = 0, where multipliers of constraints count as accelerations, it does where
 
     det M (dg/dq v + dg/dt) - dg/dv adj(M) f
 
@@ -32,8 +32,9 @@ def is_constant(residual: Residual, node: Node) -> bool:
 def _vanishes(residual: Residual, node: Node) -> bool:
     graph, model = residual.graph, residual.model
     accelerations, rows = write_out(residual)
-    matrix = [[graph.diff(row, a) for a in accelerations] for row in rows]
-    forces = substituted(graph, rows, dict.fromkeys(accelerations, graph.zero))
+    unknown = (*accelerations, *residual.multipliers)
+    matrix = [[graph.diff(row, a) for a in unknown] for row in rows]
+    forces = substituted(graph, rows, dict.fromkeys(unknown, graph.zero))
     drift = graph.sum(
         [
             (graph.diff(node, model.time), 1.0),

@@ -36,13 +36,13 @@ class Defect:
 def defect(residual: Residual) -> Defect:
     """The terms of the equations."""
     accelerations, rows = expanded(residual)
-    return Defect(accelerations, terms_of(rows, residual, accelerations))
+    return Defect(accelerations, terms_of(rows, residual, (*accelerations, *residual.multipliers)))
 
 
 def terms_of(
     rows: Iterable[Node], residual: Residual, accelerations: Sequence[Node] = ()
 ) -> tuple[tuple[Node, ...], ...]:
-    """The terms of each row that are not linear in time and accelerations, nor constant."""
+    """The terms of each row that are not linear in time and ``accelerations``, nor constant."""
     moving, exact = residual.variables, residual.model.time.symbols
     for one in accelerations:
         moving |= one.symbols

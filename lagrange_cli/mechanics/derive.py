@@ -12,30 +12,40 @@ Routh's reduction of the cyclic coordinates.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from functools import partial
+from functools import partial, reduce
+from operator import or_
 from typing import TypeVar
 
-from lagrange_cli.errors import SingularCoordinate
+from lagrange_cli.errors import SingularCoordinate, Undetermined
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.normal_forms import MAX_NODES
 from lagrange_cli.expression.zero import independent, is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
-from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized, rate
+from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized
 from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
+from lagrange_cli.mechanics.redundancy import coupled
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.rigidity import refuse_strain
 from lagrange_cli.mechanics.routh import routh
 from lagrange_cli.mechanics.saturation import saturated, saturated_rows
-from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
+from lagrange_cli.mechanics.thin import refuse_spinning
+from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
+from lagrange_cli.mechanics.weightless import weightless
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import replace
 from lagrange_cli.series.lowering import lower
+from lagrange_cli.series.program import SeriesProgram
 
 T = TypeVar("T")
 
 PATIENCE, LEAST_ATTEMPT = 2, 1_000_000
 """A further formulation may take so many times the steps before it, and so many in any case."""
+MANY = 30
+"""Coordinates from which on no formulation is derived that is known to be the same as another."""
 STEPS_A_NODE = 4
 """What a new node takes at least: so a formulation that is left out leaves nodes for those that are not."""
 
@@ -45,34 +55,98 @@ def derive(model: Model[Node]) -> Residual:
     ``InfiniteForce`` where an energy jumps."""
     graph = graph_of(model)
     refuse_jumps(model)
+    refuse_strain(model)
+    refuse_undetermined(model)
     cyclic, conserved = conservation(model)
+    constraints = Constraints(model)
     forms = formulations(model, graph, conserved)
     first, *others = forms
-    for name, row in zip(model.coordinates, forms[first].mass_matrix):
-        if all(is_zero(entry) for entry in row if entry is not graph.zero):
-            raise SingularCoordinate(name)
-    costs = {first: convolutions(model, graph, forms[first])}
+    bound = {k for slopes in constraints.slopes for k in slopes}
+    rows = enumerate(zip(model.coordinates, forms[first].mass_matrix))
+    idle = [
+        name
+        for k, (name, row) in rows
+        if k not in bound and all(is_zero(row[j]) for j in nonzero(row, graph.zero, k))
+    ]
+    if idle:
+        raise SingularCoordinate(idle)
+    programs = {first: lowered(model, graph, forms[first])}
     for name in others:
-        cost = if_affordable(graph, partial(convolutions, model, graph, forms[name]))
-        if cost is not None:
-            costs[name] = cost
+        program = if_affordable(graph, partial(lowered, model, graph, forms[name]))
+        if program is not None:
+            programs[name] = program
+    costs = {name: program.convolutions for name, program in programs.items()}
     chosen = min(costs, key=lambda name: costs[name])
     velocities = numbered(model.v)
     slopes = graph.gradient(model.potential, velocities).values()
-    rows = saturated_rows(graph, forms[chosen].residual, variables(model))
-    return Residual(
+    masses = forms[chosen].mass_matrix
+    pushed = uses_multipliers(model)
+    written = {
+        "residual": saturated_rows(
+            graph, [*forms[chosen].residual, *constraints.equations], variables(model)
+        ),
+        "mass_matrix": constraints.bordered(masses, Energetics(model).applied if pushed else ()),
+    }
+    found = Residual(
         model=saturated(model),
         graph=graph,
-        **{**vars(forms[chosen]), "residual": rows},
+        **{**vars(forms[chosen]), **written},
         definite=model.lagrangian is None
         and not any(graph.gradient(p, velocities) for p in slopes)
-        and symmetric(forms[chosen].mass_matrix),
+        and symmetric(masses)
+        and not pushed,
+        pushed=pushed,
+        weightless=weightless(masses) if model.constraints else frozenset(),
         formulation=chosen,
         costs=costs,
+        lowered=((*forms[chosen].residual, *constraints.equations, *model.q), programs[chosen]),
         scleronomic=scleronomic(model),
         cyclic=cyclic,
         conserved=conserved,
     )
+    refuse_spinning(found)
+    return replace(found, quiet=derive(without_multipliers(model))) if found.bent else found
+
+
+def refuse_undetermined(model: Model[Node]) -> None:
+    """Raise ``Undetermined`` where forces or events use multipliers that are not unique."""
+    if not model.redundant:
+        return
+    nodes = [*forces_of(model), *(event.argument for event in model.events)]
+    constraints = [*model.constraints, *model.redundant]
+    rows = Constraints(replace(model, constraints=tuple(constraints))).slopes
+    count = len(model.constraints)
+    for mine, others in coupled(rows[:count], rows[count:]):
+        for one in (constraints[i] for i in (*mine, *(count + j for j in others))):
+            if any(node.symbols & one.multiplier.symbols for node in nodes):
+                raise Undetermined(one.name)
+
+
+def forces_of(model: Model[Node]) -> list[Node]:
+    """All that acts besides L."""
+    return [*model.generalized_forces, model.dissipation, *(x for p in model.particles for x in p.force)]
+
+
+def without_multipliers(model: Model[Node]) -> Model[Node]:
+    """The model without forces that depend on multipliers of constraints."""
+    zero = graph_of(model).zero
+    bits = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+
+    def kept(force: Node) -> Node:
+        return zero if force.symbols & bits else force
+
+    return replace(
+        model,
+        generalized_forces=tuple(map(kept, model.generalized_forces)),
+        dissipation=kept(model.dissipation),
+        particles=tuple(replace(one, force=tuple(map(kept, one.force))) for one in model.particles),
+    )
+
+
+def uses_multipliers(model: Model[Node]) -> bool:
+    """Whether forces depend on multipliers of constraints."""
+    bits = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+    return any(force.symbols & bits for force in forces_of(model))
 
 
 def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved]) -> dict[str, Formulation]:
@@ -92,8 +166,18 @@ def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved
                 name = "kinetic energy"
                 add_energetic(forms, model, graph, name, kinetic - model.potential, conserved)
 
-        if_affordable(graph, add)
+        routh = any(each.quantity.startswith("p_") for each in conserved)
+        if len(model.q) <= MANY or routh or not is_cartesian(model):
+            if_affordable(graph, add)
     return forms
+
+
+def is_cartesian(model: Model[Node]) -> bool:
+    """Whether the coordinates are the masses' places, and U does not depend on velocities: T is as short as
+    can be, and Euler and Lagrange's equations are the embedding's."""
+    velocities = reduce(or_, (v.symbols for v in model.v), 0)
+    positions = {x for particle in model.particles for x in particle.position}
+    return positions <= {*model.q} and not model.potential.symbols & velocities
 
 
 def add_energetic(
@@ -107,10 +191,12 @@ def add_energetic(
     """Add to ``forms`` those that follow from L: Euler and Lagrange's, called ``base``, and its variants."""
     forces = Energetics(model).forces
     residual, matrix = euler_lagrange(model, graph, lagrangian, forces)
-    forms[base] = normalized(graph, residual, matrix, variables(model))
+    forms[base] = normalized(model, residual, matrix)
     other = if_affordable(graph, lambda: gyroscopic(model, graph, lagrangian, residual))
     if other is not None:
-        forms["gyroscopic forces"] = normalized(graph, other, matrix, variables(model))
+        forms["gyroscopic forces"] = normalized(model, other, matrix)
+    if model.constraints:
+        return
     names = {each.quantity for each in conserved}
     steady = {k for k, name in enumerate(model.coordinates) if f"p_{name}" in names}
     reduced = if_affordable(graph, lambda: routh(model, graph, lagrangian, forces, matrix, steady))
@@ -143,7 +229,8 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
         for k, slope in row.items():
             columns[k].append((slope, change))
     residual = []
-    for q, v, terms, given in zip(model.q, model.v, columns, model.generalized_forces):
+    bound_forces = Constraints(model).forces
+    for q, v, terms, given, bound in zip(model.q, model.v, columns, model.generalized_forces, bound_forces):
         momentum = graph.diff(model.potential, v)
         residual.append(
             contract(graph, terms, moving)
@@ -151,9 +238,10 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
             - rate(graph, momentum, moving)
             + graph.diff(model.dissipation, v)
             - given
+            - bound
         )
     matrix = mass_matrix(model, graph, [m for m, _, _ in components], jacobian)
-    return normalized(graph, residual, matrix, moving)
+    return normalized(model, residual, matrix)
 
 
 def mass_matrix(
@@ -196,18 +284,32 @@ def mass_matrix(
     return tuple(map(tuple, matrix))
 
 
-def convolutions(model: Model[Node], graph: Graph, form: Formulation) -> int:
-    """Convolutions per order that a formulation takes."""
-    return lower(graph, variables(model), model.q, model.v, model.time, form.residual, ()).convolutions
+def lowered(model: Model[Node], graph: Graph, form: Formulation) -> SeriesProgram:
+    """The series that a formulation takes."""
+    constraints = Constraints(model)
+    rows = (*form.residual, *constraints.equations)
+    given = variables(model), model.q, model.v, model.time, rows, (), constraints.multipliers
+    return lower(graph, *given)
 
 
 def symmetric(matrix: Sequence[Sequence[Node]]) -> bool:
     """Whether a matrix is its own transpose; where a coordinate has been eliminated it may not be."""
-    return all(entry is matrix[k][j] for j, row in enumerate(matrix) for k, entry in enumerate(row[:j]))
+    places = ((j, k) for j, row in enumerate(matrix) for k in nonzero(row, row[j].graph.zero, j))
+    return all(matrix[j][k] is matrix[k][j] for j, k in places)
 
 
 def scleronomic(model: Model[Node]) -> bool:
-    """Whether the embedding (or the given L) is free of explicit time."""
-    given = [model.lagrangian] if model.lagrangian is not None else []
-    positions = [x for particle in model.particles for x in particle.position]
-    return independent(graph_of(model), [*given, *positions], model.time)
+    """Whether the embedding (or the given L) and the constraints are free of explicit time."""
+    return not depending_on_time(model)
+
+
+def depending_on_time(model: Model[Node]) -> tuple[str, ...]:
+    """Which of ``L``, ``positions``, ``orientations`` and ``constraints`` depend on time explicitly."""
+    given = {
+        "L": [model.lagrangian] if model.lagrangian is not None else [],
+        "positions": [x for particle in model.particles for x in particle.position if not particle.body],
+        "orientations": [x for particle in model.particles for x in particle.position if particle.body],
+        "constraints": [one.expression for one in model.constraints],
+    }
+    graph = graph_of(model)
+    return tuple(name for name, nodes in given.items() if not independent(graph, nodes, model.time))

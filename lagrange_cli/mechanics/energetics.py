@@ -10,6 +10,7 @@ from functools import cached_property
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
@@ -105,7 +106,13 @@ class Energetics:
 
     @cached_property
     def forces(self) -> tuple[Node, ...]:
-        """Q_k of everything that L does not hold: F_i . dr_i/dq_k, generalized forces, -dD/dq_dot_k."""
+        """Q_k of everything that L does not hold: ``applied`` forces and those of constraint."""
+        bound = Constraints(self.model).forces
+        return tuple(given + force for given, force in zip(self.applied, bound))
+
+    @cached_property
+    def applied(self) -> tuple[Node, ...]:
+        """Of these, F_i . dr_i/dq_k, generalized forces, and -dD/dq_dot_k."""
         model, graph = self.model, self._graph
         found = [
             [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
@@ -134,5 +141,7 @@ class Energetics:
 
     @property
     def power(self) -> Node:
-        """sum_k Q_k q_dot_k: the power of the forces outside L."""
-        return self._graph.sum([(force * v, 1.0) for force, v in zip(self.forces, self.model.v)])
+        """sum_k Q_k q_dot_k: the power of the forces outside L, with what constraints say of those of
+        constraint."""
+        applied = [(force * v, 1.0) for force, v in zip(self.applied, self.model.v)]
+        return self._graph.sum([*applied, (Constraints(self.model).power, 1.0)])

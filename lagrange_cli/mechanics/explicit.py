@@ -7,12 +7,16 @@ a(q, q_dot, t): from R(q, q_dot, a, t) = 0, M da/dx = -dR/dx at fixed a.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
+from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
 
@@ -31,16 +35,21 @@ def expanded(
 ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     """(symbols of the accelerations, R_k in q, q_dot, q_ddot, t and cyclic momenta without ``ddt`` nodes); or
     other ``nodes`` than R_k."""
-    nodes = residual.residual if nodes is None else nodes
-    graph, model = residual.graph, residual.model
+    return at_rates(residual.model, residual.residual if nodes is None else nodes)
+
+
+def at_rates(model: Model[Node], nodes: Sequence[Node]) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+    """(symbols of the accelerations, ``nodes`` with their time derivatives written out)."""
+    graph = graph_of(model)
     accelerations = tuple(graph.symbol(acceleration_name(name)) for name in model.coordinates)
-    rates = list(zip(model.q, model.v)) + list(zip(model.v, accelerations)) + [(model.time, graph.one)]
+    rates = [*zip(model.q, model.v), *zip(model.v, accelerations), (model.time, graph.one)]
+    numbers = numbered(symbol for symbol, _ in rates)
     plain: dict[Node, Node] = {}
     for node in reachable(nodes):
         arguments = [plain[argument] for argument in node.arguments]
         if node.kind is Kind.DDT:
-            terms = [(graph.diff(arguments[0], symbol) * rate, 1.0) for symbol, rate in rates]
-            plain[node] = graph.sum(terms)
+            slopes = graph.gradient(arguments[0], numbers).items()
+            plain[node] = graph.sum([(slope * rates[i][1], 1.0) for i, slope in slopes])
         else:
             plain[node] = rebuilt(graph, node, arguments)
     return accelerations, tuple(plain[node] for node in nodes)
@@ -51,6 +60,45 @@ def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
     accelerations, rows = expanded(residual)
     momenta = {one.symbol: one.momentum for one in residual.cyclic_momenta}
     return accelerations, substituted(residual.graph, rows, momenta)
+
+
+@dataclass(frozen=True)
+class Unknowns:
+    """Accelerations and multipliers at one state: what they solve, and their ``symbols``.
+
+    ``matrix`` times them is -``rest``: the equations without them, in q, q_dot, t. Where these are not linear
+    in multipliers, ``rest`` are the equations without accelerations, and ``quiet`` is what Newton's method
+    begins with.
+    """
+
+    residual: Residual
+    symbols: tuple[Node, ...]
+    rest: tuple[Node, ...]
+    quiet: Unknowns | None = None
+
+
+def unknowns(residual: Residual) -> Unknowns:
+    """The equations of motion, to be solved at one state."""
+    accelerations, rows = write_out(residual)
+    symbols = (*accelerations, *residual.multipliers)
+    bent = residual.bent and residual.quiet is not None
+    rest = substituted(
+        residual.graph, rows, dict.fromkeys(accelerations if bent else symbols, residual.graph.zero)
+    )
+    return Unknowns(residual, symbols, rest, unknowns(residual.quiet) if bent and residual.quiet else None)
+
+
+def at_a_state(residual: Residual, nodes: Iterable[Node]) -> tuple[Unknowns | None, tuple[Node, ...]]:
+    """Functions of q, q_dot, t, time derivatives and multipliers as functions of a state and of unknowns;
+    these are None where none occurs."""
+    given, rates = [*nodes], set[Node]()
+    accelerations, found = expanded(residual, given)
+    for node in reachable(given):
+        if node.kind is Kind.DDT or not rates.isdisjoint(node.arguments):
+            rates.add(node)
+    plain = tuple(new if node in rates else node for node, new in zip(given, found))
+    bits = reduce(or_, (symbol.symbols for symbol in (*accelerations, *residual.multipliers)), 0)
+    return unknowns(residual) if any(node.symbols & bits for node in plain) else None, plain
 
 
 def linearize(residual: Residual) -> Linearization:

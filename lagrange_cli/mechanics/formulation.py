@@ -6,12 +6,14 @@ R_k = d/dt dL/dq_dot_k - dL/dq_k - Q_k = 0 with M = d2L/dq_dot dq_dot.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import CyclicMomentum
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import numbered, variables
+from lagrange_cli.mechanics.variables import graph_of, nonzero, numbered, rate, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
@@ -58,27 +60,19 @@ def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: lis
     return None if found == residual else found
 
 
-def rate(graph: Graph, node: Node, moving: int) -> Node:
-    """d/dt of a node along the motion, constants of the motion in front of it."""
-    if node.kind is Kind.SUM:
-        return graph.sum([(rate(graph, a, moving), c) for a, c in zip(node.arguments, node.data[1])])
-    if not node.symbols & moving:
-        return graph.zero
-    fixed, rest = graph.split_parameters(node, moving)
-    return fixed * graph.ddt(rest)
-
-
-def normalized(
-    graph: Graph, residual: Sequence[Node], matrix: Sequence[Sequence[Node]], moving: int
-) -> Formulation:
+def normalized(model: Model[Node], residual: Sequence[Node], matrix: Sequence[Sequence[Node]]) -> Formulation:
     """Equations whose acceleration stands alone with a constant factor, divided by it.
 
     The factor cancels against those of the forces before any number is known: one rounding instead of three.
+    (With forces of constraint the matrix would no longer be symmetric.)
     """
+    graph, moving = graph_of(model), variables(model)
+    multipliers = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
     rows, equations = [list(row) for row in matrix], list(residual)
     for k, row in enumerate(matrix):
-        alone = all(entry is graph.zero for j, entry in enumerate(row) if j != k)
-        if alone and not row[k].symbols & moving and not row[k].is_zero:
+        alone = nonzero(row, graph.zero, k) in ([], [k])
+        free = alone and not residual[k].symbols & multipliers
+        if free and not row[k].symbols & moving and not row[k].is_zero:
             equations[k] = divided(graph, residual[k], row[k])
             rows[k][k] = graph.one
     return Formulation(tuple(equations), tuple(map(tuple, rows)))

@@ -14,19 +14,26 @@ with the multiplier m for which u stays 0. It is found as the acceleration of an
 y'', whose equation is du/dt = 0, or d2u/dt2 = 0 where u does not contain velocities, and y'' = 0 while the
 mode is not 0.
 
+Friction by a normal force, as in mu N sign(v), jumps by a multiplier of a constraint. With the limit D = mu N
+there is an unknown force f = m D then: the equations stay linear in it and in N. It is found as y'', and
+D + f and D - f have the sign of D as long as -1 <= m <= 1.
+
 The forces of resting contact (see ``mechanics.contacts``) are such multipliers, too; the mode of a contact is
 1 or -1, the side that the motion came from, while it rests, and else 0."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.formulation import rate
+from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switches import Merging, has_rates, switches, vanishes_with, where_zero
+from lagrange_cli.mechanics.variables import rate
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
@@ -41,13 +48,15 @@ class Guard:
 
     ``original`` is the argument as it stands in the system's own equations. ``auxiliary`` is the place, among
     auxiliary coordinates, of the one whose acceleration is the multiplier; None where the motion cannot be
-    held. A ``cut`` is where an argument of another guard may jump; no equation contains its mode."""
+    held. With a ``limit`` the multiplier is a force, which may be that large. A ``cut`` is where an argument
+    of another guard may jump; no equation contains its mode."""
 
     argument: Node
     original: Node
     mode: Node
     auxiliary: int | None = None
     cut: bool = False
+    limit: Node | None = None
 
 
 @dataclass(frozen=True)
@@ -74,6 +83,8 @@ class Guarded:
     auxiliary: int = 0
     events: tuple[Node, ...] = ()
     rests: tuple[Rest, ...] = ()
+    limits: tuple[Node, ...] = ()
+    """Of each guard with a limit the sum of limit and force, and the difference."""
 
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
@@ -113,7 +124,7 @@ class _Freezing:
     def _inertial(self) -> set[Node]:
         """Switches in masses, in momenta, and in factors of accelerations."""
         residual, found = self.residual, set[Node]()
-        entries = [entry for row in residual.mass_matrix for entry in (*row, *residual.inertias)]
+        entries = [entry for row in residual.unpushed.mass_matrix for entry in (*row, *residual.inertias)]
         entries += [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
         inside, accelerated = [*self.merged(entries)], set[Node]()
         for node in reachable(self.merged(residual.residual)):
@@ -207,7 +218,12 @@ class _Freezing:
         rows = self.frozen(residual.residual)
         quadratures = self.frozen([*integrands.values()])
         events = self.frozen([event.argument for event in residual.model.events])
-        matrix = [self.frozen(row) for row in residual.mass_matrix]
+        rows, quadratures = self._by_forces(rows, quadratures)
+        matrix = [self.frozen(row) for row in residual.unpushed.mass_matrix]
+        if residual.pushed:
+            first = len(residual.model.q)
+            for k, row in enumerate(rows[:first]):
+                matrix[k] = (*matrix[k][:first], *(graph.diff(row, one) for one in residual.multipliers))
         inertias = self.frozen(residual.inertias)
         momenta = []
         for one in residual.cyclic_momenta:
@@ -229,18 +245,86 @@ class _Freezing:
         entangled = [
             guard
             for guard in self.guards.values()
-            if guard.auxiliary is not None and used & self.multipliers[guard.auxiliary].symbols
+            if guard.auxiliary is not None
+            and (used & (m := self.multipliers[guard.auxiliary]).symbols or self._mixes(linear, m))
         ]
         # friction holds more often than a force that depends on the place
         places = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
         self.entangled = frozenset(one.original for one in places or entangled)
         if self.entangled:
             return None
+        limits = [
+            limit + sign * self.multipliers[guard.auxiliary]
+            for guard in self.guards.values()
+            if guard.auxiliary is not None and (limit := guard.limit) is not None
+            for sign in (1.0, -1.0)
+        ]
         if self.multipliers:
-            wider, quadratures = self._held(wider, quadratures, events)
+            wider, both = self._held(wider, [*quadratures, *limits], events)
+            quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
         guards = (*self.guards.values(), *self._cuts(events))
         named = dict(zip(integrands, quadratures))
-        return Guarded(wider, named, guards, len(self.multipliers), events, self.rests)
+        return Guarded(wider, named, guards, len(self.multipliers), events, self.rests, tuple(limits))
+
+    def _by_forces(
+        self, rows: Sequence[Node], quadratures: Sequence[Node]
+    ) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
+        """``rows`` and ``quadratures`` with forces in place of multipliers of switches, where multipliers of
+        constraints are their factors."""
+        bound = reduce(or_, (one.symbols for one in self.residual.multipliers), 0)
+        graph, nodes = self.graph, [*rows, *quadratures]
+        for original, guard in self.guards.items():
+            if guard.auxiliary is None or not bound:
+                continue
+            m = self.multipliers[guard.auxiliary]
+            slopes = {i: graph.diff(x, m) for i, x in enumerate(nodes) if not has_rates(x, m)}
+            held = {i: self._where_held(one, guard.mode) for i, one in slopes.items() if not one.is_zero}
+            if not any(one.symbols & bound for one in held.values()):
+                continue
+            shares = self._shares(held)
+            if shares is None:
+                continue
+            limit, factors = shares
+            nodes = [*substituted(graph, nodes, {m: graph.zero})]
+            for i, factor in factors.items():
+                nodes[i] = nodes[i] + self._three_ways(guard.mode, graph.zero, graph.zero, factor * m)
+            self.guards[original] = replace(guard, limit=limit)
+        return tuple(nodes[: len(rows)]), tuple(nodes[len(rows) :])
+
+    def _mixes(self, nodes: Sequence[Node], m: Node) -> bool:
+        """Whether a multiplier is multiplied with one of a constraint."""
+        bound = reduce(or_, (one.symbols for one in self.residual.multipliers), 0)
+        rates = (self.graph.diff(x, m) for x in nodes if x.symbols & bound and not has_rates(x, m))
+        return any(rate.symbols & bound for rate in rates)
+
+    def _where_held(self, node: Node, mode: Node) -> Node:
+        """``node`` where a mode is 0."""
+        made: dict[Node, Node] = {}
+        for one in reachable([node]):
+            arguments = [made[a] for a in one.arguments]
+            if one.kind is Kind.SWITCH and one.arguments[0].symbols & mode.symbols:
+                made[one] = arguments[1 if one.data > 0 else 2]
+            else:
+                made[one] = rebuilt(self.graph, one, arguments)
+        return made[node]
+
+    def _shares(self, held: Mapping[int, Node]) -> tuple[Node, dict[int, Node]] | None:
+        """A limit, and factors without multipliers of constraints that give ``held`` when multiplied with it;
+        None where there are none."""
+        graph, multipliers = self.graph, self.residual.multipliers
+        first = next(iter(held.values()))
+        one = next((one for one in multipliers if first.symbols & one.symbols), None)
+        if one is None:
+            return None
+        slopes = {i: graph.diff(each, one) for i, each in held.items()}
+        alone = all(is_zero(each - slopes[i] * one) for i, each in held.items())
+        limit = one if alone else first
+        factors = slopes if alone else {i: slope / graph.diff(first, one) for i, slope in slopes.items()}
+        bound = reduce(or_, (other.symbols for other in multipliers), 0)
+        shared = all(
+            not factors[i].symbols & bound and is_zero(each - factors[i] * limit) for i, each in held.items()
+        )
+        return (limit, factors) if shared else None
 
     def _cuts(self, events: Sequence[Node]) -> list[Guard]:
         """Guards where atan2(y, x) jumps by 2 pi, which stands in other arguments: at y = 0, as x may be
@@ -254,14 +338,16 @@ class _Freezing:
     def _held(
         self, residual: Residual, integrands: Sequence[Node], events: Sequence[Node]
     ) -> tuple[Residual, tuple[Node, ...]]:
-        """The equations with multipliers as accelerations of auxiliary coordinates, and theirs."""
+        """The equations with multipliers as accelerations of auxiliary coordinates, and theirs; those of
+        constraints are the last ones."""
         graph, model, own = self.graph, residual.model, len(self.residual.model.q)
         symbols = model.v[own:]
         graph.work.charge(len(model.q) ** 2, f"a matrix of {own} coordinates and {len(symbols)} multipliers")
         accelerations = dict(zip(self.multipliers, map(graph.ddt, symbols)))
         columns = [[graph.diff(row, m) for m in self.multipliers] for row in residual.residual]
         rows = substituted(graph, residual.residual, accelerations)
-        matrix = [[*row, *column] for row, column in zip(residual.mass_matrix, columns)]
+        matrix = [[*row[:own], *column, *row[own:]] for row, column in zip(residual.mass_matrix, columns)]
+        constraints = [graph.zero] * len(residual.multipliers)
         added, slopes = [], []
         holding = [guard for guard in self.guards.values() if guard.auxiliary is not None]
         resting = [(one.auxiliary, events[one.event], one.mode, True) for one in self.rests]
@@ -280,11 +366,11 @@ class _Freezing:
             added.append(chosen(HEAVY * kept, free))
             row = [chosen(HEAVY * graph.diff(u, x), zero) for x in by[:own]]
             one = chosen(zero, graph.one)
-            slopes.append([*row, *(one if other is symbol else zero for other in symbols)])
+            slopes.append([*row, *(one if other is symbol else zero for other in symbols), *constraints])
         wider = replace(
             residual,
-            residual=(*rows, *added),
-            mass_matrix=tuple(map(tuple, (*matrix, *slopes))),
+            residual=(*rows[:own], *added, *rows[own:]),
+            mass_matrix=tuple(map(tuple, (*matrix[:own], *slopes, *matrix[own:]))),
             definite=False,
         )
         return wider, substituted(graph, integrands, accelerations)

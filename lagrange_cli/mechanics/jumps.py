@@ -36,13 +36,21 @@ HALVINGS, MOST_SYMBOLS = 60, 4
 def refuse_jumps(model: Model[Node]) -> None:
     """Raises ``InfiniteForce`` where an energy has a jump of constant size."""
     graph = graph_of(model)
-    by_place = [*model.q, *model.v]
-    energy = ("potential", model.potential) if model.lagrangian is None else ("lagrangian", model.lagrangian)
-    for key, node, symbols in ((*energy, by_place), ("dissipation", model.dissipation, model.v)):
+    for key, node, symbols in energies(model):
         for u, part in parts(graph, node).items():
             changes = any(u.symbols & symbol.symbols for symbol in symbols)
             if changes and is_certain(graph, *sides(graph, part, u), u, variables(model)):
                 raise InfiniteForce(key)
+
+
+def energies(model: Model[Node]) -> Iterator[tuple[str, Node, Sequence[Node]]]:
+    """What must not jump: the key that declares it, the expression, and the symbols by which it may not."""
+    by_place = [*model.q, *model.v]
+    if model.lagrangian is None:
+        yield "potential", model.potential, by_place
+    else:
+        yield "lagrangian", model.lagrangian, by_place
+    yield "dissipation", model.dissipation, model.v
 
 
 def parts(graph: Graph, node: Node) -> dict[Node, Node]:
@@ -65,18 +73,18 @@ def addends(graph: Graph, node: Node) -> list[tuple[Node, float]]:
     return terms_of(graph, node)
 
 
-def refuse_jumps_in_numbers(model: Model[Node]) -> None:
-    """Raises ``InfiniteForce`` where an energy jumps, in a model that has numbers in place of parameters."""
-    graph, by_place = graph_of(model), [*model.q, *model.v]
-    energy = ("potential", model.potential) if model.lagrangian is None else ("lagrangian", model.lagrangian)
-    for key, node, symbols in ((*energy, by_place), ("dissipation", model.dissipation, model.v)):
-        for u in arguments(node):
+def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None:
+    """Raises ``InfiniteForce`` where an energy jumps, in a model that has numbers in place of parameters:
+    those of ``whose``."""
+    graph = graph_of(model)
+    for key, node, symbols in energies(model):
+        for u, part in parts(graph, node).items():
             own = [one for one in symbols if one.symbols & u.symbols]
             if not own:
                 continue
-            above, below = sides(graph, node, u)
+            above, below = sides(graph, part, u)
             if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):
-                raise InfiniteForce(key, "with the parameters of this run, ")
+                raise InfiniteForce(key, f"with the parameters of {whose}, ")
 
 
 def jumps_at_a_root(above: Node, below: Node, u: Node, own: Sequence[Node]) -> bool:
@@ -133,15 +141,20 @@ def is_certain(graph: Graph, above: Node, below: Node, u: Node, moving: int) -> 
     """Whether both sides differ where u is 0, unless a parameter is 0."""
     jump = above - below
     if not jump.symbols & moving:
-        return not jump.is_zero and differ(graph, above, below, {})
+        return stays(graph, jump, moving) and differ(graph, above, below, {})
+    for at in solutions(graph, u, moving):
+        (left,) = substituted(graph, [jump], at)
+        return stays(graph, left, moving) and differ(graph, above, below, at)
+    return False
+
+
+def solutions(graph: Graph, u: Node, moving: int) -> Iterator[dict[Node, Node]]:
+    """For each symbol that u is linear in, what it is where u is 0."""
     terms = terms_of(graph, u)
     for term, coefficient in terms:
         rest = graph.sum([*terms, (term, -coefficient)])
         if term.kind is Kind.SYMBOL and term.symbols & moving and not rest.symbols & term.symbols:
-            at = {term: -1.0 / coefficient * rest}
-            (left,) = substituted(graph, [jump], at)
-            return stays(graph, left, moving) and differ(graph, above, below, at)
-    return False
+            yield {term: -1.0 / coefficient * rest}
 
 
 def stays(graph: Graph, left: Node, moving: int) -> bool:

@@ -28,17 +28,20 @@ def engine(residual: Residual) -> tuple[str, ...]:
     """
     model = residual.model
     matrix = "the mass matrix after Routh's reduction" if residual.cyclic_momenta else "the mass matrix"
+    if model.constraints:
+        matrix = "the matrix of masses and constraints"
+    names = (*model.coordinates, *(one.name for one in model.constraints))
     said = [f"formulation: {formulation(residual)}"]
     once = "once per run"
     if any(event.changes for event in model.events):
         once += " and after each event that sets something"
     if residual.constant_mass_matrix:
         said.append(f"{matrix} contains parameters only: it is factored {once}, not once per step")
-    size, blocks = len(model.q), residual.blocks
+    size, blocks = len(names), residual.blocks
     if size > 1 and len(blocks) == size:
         said.append(f"{matrix} is diagonal: it is inverted by one division per coordinate")
     elif len(blocks) > 1:
-        listed = in_short(["{" + in_short([model.coordinates[k] for k in block]) + "}" for block in blocks])
+        listed = in_short(["{" + in_short([names[k] for k in block]) + "}" for block in blocks])
         said.append(f"{matrix} is block-diagonal, {listed}: each block is factored separately")
     if not any(node.symbols & model.time.symbols for node in residual.residual):
         said.append("the equations do not depend on t: no Taylor series of t is computed")

@@ -8,14 +8,17 @@ neither M^-1 nor M is ever a series. ``derive`` makes it.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
+from functools import cached_property, reduce
+from operator import or_
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.conservation import Conserved
-from lagrange_cli.mechanics.variables import variables
+from lagrange_cli.mechanics.variables import nonzero, variables
 from lagrange_cli.model.model import Model
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.series.lowering import lower
+from lagrange_cli.series.program import SeriesProgram
 
 
 @dataclass(frozen=True)
@@ -47,7 +50,8 @@ class Contact:
 class Residual:
     """The equations R(q, q_dot, q_ddot, t) = 0 of a model over the graph.
 
-    ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t;
+    ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t. Behind
+    the coordinates are the constraints and their ``multipliers``, which the equations are linear in, too;
     ``cyclic_momenta`` take the places of velocities: known from where a motion begins,
     the same ever after.
     ``inertias`` are what the equations were divided by: where one is 0, so is the determinant of the masses.
@@ -55,7 +59,10 @@ class Residual:
     ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes
     per order.
     ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps (between
-    events). The multipliers of ``contacts`` stand in the equations like accelerations.
+    events). Coordinates that are ``weightless`` have no inertia of their own. The multipliers of ``contacts``
+    stand in the equations like accelerations. Forces that depend on multipliers have ``pushed`` the matrix
+    out of its symmetry; without these forces the equations are ``quiet``, where they are not linear in
+    multipliers. Of some equations and their coordinates the series are known already (``lowered``).
     """
 
     model: Model[Node]
@@ -71,11 +78,44 @@ class Residual:
     cyclic: tuple[str, ...]
     conserved: tuple[Conserved, ...]
     contacts: tuple[Contact, ...] = ()
+    weightless: frozenset[int] = frozenset()
+    pushed: bool = False
+    quiet: Residual | None = None
+    lowered: tuple[tuple[Node, ...], SeriesProgram] | None = None
 
     @property
     def coordinates(self) -> tuple[str, ...]:
         """The names of the coordinates, in the order of q."""
         return self.model.coordinates
+
+    def series(self, integrands: Sequence[Node] = (), own: int = 0, apart: bool = False) -> SeriesProgram:
+        """The series of the equations, and of the quadratures of ``integrands`` (see ``lower``)."""
+        model, rows = self.model, (*self.residual, *self.model.q)
+        if not integrands and self.lowered is not None and self.lowered[0] == rows:
+            return self.lowered[1]
+        given = self.variables, model.q, model.v, model.time, self.residual, integrands, self.multipliers
+        return lower(self.graph, *given, own=own, apart=apart)
+
+    @cached_property
+    def multipliers(self) -> tuple[Node, ...]:
+        """Those of the model's constraints."""
+        return tuple(one.multiplier for one in self.model.constraints)
+
+    @cached_property
+    def unpushed(self) -> Residual:
+        """The same with the matrix without what multipliers do in forces: of the shortest ways to the
+        constraints, and of impulses."""
+        if not self.pushed:
+            return self
+        matrix, first = self.mass_matrix, len(self.mass_matrix) - len(self.multipliers)
+        upper = [(*row[:first], *(other[j] for other in matrix[first:])) for j, row in enumerate(matrix)]
+        return replace(self, mass_matrix=(*upper[:first], *matrix[first:]), pushed=False)
+
+    @cached_property
+    def bent(self) -> bool:
+        """Whether the equations are not linear in the multipliers."""
+        bound = reduce(or_, (one.symbols for one in self.multipliers), 0)
+        return self.pushed and any(entry.symbols & bound for row in self.mass_matrix for entry in row)
 
     @cached_property
     def variables(self) -> int:
@@ -88,20 +128,30 @@ class Residual:
         return connected(self.mass_matrix)
 
     @cached_property
+    def entries(self) -> tuple[Mapping[int, Node], ...]:
+        """Those of the mass matrix that are not 0, row by row."""
+        zero = self.graph.zero
+        return tuple({k: row[k] for k in nonzero(row, zero, j)} for j, row in enumerate(self.mass_matrix))
+
+    @cached_property
+    def separate(self) -> bool:
+        """Whether every acceleration stands alone in its equation, with a constant of the motion."""
+        bound = self.multipliers or self.cyclic_momenta or self.inertias
+        return not bound and self.constant_mass_matrix and len(self.blocks) == len(self.model.q)
+
+    @cached_property
     def constant_mass_matrix(self) -> bool:
         """Whether the mass matrix depends on nothing but parameters."""
-        return all(not entry.symbols & self.variables for row in self.mass_matrix for entry in row)
+        return all(not entry.symbols & self.variables for row in self.entries for entry in row.values())
 
 
 def connected(matrix: Sequence[Sequence[Node]]) -> tuple[tuple[int, ...], ...]:
     """The index sets that a matrix's nonzero entries connect, each sorted, in order of first index."""
     neighbours: list[set[int]] = [set() for _ in matrix]
-    zero = matrix[0][0].graph.zero if matrix else None
     for j, row in enumerate(matrix):
-        for k, entry in enumerate(row):
-            if entry is not zero:
-                neighbours[j].add(k)
-                neighbours[k].add(j)
+        for k in nonzero(row, row[j].graph.zero, j):
+            neighbours[j].add(k)
+            neighbours[k].add(j)
     blocks = []
     done: set[int] = set()
     for first in range(len(matrix)):

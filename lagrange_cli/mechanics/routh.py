@@ -15,10 +15,10 @@ from collections.abc import Collection, Sequence
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized, rate
+from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized
 from lagrange_cli.mechanics.residual import CyclicMomentum, connected
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import variables
+from lagrange_cli.mechanics.variables import rate, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
@@ -72,9 +72,7 @@ def routh(
         rows[one.index] = [-graph.diff(one.speed, other) for other in model.v]
         rows[one.index][one.index] = graph.one
     inertias = tuple(one.inertia for one in gone if one.inertia.symbols & moving)
-    return replace(
-        normalized(graph, residual, rows, moving), cyclic_momenta=tuple(momenta), inertias=inertias
-    )
+    return replace(normalized(model, residual, rows), cyclic_momenta=tuple(momenta), inertias=inertias)
 
 
 def eliminate(

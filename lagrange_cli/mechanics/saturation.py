@@ -20,18 +20,30 @@ GROWING = frozenset({"exp", "sinh", "cosh"})
 
 
 def saturated(model: Model[Node]) -> Model[Node]:
-    """``model`` with such an energy: what is made of its values, but no derivative, is the same."""
+    """``model`` with such energies and events: what is made of their values, but no derivative, is the
+    same."""
+    graph, moving = graph_of(model), variables(model)
+    watched = saturated_each(graph, [event.argument for event in model.events], moving)
+    events = tuple(replace(event, argument=u) for event, u in zip(model.events, watched))
+    model = replace(model, events=events)
     energies = [model.potential, *([] if model.lagrangian is None else [model.lagrangian])]
-    held = held_in(graph_of(model), energies, variables(model))
+    held = held_in(graph, energies, moving)
     if not held:
         return model
-    potential, *lagrangian = substituted(graph_of(model), energies, held)
+    potential, *lagrangian = substituted(graph, energies, held)
     return replace(model, potential=potential, lagrangian=lagrangian[0] if lagrangian else None)
 
 
 def saturated_rows(graph: Graph, rows: Sequence[Node], moving: int) -> tuple[Node, ...]:
     """Equations with bounded arguments of the exponentials that nothing grows with."""
     return substituted(graph, rows, held_in(graph, rows, moving))
+
+
+def saturated_each(graph: Graph, nodes: Sequence[Node], moving: int) -> tuple[Node, ...]:
+    """The same for expressions that have nothing to do with one another, such as integrands."""
+    if not any(map(is_growing, reachable(nodes))):
+        return tuple(nodes)
+    return tuple(saturated_rows(graph, [node], moving)[0] for node in nodes)
 
 
 def held_in(graph: Graph, roots: Sequence[Node], moving: int) -> dict[Node, Node]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
+from itertools import compress, repeat
+from operator import is_not
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.model.model import Model
 
 
@@ -17,16 +19,33 @@ def graph_of(model: Model[Node]) -> Graph:
 
 
 def variables(model: Model[Node]) -> int:
-    """Bit set of the symbols that change along a motion: q, q_dot and t."""
+    """Bit set of the symbols that change along a motion: q, q_dot, t, and the multipliers of constraints."""
     bits = model.time.symbols
-    for symbol in (*model.q, *model.v):
+    for symbol in (*model.q, *model.v, *(one.multiplier for one in model.constraints)):
         bits |= symbol.symbols
     return bits
+
+
+def nonzero(row: Sequence[Node], zero: Node, likely: int) -> list[int]:
+    """The places of what is not ``zero`` in a row: often the ``likely`` one alone."""
+    if row.count(zero) == len(row) - 1 and row[likely] is not zero:
+        return [likely]
+    return [*compress(range(len(row)), map(is_not, row, repeat(zero)))]
 
 
 def numbered(symbols: Iterable[Node]) -> dict[Node, int]:
     """The symbols with their places among themselves."""
     return {symbol: place for place, symbol in enumerate(symbols)}
+
+
+def rate(graph: Graph, node: Node, moving: int) -> Node:
+    """d/dt of a node along the motion, constants of the motion in front of it."""
+    if node.kind is Kind.SUM:
+        return graph.sum([(rate(graph, a, moving), c) for a, c in zip(node.arguments, node.data[1])])
+    if not node.symbols & moving:
+        return graph.zero
+    fixed, rest = graph.split_parameters(node, moving)
+    return fixed * graph.ddt(rest)
 
 
 def contract(graph: Graph, terms: Iterable[tuple[Node, Node]], variables: int) -> Node:

@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -23,9 +25,13 @@ BOUNDED = frozenset({"log", "asin", "acos", "tan", "atan2"})
 
 
 def has_weak_singularity(model: Model[Node], state: Mapping[str, float]) -> bool:
-    """Whether there is one. The model has numbers for parameters, ``state`` has t, q and v by name."""
+    """Whether there is one. The model has numbers for parameters, ``state`` has t, q and v by name.
+
+    Terms with multipliers of constraints are left out: their size follows from the equations.
+    """
     moving = variables(model)
-    terms = list(energies(model, state))
+    bound = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
+    terms = [term for term in energies(model, state) if not term.symbols & bound]
     values, _ = evaluate(terms, state)
     sizes = [abs(values[term]) for term in terms]
     most = max((size for size in sizes if math.isfinite(size)), default=0.0)

@@ -5,9 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.algebra import Algebra, E
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.model.constraints import built_constraints
 from lagrange_cli.model.forces.law import Action
 from lagrange_cli.model.forces.table import FORCES
 from lagrange_cli.model.model import Event, Model, Particle
+from lagrange_cli.model.rigid_body import carriers
 from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Event as Written
@@ -22,10 +25,11 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
     """
     scope = Scope(spec, algebra)
     zero = algebra.number("0")
-    bodies = [(name, scope.scalar(spec.masses[name]), scope.velocity(name)) for name in spec.embedding]
+    masses = [(name, scope.scalar(spec.masses[name]), scope.velocity(name)) for name in spec.embedding]
     potential = scope.total([scope.scalar(term) for term in spec.potential.values()])
     lagrangian = None if spec.lagrangian is None else scope.scalar(spec.lagrangian)
-    action = added(scope, (FORCES[key].act(scope, given) for key, given in spec.forces.items()))
+    constraints = built_constraints(scope)
+    action = action_of(scope)
     return Model(
         name=spec.name,
         algebra=algebra,
@@ -34,9 +38,17 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         q=scope.q,
         v=scope.v,
         parameters=scope.parameters,
-        particles=tuple(
-            Particle(name, mass, scope.values[name], velocity, action.on_particles.get(name, ()))
-            for name, mass, velocity in bodies
+        particles=(
+            *(
+                Particle(name, mass, scope.values[name], velocity, action.on_particles.get(name, ()))
+                for name, mass, velocity in masses
+            ),
+            *(one for name in spec.bodies for one in carriers(scope, name, action.torques.get(name, ()))),
+            *(
+                Particle(name, zero, (scope.replaced[name],), (scope.values[velocity_name(name)],), (force,))
+                for name, force in action.generalized.items()
+                if name in scope.replaced
+            ),
         ),
         potential=potential,
         lagrangian=lagrangian,
@@ -45,6 +57,10 @@ def build_model(spec: Spec, algebra: Algebra[E]) -> Model[E]:
         observables={name: scope.scalar(expression) for name, expression in spec.observables.items()},
         families=spec.families,
         events=tuple(built_event(scope, name, event) for name, event in spec.events.items()),
+        constraints=tuple(one for one in constraints if one.name not in spec.left_out),
+        redundant=tuple(one for one in constraints if one.name in spec.left_out),
+        spec=spec,
+        replaced=scope.replaced,
     )
 
 
@@ -55,7 +71,8 @@ def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
         SpecError: where its argument turns out to be the same at all states.
     """
     argument = scope.scalar(event.when)
-    if not {scope.time, *scope.q, *scope.v}.intersection(scope.algebra.symbols(argument)):
+    varying = {scope.time, *scope.q, *scope.v, *scope.multipliers}
+    if not varying.intersection(scope.algebra.symbols(argument)):
         message = f"event '{name}' is where an expression becomes 0, and this one never changes"
         source = Source(scope.spec.filename, scope.spec.text)
         raise source.error(event.when.place, message, "let it depend on a coordinate, a velocity or t")
@@ -63,9 +80,15 @@ def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
     return Event(name, argument, event.direction, event.stops, changes)
 
 
+def action_of(scope: Scope[E]) -> Action[E]:
+    """All that acts besides the potential."""
+    return added(scope, (FORCES[key].act(scope, given) for key, given in scope.spec.forces.items()))
+
+
 def added(scope: Scope[E], actions: Iterable[Action[E]]) -> Action[E]:
     """All that acts, together."""
     on_particles: dict[str, tuple[E, ...]] = {}
+    torques: dict[str, tuple[E, ...]] = {}
     generalized: dict[str, E] = {}
     dissipation: list[E] = []
     for action in actions:
@@ -73,7 +96,8 @@ def added(scope: Scope[E], actions: Iterable[Action[E]]) -> Action[E]:
             before = on_particles.get(name)
             pairs = zip(before, force, strict=True) if before else ()
             on_particles[name] = tuple(scope.total([*pair]) for pair in pairs) or force
+        torques |= action.torques
         for name, given in action.generalized.items():
             generalized[name] = scope.total([generalized[name], given]) if name in generalized else given
         dissipation += [] if action.dissipation is None else [action.dissipation]
-    return Action(on_particles, generalized, scope.total(dissipation) if dissipation else None)
+    return Action(on_particles, generalized, scope.total(dissipation) if dissipation else None, torques)

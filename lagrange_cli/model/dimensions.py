@@ -28,7 +28,13 @@ from lagrange_cli.expression.syntax import (
     Tree,
     Vector,
 )
-from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
+from lagrange_cli.expression.vocabulary import (
+    AXES_COMPONENTS,
+    BODY_COMPONENTS,
+    COMPONENTS,
+    MULTIPLIER,
+    VELOCITY_COMPONENTS,
+)
 from lagrange_cli.model.unit import ONE, RADIAN, Unit
 from lagrange_cli.model.units import is_pure, same, without_angle
 from lagrange_cli.records import dataclass, replace
@@ -289,7 +295,13 @@ class Walk:
         if tree.identifier == "pi":
             return Quantity(ONE, math.pi)
         base, _, component = tree.identifier.partition(".")
+        if component == MULTIPLIER:
+            return self.values.get(tree.identifier, UNKNOWN)
         value = self.values[base]
+        if component in AXES_COMPONENTS:
+            return Quantity(ONE, math.nan)
+        if component in BODY_COMPONENTS:
+            return self.velocity(Quantity(ONE, math.nan))
         if component in VELOCITY_COMPONENTS:
             return self.velocity(value[VELOCITY_COMPONENTS.index(component)])
         return value[COMPONENTS.index(component)] if component else value

@@ -26,12 +26,20 @@ def action_of(stops: bool, changes: Mapping[str, object]) -> str:
 
 
 def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
-    """What each event sets: the new values by the symbols that they replace."""
+    """What each event sets: the new values by the symbols that they replace.
+
+    Where it sets something that is a function of other coordinates, these change in a way that is not solved
+    for: x + x + 1 stands for it, which leaves no function of x as it is that physics knows.
+    """
     symbols = dict(zip(model.coordinates, model.q)) | dict(model.parameters)
     symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
-    return {
-        event.name: {symbols[name]: value for name, value in event.changes.items()} for event in model.events
-    }
+    found, total = {}, model.algebra.total
+    for event in model.events:
+        known = {symbols[name]: value for name, value in event.changes.items() if name in symbols}
+        others = event.changes.keys() - symbols.keys()
+        moved = (*model.q, *model.v) if others & model.replaced.keys() else model.v if others else ()
+        found[event.name] = known | {x: total([x, x, model.algebra.number("1")]) for x in moved}
+    return found
 
 
 def between_events(breaks: Sequence[str]) -> str:

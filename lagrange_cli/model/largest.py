@@ -34,6 +34,8 @@ def expressions(spec: Spec) -> Iterator[Expression]:
     """What the equations and the events are made of."""
     for section in (spec.embedding, spec.potential, *spec.forces.values()):
         yield from section.values()
+    for body in spec.bodies.values():
+        yield from body.expressions
     if spec.lagrangian is not None:
         yield spec.lagrangian
     for event in spec.events.values():

@@ -7,20 +7,24 @@ from typing import Generic
 
 from lagrange_cli.expression.algebra import Algebra, E
 from lagrange_cli.records import dataclass, field
-from lagrange_cli.spec.spec import Family
+from lagrange_cli.spec.spec import Family, Spec
 
 
 @dataclass(frozen=True)
 class Particle(Generic[E]):
     """A point mass: ``mass`` in parameters, ``position`` r(q, t) with 1 to 3 components,
     ``velocity`` = dr/dt = sum_k dr/dq_k q_dot_k + dr/dt in q, q_dot, t (same length), and the applied
-    ``force`` F(q, q_dot, t) of the ``forces`` section (empty where there is none)."""
+    ``force`` F(q, q_dot, t) of the ``forces`` section (empty where there is none).
+
+    Some stand for the rotation of a rigid ``body`` (see ``model.rigid_body``): their positions are
+    directions, their masses moments of inertia."""
 
     name: str
     mass: E
     position: tuple[E, ...]
     velocity: tuple[E, ...]
     force: tuple[E, ...]
+    body: str = ""
 
 
 @dataclass(frozen=True)
@@ -40,6 +44,20 @@ class Event(Generic[E]):
 
 
 @dataclass(frozen=True)
+class Constraint(Generic[E]):
+    """An ``expression`` that stays 0: f(q, t) if it is ``holonomic``, otherwise g(q, q_dot, t), linear in
+    the velocities.
+
+    ``multiplier`` is the symbol of lambda: the generalized forces are lambda df/dq_k, or lambda dg/dq_dot_k.
+    """
+
+    name: str
+    expression: E
+    multiplier: E
+    holonomic: bool = True
+
+
+@dataclass(frozen=True)
 class Model(Generic[E]):
     """A mechanical system over the algebra ``algebra``.
 
@@ -47,7 +65,10 @@ class Model(Generic[E]):
     ``parameters`` the parameters' symbols by name, ``time`` the symbol ``t``. With a given ``lagrangian``
     there are no particles and ``potential`` is zero; otherwise ``lagrangian`` is None and
     L = sum m v^2/2 - ``potential``. ``generalized_forces[k]`` and ``dissipation`` are zero where not given.
-    ``families`` says which names belong together, by section of the file and name.
+    ``families`` says which names belong together, by section of the file and name. ``redundant`` are
+    constraints that follow from the others: the equations of motion go without them. ``spec`` is what the
+    model was built from. ``replaced`` are coordinates of the file as functions of others that replace them;
+    a generalized force on one of them acts on a particle without mass that has it as its position.
     """
 
     name: str
@@ -65,3 +86,7 @@ class Model(Generic[E]):
     observables: Mapping[str, E]
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     events: tuple[Event[E], ...] = ()
+    constraints: tuple[Constraint[E], ...] = ()
+    spec: Spec | None = None
+    replaced: Mapping[str, E] = field(default_factory=dict)
+    redundant: tuple[Constraint[E], ...] = ()

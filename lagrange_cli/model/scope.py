@@ -8,9 +8,22 @@ from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Algebra, E, Value
 from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.expression.vocabulary import (
+    BODY_COMPONENTS,
+    COMPONENTS,
+    MULTIPLIER,
+    TIME,
+    VELOCITY_COMPONENTS,
+    velocity_name,
+)
+from lagrange_cli.model.orientation import Turning, turning
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Spec
+
+
+def multiplier_name(constraint: str) -> str:
+    """What the symbol of a multiplier is called; no name of a file is like it."""
+    return f"lambda {constraint}"
 
 
 class Scope(Generic[E]):
@@ -28,7 +41,13 @@ class Scope(Generic[E]):
             self.values |= {coordinate.name: q, velocity_name(coordinate.name): v}
         self.rates = dict(zip(self.q, self.v, strict=True))
         self.velocities: dict[str, tuple[E, ...]] = {}
+        self.multipliers: list[E] = []
+        """Those that are used."""
+        self._turning: dict[str, Turning[E]] = {}
         self.builder = Builder(self, algebra, spec.sizes)
+        self.replaced = {name: self.scalar(written) for name, written in spec.replaced.items()}
+        self.values |= self.replaced
+        self.values |= {velocity_name(name): self._rate(one) for name, one in self.replaced.items()}
         for name, definition in spec.definitions.items():  # each uses only earlier ones
             self.values[name] = self.build(definition)
         positions = {name: self.vector(expression) for name, expression in spec.embedding.items()}
@@ -36,16 +55,35 @@ class Scope(Generic[E]):
 
     def __call__(self, identifier: str) -> Value:
         base, _, component = identifier.partition(".")
+        if component == MULTIPLIER:
+            return self.multiplier(base)
         if component in VELOCITY_COMPONENTS:
             return self.velocity(base)[VELOCITY_COMPONENTS.index(component)]
+        if component in BODY_COMPONENTS:
+            return self.turning(base).component(component)
         value = self.values[base]
         return value[COMPONENTS.index(component)] if component else value
+
+    def multiplier(self, constraint: str) -> E:
+        """The Lagrange multiplier of a constraint."""
+        found = self.algebra.symbol(multiplier_name(constraint))
+        if found not in self.multipliers:
+            self.multipliers.append(found)
+        return found
 
     def velocity(self, particle: str) -> tuple[E, ...]:
         """dr/dt = sum_k dr/dq_k q_dot_k + dr/dt, built when it is first asked for."""
         if particle not in self.velocities:
             self.velocities[particle] = tuple(self._rate(component) for component in self.values[particle])
         return self.velocities[particle]
+
+    def turning(self, body: str) -> Turning[E]:
+        """How a rigid body stands and turns, built when it is first asked for."""
+        if body not in self._turning:
+            how = self.spec.bodies[body].orientation
+            given = [self.scalar(one) for one in how.entries]
+            self._turning[body] = turning(self.algebra, how.form, how.sequence, given, self._rate)
+        return self._turning[body]
 
     def _rate(self, component: E) -> E:
         terms: list[E] = []

@@ -8,12 +8,14 @@ file gives too little a unit is unknown.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import cached_property
 
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.syntax import Number, Span
-from lagrange_cli.expression.vocabulary import TIME, family_name, velocity_name
+from lagrange_cli.expression.syntax import Name, Number, Span
+from lagrange_cli.expression.vocabulary import MULTIPLIER, TIME, family_name, velocity_name
 from lagrange_cli.model.dimensions import (
     BROKEN,
+    PURE,
     UNKNOWN,
     Contradiction,
     Quantity,
@@ -59,6 +61,11 @@ class Survey:
         self._values("definition '{}'", spec.definitions, self.values)
         self._positions()
         self.energy = self._energy()
+        self.constraints: dict[str, Quantity] = {}
+        self._values("constraint '{}'", spec.constraints, self.constraints)
+        self.velocity_constraints: dict[str, Quantity] = {}
+        self._values("constraint '{}'", spec.nonholonomic, self.velocity_constraints)
+        self.values |= {f"{name}.{MULTIPLIER}": one for name, one in self.multipliers.items()}
         before = len(self.conflicts)
         self._forces()
         self.balance = self.energy if len(self.conflicts) == before else BROKEN
@@ -78,6 +85,13 @@ class Survey:
     def momenta(self, energy: Quantity) -> dict[str, Quantity]:
         """Those of the generalized momenta, by coordinate, where ``energy`` is that of L."""
         return {name: energy * self.time / quantity for name, quantity in self.coordinates.items()}
+
+    @property
+    def multipliers(self) -> dict[str, Quantity]:
+        """Those of the constraints' multipliers: lambda f is an energy, and so is lambda g times a time."""
+        found = {name: self.energy / quantity for name, quantity in self.constraints.items()}
+        velocities = self.velocity_constraints.items()
+        return found | {name: self.energy / (quantity * self.time) for name, quantity in velocities}
 
     # What expressions come to
 
@@ -143,10 +157,19 @@ class Survey:
             self.values[velocity_name(name)] = rate(found[name], self.time)
         return found
 
+    @cached_property
+    def _turning(self) -> frozenset[str]:
+        """Coordinates that are components of a quaternion: plain numbers."""
+        given = (one.orientation for one in self.spec.bodies.values())
+        entries = [entry.tree for one in given if one.form == "quaternion" for entry in one.entries]
+        return frozenset(tree.base for tree in entries if isinstance(tree, Name))
+
     def _coordinate(self, coordinate: Coordinate) -> Quantity:
         """The unit is that of the initial value, or the velocity, where none is given."""
         name = family_name(coordinate.name)
         quantity = Quantity(read_unit(coordinate.unit)) if coordinate.unit else UNKNOWN
+        if not coordinate.unit and name in self._turning:
+            quantity = PURE
         if coordinate.initial is not None:
             initial = named(self.scalar(coordinate.initial, f"initial of coordinate '{name}'"))
             message = f"the initial value of coordinate '{name}' is in {{}}, and its unit is {{}}"
@@ -195,6 +218,7 @@ class Survey:
             found = masses[name] * speed * speed
             message = f"the kinetic energy of '{name}' is in {{}}, that of others in {{}}"
             kinetic = self.agree(kinetic, found, several[0].place, message)
+        kinetic = self._spinning(kinetic, masses)
         energy = kinetic
         for name, expression in spec.potential.items():
             where = "potential" if name == "potential" else f"potential '{name}'"
@@ -204,6 +228,18 @@ class Survey:
         if kinetic.unit is None and energy.unit is not None and not is_energy(energy.unit):
             return UNKNOWN
         return replace(energy, loose=False)
+
+    def _spinning(self, kinetic: Quantity, masses: Mapping[str, Quantity]) -> Quantity:
+        """``kinetic``, or what the energies of rotation say of it: moments of inertia over the square of a
+        time."""
+        for name, bodies in by_family(self.spec.bodies.items()).items():
+            inertia = bodies[0].inertia
+            for expression in inertia.entries:
+                moment = named(self.scalar(expression, f"inertia of '{name}'"))
+                moment = masses[name] * moment * moment if inertia.solid else moment
+                message = f"the energy of rotation of '{name}' is in {{}}, other energies in {{}}"
+                kinetic = self.agree(kinetic, moment / (self.time * self.time), expression.place, message)
+        return kinetic
 
     def _forces(self) -> None:
         """Forces say nothing new, but may contradict."""

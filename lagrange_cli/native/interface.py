@@ -9,7 +9,7 @@ from typing import Any
 
 from lagrange_cli.native.state import LANES as LANES
 from lagrange_cli.native.state import Clock, GuardRow, GuardRows, Role, StateLayout
-from lagrange_cli.records import dataclass, fields_of
+from lagrange_cli.records import dataclass, fields_of, replace
 
 STEPPING = 6
 """The lowest order of q's series that can be stepped with."""
@@ -26,6 +26,11 @@ DIRECTION, PATIENCE = 3, 4
 """Further ones of sections (``stepping.crossings``)."""
 SECTION, STROBE = "where", "every"
 """Kinds of sections: crossings of a surface, states after multiples of a period."""
+LANE_NUMBERS = "time", "time_low", "previous", "steps", "usual", "uneven", "reached"
+"""What each lane has behind its state and the state's low parts, 0 of each in a new motion."""
+OWN_NUMBERS = {"": (), SECTION: ("side", "since"), STROBE: ("period",)}
+"""What it has besides in a section of a kind; ``LANE_COUNTERS`` follow."""
+LANE_COUNTERS = "member", "active", "finishing"
 
 
 def low(name: str) -> str:
@@ -60,6 +65,12 @@ ARRAYS = 7
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
 
 
+def lane_places(width: int, section: str = "") -> dict[str, int]:
+    """Where these numbers are in what lanes work on, in vectors; ``width`` is that of the state."""
+    names = (*LANE_NUMBERS, *OWN_NUMBERS[section], *LANE_COUNTERS)
+    return {name: 2 * width + place for place, name in enumerate(names)}
+
+
 def records_at(layout: StateLayout, work: int, parts: int) -> int:
     """Where records are in scratch; ``parts`` of integrals (0 if there are none)."""
     arrays = (ARRAYS + 2) * layout.width if parts else 0
@@ -77,12 +88,17 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE`` or ``CUT``; ``events`` for each event its direction, its role, and that number for resting
-    contact, or -1. The integrals of their arguments are the first. ``changed`` are the new values that
-    actions give: the event, and the place among q, q_dot and the parameters. ``affected`` are pairs of
-    events: a simple action, and what it changes the argument of. ``@act`` computes new values, and two sizes
-    of each event's argument. ``series_at`` tells where series are in what steps work on: coefficient m of row
-    i at the first number, i times the second and m times the third."""
+    or ``SIMPLE`` or ``CUT``; ``limits`` are those whose multipliers are forces up to a limit; ``events`` for
+    each event its direction, its role, and that number for resting contact, or -1. The integrals of their
+    arguments are the first. ``changed`` are the new values that actions give: the event, and the place among
+    q, q_dot and the parameters. ``affected`` are pairs of events: a simple action, and what it changes the
+    argument of. ``@act`` computes new values, two sizes of each event's argument, and the ``masses`` that
+    actions change, of these particles.
+    ``@constrain`` computes so many ``constraints``, their rates, and the entries of the matrix of the
+    equations that ``pattern`` names; only where an action may leave the constraints.
+    ``series_at`` tells where series are in what steps work on: coefficient m of row i at the first number, i
+    times the second and m times the third. Steps hand over so many numbers that are ``carried`` with the
+    state."""
 
     order: int
     degrees: int
@@ -97,9 +113,14 @@ class Interface:
     given: int
     guards: tuple[int, ...]
     events: tuple[tuple[int, int, int], ...]
+    limits: tuple[int, ...]
     changed: tuple[tuple[int, int], ...]
     affected: tuple[tuple[int, int], ...]
+    masses: tuple[str, ...]
+    constraints: int
+    pattern: tuple[tuple[int, int], ...]
     series_at: tuple[int, int, int]
+    carried: int
 
     @cached_property
     def state(self) -> StateLayout:
@@ -117,7 +138,7 @@ class Interface:
         settings."""
         settings = self.rows_of_guards.settings(self.given) if self.guarded else 0
         degrees, quadratures = self.degrees + self.auxiliary, len(self.integrals) - self.stored
-        return StateLayout(degrees, quadratures, self.stored, set=settings)
+        return StateLayout(degrees, quadratures, self.stored, set=settings, carried=self.carried)
 
     @property
     def guarded(self) -> bool:
@@ -138,7 +159,9 @@ class Interface:
             made.append(GuardRow(role, first + len(made), multiplier(one)))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
-        arguments, switches = len(made), len(self.guards)
+        for i, limited in enumerate(self.limits):
+            made[limited] = replace(made[limited], limit=first + len(made) + 2 * i)
+        arguments, switches = len(made) + 2 * len(self.limits), len(self.guards)
         made += [GuardRow(Role.REST, multiplier(one)) for _, _, one in self.events if one >= 0]
         changed = tuple((switches + event, place) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)
@@ -158,8 +181,12 @@ class Interface:
     def trial(self) -> int:
         """Doubles of scratch: a copy of the state, what ``@advance`` expects of its rates, the next clock; a
         series ahead, and what parts of steps need."""
-        results = len(self.changed) + 2 * len(self.events)
-        return self.records + (RECORDS * self.inner.memory + results if self.events else 0)
+        return self.records + (RECORDS * self.inner.memory + self.acted if self.events else 0)
+
+    @property
+    def acted(self) -> int:
+        """How many numbers ``@act`` computes."""
+        return len(self.changed) + 2 * len(self.events) + len(self.masses)
 
     @property
     def records(self) -> int:

@@ -8,10 +8,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.explicit import Unknowns
+from lagrange_cli.native.linear.blocks import written_out
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
+from lagrange_cli.native.recurrences.expansion import factored, solved
+
+ROUNDS = 10
+"""Steps of Newton's method for multipliers: these are about as large as without the forces that depend on
+them."""
 
 
 def write_values(
@@ -24,16 +31,19 @@ def write_values(
     constants: Constants,
     *,
     at_one_time: bool = False,
+    unknowns: Unknowns | None = None,
 ) -> tuple[str, int]:
     """A function that computes ``nodes`` at each of ``%count`` samples, and its number of operations.
 
     The arrays of states (so many ``rows``, the first ones those of ``symbols``) and of results have
     ``%stride`` columns. Times are doubles, or there is ``at_one_time`` one sample and the low part of its
-    time follows.
+    time follows. The nodes may contain ``unknowns``, which are solved for.
     """
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
     f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
     kind.body.lines, stride = f.sink, Integer(f, "%stride")
+    bent = unknowns is not None and unknowns.quiet is not None
+    guess = f.define(f"alloca double, i64 {kind.parts * len(symbols)}, align 8") if bent else ""
     with f.loop(0, Integer(f, "%count")) as i:
 
         def place(row: int, count: int) -> tuple[str, str]:
@@ -42,6 +52,8 @@ def write_values(
         known: dict[Node, V | None] = {time: kind.load("%times", i.name, int(at_one_time))}
         for row, symbol in enumerate(symbols):
             known[symbol] = kind.load("%states", *place(row, rows))
+        if unknowns is not None:
+            solve_for(f, unknowns, kind, known, constants, guess)
         emit_values(kind, nodes, known, constants)
         for row, node in enumerate(nodes):
             kind.store(known[node], "%results", *place(row, len(nodes)))
@@ -49,16 +61,72 @@ def write_values(
     return f.text(), kind.body.operations
 
 
+def solve_for(
+    f: Function,
+    unknowns: Unknowns,
+    kind: Written[V],
+    known: dict[Node, V | None],
+    constants: Constants,
+    guess: str,
+) -> None:
+    """Add the values of accelerations and multipliers at a state to what is ``known`` of it.
+
+    Where the equations are not linear in multipliers, by Newton's method in memory at ``guess``.
+    """
+    if unknowns.quiet is None:
+        values = solved_for(unknowns, kind, known, constants)
+        known.update(zip(unknowns.symbols, values))
+        return
+    multipliers = unknowns.residual.multipliers
+    count = len(multipliers)
+
+    def keep(values: Sequence[V | None]) -> None:
+        for i, value in enumerate(values):
+            kind.store(value, guess, i, count)
+
+    def better() -> list[V | None]:
+        here = {**known, **{one: kind.load(guess, i, count) for i, one in enumerate(multipliers)}}
+        values = solved_for(unknowns, kind, dict(here), constants)
+        first = len(values) - count
+        moved = [kind.add(here[one], value) for one, value in zip(multipliers, values[first:])]
+        return [*values[:first], *map(kind.normalized, moved)]
+
+    start = solved_for(unknowns.quiet, kind, dict(known), constants)
+    keep(start[len(start) - count :])
+    with f.loop(0, ROUNDS, tested=False):
+        keep(better()[-count:])
+    known.update(zip(unknowns.symbols, better()))
+
+
+def solved_for(
+    unknowns: Unknowns, kind: Written[V], known: dict[Node, V | None], constants: Constants
+) -> list[V | None]:
+    """Accelerations, and by how much multipliers are more than what is ``known`` of them."""
+    rest = [*unknowns.rest]
+    emit_values(kind, rest, known, constants)
+    right = [kind.neg(known[node]) for node in rest]
+    factors, _ = factored(unknowns.residual, written_out(kind), known, constants)
+    return solved(unknowns.residual, factors, right, kind.one)
+
+
 def write_prepare(
     kind: Written[V], constants: Constants, parameters: Mapping[str, Node], name: str = "void @prepare"
 ) -> tuple[str, int]:
     """The function that fills ``%constants`` from the parameters' values, and how many doubles it fills."""
+    placed = [(node, kind.parts * slot, kind.parts - 1) for node, slot in constants.slots.items()]
+    return write_map(kind, parameters, placed, name), kind.parts * len(constants.slots)
+
+
+def write_map(
+    kind: Written[V], parameters: Mapping[str, Node], placed: Sequence[tuple[Node, int, int]], name: str
+) -> str:
+    """A function that puts nodes at their places in ``%constants``, low parts so far behind the high ones."""
     known: dict[Node, V | None] = {}
     for i, node in enumerate(parameters.values()):
         known[node] = kind.load("%parameters", i, len(parameters))
-    emit_values(kind, list(constants.slots), known, None)
-    for node, slot in constants.slots.items():
-        kind.store(known[node], "%constants", kind.parts * slot, kind.parts - 1)
+    emit_values(kind, [node for node, _, _ in placed], known, None)
+    for node, place, apart in placed:
+        kind.store(known[node], "%constants", place, apart)
     lines = "\n".join(kind.body.lines)
     head = f"{name}(ptr noalias %parameters, ptr noalias %constants) nounwind"
-    return f"define {head} {{\n{lines}\n  ret void\n}}\n", kind.parts * len(constants.slots)
+    return f"define {head} {{\n{lines}\n  ret void\n}}\n"

@@ -3,45 +3,40 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import partial, reduce
-from operator import or_
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.defect import Defect, defect, may_hide, terms_of
-from lagrange_cli.mechanics.explicit import expanded
-from lagrange_cli.mechanics.guards import Guard, Guarded, guarded
+from lagrange_cli.mechanics.explicit import at_a_state, expanded
+from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
+from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.switches import switches
-from lagrange_cli.mechanics.variables import graph_of
-from lagrange_cli.model.model import Model
-from lagrange_cli.native.interface import CUT, LANES, SIMPLE, STEPPING, Interface
-from lagrange_cli.native.linear.blocks import UNROLLED
+from lagrange_cli.mechanics.saturation import saturated_each
+from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
+from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import literal, operand
+from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.llvm.vector import Bit, Real
 from lagrange_cli.native.numbers.beside import BesideEmitter
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
-from lagrange_cli.native.orders import lane_order
 from lagrange_cli.native.recurrences.evaluation import Constants
-from lagrange_cli.native.state import GuardRows, Role, StateLayout
+from lagrange_cli.native.recurrences.expansion import MULTIPLIERS
+from lagrange_cli.native.state import GuardRows, StateLayout
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
 
 if TYPE_CHECKING:
+    from lagrange_cli.native.recurrences.layout_batches import Tables
     from lagrange_cli.native.stepping.motion import Given
 
-FEW_EVENTS = 64
-"""Events of the largest system whose actions compiled code does."""
-MOST_SERIES = 600
-"""Series of the largest system that is followed in lanes.
-
-The code of a larger one takes too long to compile, and single motions use vectors as well.
-"""
+RATES = 2
+"""The order of q's series that gives the accelerations alone."""
+BATCHED = 100
+"""Convolutions from which on series are computed in batches."""
 
 
 @dataclass(frozen=True)
@@ -53,6 +48,8 @@ class Program(Interface):
     operations: Mapping[str, int]
     hiding: bool
     """Whether steps are proven, of the motion or of its integrals."""
+    tables: int = 0
+    """How much of the text are tables, which take hardly any time to compile."""
 
 
 @dataclass(frozen=True)
@@ -67,6 +64,8 @@ class Equations:
     tolerance: float
     proven: bool
     guards: GuardRows | None
+    multipliers: int
+    """So many integrals, behind those of guards' arguments, show the multipliers' series to proofs."""
     integrands: Sequence[Node]
     """Those of quadratures that are followed, if any of them has to be proven."""
     watched: Sequence[Node]
@@ -75,6 +74,13 @@ class Equations:
     """What is written with, where numbers are doubles."""
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
+    collocated: bool = False
+    """Whether steps are polynomials through rates (``stepping.radau``); series give the rates alone."""
+
+    @property
+    def highest(self) -> int:
+        """The order to which series are computed."""
+        return RATES if self.collocated else self.order
 
 
 @dataclass(frozen=True)
@@ -86,6 +92,8 @@ class Motion:
     work: int
     operations: int
     series_at: tuple[int, int, int]
+    tables: Tables | None = None
+    """Those of batches, if it is written for these."""
 
 
 def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
@@ -109,12 +117,13 @@ def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Consta
     return proving_of(equations), proof_of(equations, integrands), proof_of(equations, watched)
 
 
-def given_of(equations: Equations, work: int) -> Given:
+def given_of(equations: Equations, work: int, project: str = "") -> Given:
     """What steps are made from; they work on so many doubles."""
     from lagrange_cli.native.stepping.motion import Given
 
-    state, proving = equations.state, provings_of(equations)
-    return Given(state, work, equations.tolerance, proving, equations.guards, equations.in_two)
+    state, proving, multipliers = equations.state, provings_of(equations), equations.multipliers
+    given = state, work, equations.tolerance, proving, equations.guards, equations.in_two
+    return Given(*given, multipliers, project)
 
 
 def double(equations: Equations) -> Motion:
@@ -123,21 +132,70 @@ def double(equations: Equations) -> Motion:
     from lagrange_cli.native.recurrences.jet import write_jet
     from lagrange_cli.native.recurrences.layout import arrange
     from lagrange_cli.native.recurrences.rolled import Memory
-    from lagrange_cli.native.stepping.doubles import stepper
+    from lagrange_cli.native.stepping.doubles import lengths_of, stepper
 
-    residual, series, order = equations.residual, equations.series, equations.order
+    residual, series, order = equations.residual, equations.series, equations.highest
     emitter, layout = equations.emitter(), arrange(series, order)
     expansion = compensated_expansion(
         emitter, residual, series, equations.constants, layout.width, layout.doubles
     )
-    parts = [*tables("", order + 4), write_jet(Memory(expansion, emitter, layout))]
+    parts = [*numbers("", order + 4), write_jet(Memory(expansion, emitter, layout))]
     work = LANES * -(-expansion.factorization.place // LANES)
     parts += expansion.factorization.functions
     degrees = equations.state.degrees
-    if order >= STEPPING:
-        parts.append(stepper(layout, given_of(equations, work)))
+    if equations.collocated:
+        from lagrange_cli.native.stepping.radau import on_rates
+
+        work, steps = on_rates(lengths_of(layout, degrees), given_of(equations, work))
+        parts.append(steps)
+    elif order >= STEPPING:
+        project = ""
+        if residual.multipliers:
+            from lagrange_cli.native.stepping.projection import in_doubles
+
+            project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
+        parts.append(stepper(layout, given_of(equations, work, project)))
     parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
     return Motion(parts, work, emitter.operations, (0, 1, layout.width))
+
+
+def batched(equations: Equations) -> Motion | None:
+    """In doubles, by loops over members; None where the system is not large, or not of the kind."""
+    from lagrange_cli.native.recurrences.batched import write_batched_jet
+    from lagrange_cli.native.recurrences.layout_batches import Tables
+    from lagrange_cli.native.recurrences.tables_batches import Misfit, arrange
+    from lagrange_cli.native.stepping.batches import accelerate, lengths_of, stepper
+
+    residual, series, order = equations.residual, equations.series, equations.highest
+    if not suits_batches(equations):
+        return None
+    try:
+        blocks = arrange(residual, series, order)
+        tables = Tables(equations.constants)
+        jet, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
+    except Misfit:
+        return None
+    degrees = equations.state.degrees
+    parts, work = [*numbers("", order + 4), jet], blocks.doubles
+    if equations.collocated:
+        from lagrange_cli.native.stepping.radau import on_rates
+
+        work, steps = on_rates(lengths_of(blocks, degrees), given_of(equations, work))
+        parts.append(steps)
+    elif order >= STEPPING:
+        parts.append(stepper(blocks, given_of(equations, work)))
+    parts.append(accelerate(blocks, degrees))
+    return Motion(parts, work, operations, (0, 0, 0), tables)
+
+
+def suits_batches(equations: Equations) -> bool:
+    """Whether the series of a system are many, and its masses constant and diagonal."""
+    proven = any(provings_of(equations))
+    return (
+        equations.series.convolutions >= BATCHED
+        and equations.residual.separate
+        and not (equations.guards or equations.in_two or proven)
+    )
 
 
 def double_double(equations: Equations) -> Motion:
@@ -151,7 +209,12 @@ def double_double(equations: Equations) -> Motion:
     rows = arrange(equations.series, equations.order, equations.state.width)
     jet, work, count = write_jet(equations.residual, rows, equations.constants)
     work = LANES * -(-work // LANES)
-    stepping = stepper(rows, given_of(equations, work))
+    project = ""
+    if equations.residual.multipliers:
+        from lagrange_cli.native.stepping.projection import in_double_doubles
+
+        project = in_double_doubles(equations.residual, equations.state, equations.constants)
+    stepping = stepper(rows, given_of(equations, work, project))
     parts = [*operations(), *functions(), jet, *stepping]
     return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
 
@@ -168,37 +231,49 @@ def write_program(
     kind: Callable[[], Written[Any]] = Emitter,
     proven: bool = False,
     factor: int | None = None,
+    observing: Residual | None = None,
+    collocated: bool = False,
 ) -> Program:
     """The program that advances ``residual`` with q's series to ``order``, in numbers of a ``kind``.
 
     ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
     there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are
-    ``proven`` where a force may hide, and wherever that is asked for. With a
-    ``factor`` the program is that of a companion (see ``numbers.beside``). Raises ``TooLarge`` where the
-    program has more instructions than can be compiled.
+    ``proven`` where a force may hide, and wherever that is asked for, unless forces are not linear in
+    multipliers. With a
+    ``factor`` the program is that of a companion (see ``numbers.beside``). Accelerations and multipliers in
+    what is ``observed`` are those of the equations ``observing``, by default ``residual``. Raises
+    ``TooLarge`` where the program has more instructions than can be compiled. Steps that are ``collocated``
+    are polynomials through rates, of that order, instead of series.
     """
     emitter: Callable[[], Emitter] = Emitter if factor is None else partial(BesideEmitter, factor)
     kind = emitter if kind is Emitter else kind
+    observing = observing or residual
+    sampled = saturated_each(residual.graph, [*observed.values()], residual.variables)
+    unknowns, quantities = at_a_state(observing, sampled)
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
-    smooth = guarded(residual, integrands) if order >= STEPPING else Guarded(residual, integrands)
+    integrands = dict(
+        zip(integrands, saturated_each(residual.graph, [*integrands.values()], residual.variables))
+    )
+    stepping = order >= STEPPING and not collocated
+    smooth = guarded(residual, integrands) if stepping else Guarded(residual, integrands)
     residual = smooth.residual
-    stepping = order >= STEPPING
     changed, changes = changes_of(model) if stepping else ((), [])
     events, affected = events_of(model, smooth, parts) if stepping else ((), ())
+    masses = masses_of(model) if stepping else {}
+    closes = stepping and bool(changes) and bool(observing.multipliers)
     hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
-    hiding = stepping and hides
-    proven = stepping and (proven or may_hide(residual))
+    provable = stepping and not residual.bent  # Newton's method does not tell how far multipliers may be off
+    hiding = provable and hides
+    proven = provable and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []
-    watched = [*(one.argument for one in smooth.guards), *smooth.events]
-    doubtful = watched if stepping and (proven or may_hide(residual, watched)) else []
+    watched = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits]
+    doubtful = watched if provable and (proven or may_hide(residual, watched)) else []
     hiding = hiding or bool(doubtful)
     named = {f"guard {i}": argument for i, argument in enumerate(watched)}
-    integrands = {**named, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
-    series = lower(
-        residual.graph, residual.variables, residual.model.q, residual.model.v, model.time,
-        residual.residual, list(integrands.values()),
-    )  # fmt: skip
+    shown = {str(one.data): one for one in residual.multipliers} if hiding else {}
+    integrands = {**named, **shown, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
+    series = residual.series([*integrands.values()], len(named), apart=parts == 1 and stepping)
     series = replace(series, stored=len(stored))
     interface = Interface(
         order=order,
@@ -213,11 +288,22 @@ def write_program(
         parts=parts,
         given=parts if factor is None else 2,
         guards=tuple(number_of(one) for one in smooth.guards),
+        limits=tuple(j for j, one in enumerate(smooth.guards) if one.limit is not None),
         events=events,
         changed=changed,
         affected=affected,
+        masses=tuple(masses),
+        constraints=len(observing.multipliers),
+        pattern=tuple((j, k) for j, row in enumerate(observing.unpushed.entries) for k in row)
+        if closes
+        else (),
         series_at=(0, 0, 0),
+        carried=0,
     )
+    if collocated:
+        from lagrange_cli.native.stepping.radau import carried
+
+        interface = replace(interface, carried=carried(interface.inner))
     rows = interface.rows_of_guards if interface.guarded else None
     equations = Equations(
         residual,
@@ -228,39 +314,64 @@ def write_program(
         tolerance,
         proven,
         rows,
+        len(shown),
         followed,
         doubtful,
         emitter,
         factor is not None,
+        collocated,
     )
-    made = (double if parts == 1 else double_double)(equations)
+    made = (parts == 1 and batched(equations)) or (double if parts == 1 else double_double)(equations)
     symbols = [*model.q, *model.v]
 
-    def values(
-        name: str, symbols: Sequence[Node], nodes: Iterable[Node], *, at_one_time: bool = False
-    ) -> tuple[str, int]:
+    def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node], **more: Any) -> tuple[str, int]:
         rows = interface.rows
-        given = name, kind(), model.time, symbols, rows, [*nodes], constants
-        return write_values(*given, at_one_time=at_one_time and parts > 1)
+        return write_values(name, kind(), model.time, symbols, rows, [*nodes], constants, **more)
 
-    observe, observing = values("observe", symbols, observed.values())
+    batches, scratch = made.tables, None
+    if batches is not None and unknowns is None:
+        from lagrange_cli.native.observation_batches import Scratch, batched_values
+
+        scratch = Scratch()
+        observe, operations = batched_values("observe", model.time, symbols, quantities, batches, scratch)
+    else:
+        observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]
+    if residual.bent:
+        given = residual.model.time, [*residual.model.q, *residual.model.v], interface.inner.width
+        own = [*residual.multipliers]
+        written = partial(write_values, at_one_time=parts > 1, unknowns=unknowns_of(residual))
+        texts.append(written(MULTIPLIERS, kind(), *given, own, constants)[0])
     if linearized:
         texts.append(values("linearize", [*symbols, *accelerations], linearized)[0])
     if interface.events:
-        texts.append(values("act", symbols, [*changes, *sizes_of(model)], at_one_time=True)[0])
+        nodes = [*changes, *sizes_of(model), *masses.values()]
+        texts.append(values("act", symbols, nodes, at_one_time=parts > 1)[0])
+    if closes:
+        held, zero = Constraints(model), residual.graph.zero
+        places = [one.expression if one.holonomic else zero for one in model.constraints]
+        entries = [entry for row in observing.unpushed.entries for entry in row.values()]
+        texts.append(
+            values("constrain", symbols, [*places, *held.speeds, *entries], at_one_time=parts > 1)[0]
+        )
     modes = [one.mode for one in smooth.guards]
     modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
     modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
-    if factor is None:
+    if scratch is not None and batches is not None:
+        from lagrange_cli.native.observation_batches import batched_prepare
+
+        prepare, size = batched_prepare(set_ones, batches, scratch)
+    elif factor is None:
         prepare, size = write_prepare(kind(), constants, set_ones)
     else:
         from lagrange_cli.native.companion import prepare_beside
 
         prepare, size = prepare_beside(constants, set_ones, factor)
     text = "\n".join([*texts, prepare])
-    if hiding:
+    listed = "" if batches is None else batches.text()
+    text += listed
+    if hiding or batches is not None:
         from lagrange_cli.native.functions.elementary import definitions
 
         text += definitions(text)
@@ -270,116 +381,9 @@ def write_program(
         text=text,
         series=series,
         hiding=hides,
-        operations={"jet": made.operations, "observe": observing},
+        tables=len(listed),
+        operations={"jet": made.operations, "observe": operations},
     )
-
-
-def number_of(guard: Guard) -> int:
-    """A switch's guard as ``Interface`` has it."""
-    if guard.auxiliary is not None:
-        return guard.auxiliary
-    return CUT if guard.cut else SIMPLE
-
-
-def events_of(
-    model: Model[Node], smooth: Guarded, parts: int
-) -> tuple[tuple[tuple[int, int, int], ...], tuple[tuple[int, int], ...]]:
-    """The model's events as ``Interface`` has them, and which arguments simple actions change.
-
-    An action is simple if nothing but events may have to be chosen anew, and not its own.
-    """
-    rests = {one.event: one.auxiliary for one in smooth.rests}
-    few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
-    symbols = dict(zip(model.coordinates, model.q))
-    symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
-    symbols |= dict(model.parameters)
-    found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
-    for i, event in enumerate(model.events):
-        bits = reduce(or_, (symbols[name].symbols for name in event.changes), 0)
-        simple = bool(event.changes) and few and not event.argument.symbols & bits
-        acts = Role.CHANGE if simple else Role.ACTION
-        role = acts if event.stops or event.changes else Role.RECORD
-        found.append((event.direction, int(role), rests.get(i, -1)))
-        if simple:
-            affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
-    return tuple(found), tuple(affected)
-
-
-def changes_of(model: Model[Node]) -> tuple[tuple[tuple[int, int], ...], list[Node]]:
-    """What events change: each event with the place of a name among coordinates, velocities and parameters;
-    and the new values."""
-    names = [*model.coordinates, *map(velocity_name, model.coordinates), *model.parameters]
-    places = {name: i for i, name in enumerate(names)}
-    found = [(i, name, node) for i, event in enumerate(model.events) for name, node in event.changes.items()]
-    return tuple((i, places[name]) for i, name, _ in found), [node for *_, node in found]
-
-
-def sizes_of(model: Model[Node]) -> list[Node]:
-    """How large the terms of each event's argument are, and those of its rate but for accelerations: what
-    their rounding is measured by."""
-    graph, found = graph_of(model), list[Node]()
-    for event in model.events:
-        slopes = [graph.diff(event.argument, x) for x in (*model.q, *model.v, model.time)]
-        values = (*model.q, *model.v, model.time)
-        rates = (*model.v, *(graph.zero for _ in model.v), graph.one)
-        for factors in (values, rates):
-            found.append(graph.sum([(graph.absolute(s * x), 1.0) for s, x in zip(slopes, factors)]))
-    return found
-
-
-def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node] = ()) -> bool:
-    """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
-    if (
-        program.hiding
-        or residual.model.events
-        or switches([*residual.residual, *integrands], residual.variables)
-    ):
-        return False
-    largest = max((len(block) for block in residual.blocks), default=0)
-    unrolled = UNROLLED["definite" if residual.definite else "general"]
-    return len(program.series.series) <= MOST_SERIES and largest <= unrolled
-
-
-def with_lanes(program: Program, residual: Residual, tolerance: float, section: str = "") -> Program:
-    """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``), or through
-    a ``section`` (see ``stepping.crossings``)."""
-    from lagrange_cli.native.functions.elementary import definitions
-    from lagrange_cli.native.numbers.lanes import LaneEmitter
-    from lagrange_cli.native.recurrences.compensated import compensated_expansion
-    from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
-    from lagrange_cli.native.recurrences.paired import Memory, write_paired_jet
-    from lagrange_cli.native.stepping.ensemble import Pack, follow
-
-    order, constants, series = lane_order(tolerance), Constants(), program.series
-    emitter, layout, width = LaneEmitter(), arrange_lanes(series, order), program.state.width
-    expansion = compensated_expansion(emitter, residual, series, constants, width, 0)
-    jet = write_paired_jet(Memory(expansion, emitter, layout))
-    parameters = residual.model.parameters
-    prepare, size = write_prepare(Emitter(), constants, parameters, "internal void @prepare_lane")
-    pack = Pack(
-        program.degrees, program.rows, width, layout.span, size, layout.vectors, program.state.quadratures
-    )
-    given = order, tolerance, len(program.parameters)
-    if section:
-        from lagrange_cli.native.stepping.crossings import follow_section
-
-        stepping, pack = follow_section(pack, *given, section)
-    else:
-        stepping = follow(pack, *given)
-    text = "\n".join([*tables("lane_", order + 3), prepare, jet, stepping])
-    text = "\n".join([program.text, text, definitions(text)])
-    emitter.allow(text.count(" = "))
-    return replace(program, text=text, lanes=LANES * pack.places["size"])
-
-
-def tables(prefix: str, size: int) -> list[str]:
-    """The numbers that stages of a loop need."""
-    rows = {"numbers": range(size), "reciprocals": [0.0, *(1.0 / m for m in range(1, size))]}
-    listed = {name: [f"double {operand(literal(x))}" for x in row] for name, row in rows.items()}
-    return [
-        f"@{prefix}{name} = private constant [{len(row)} x double] [{', '.join(row)}]"
-        for name, row in listed.items()
-    ]
 
 
 def _accelerate(first: int, rates: int) -> str:

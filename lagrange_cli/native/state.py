@@ -19,6 +19,8 @@ CHANGES = 64.0
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50
 """A step that is so small a part of the one before it, or of t, leads nowhere: what was 0, but for rounding,
 still is."""
+CARRIED_COUNT = 2
+"""The place of the number of evaluations among what a method carries."""
 CLOCK = 2 * LANES
 """Doubles of memory for the clock."""
 
@@ -31,7 +33,7 @@ class Clock(IntEnum):
     last steps led away from one; and the number of steps whose prediction failed narrowly. Then, of the step
     from here: whether ever shorter steps were not accepted, whether a step over the critical point was not
     accepted either, and whether the cause is unknown. Where there are guards, the length of the last step,
-    unless it is ``BRIEF``.
+    unless it is ``BRIEF``. Last, how often the state was moved back to its constraints.
     """
 
     TIME = 0
@@ -47,6 +49,11 @@ class Clock(IntEnum):
     REFUSED_BEYOND = 10
     UNEXPLAINED = 11
     LENGTH = 12
+    PROJECTIONS = 13
+
+
+BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
+"""What is forgotten where other equations begin to hold."""
 
 
 @dataclass(frozen=True)
@@ -55,13 +62,15 @@ class StateLayout:
 
     ``quadratures`` are the integrals that change; ``cyclic`` the momenta that are constants of the motion.
     ``set`` numbers behind all parts are changed between steps only: the parameters, where these are kept with
-    the state, and what goes with them."""
+    the state, and what goes with them. So many numbers behind these are ``carried`` by a method from step to
+    step."""
 
     degrees: int
     quadratures: int = 0
     cyclic: int = 0
     multipliers: int = 0
     set: int = 0
+    carried: int = 0
 
     @cached_property
     def q(self) -> slice[int, int, None]:
@@ -144,6 +153,11 @@ class StateLayout:
     @cached_property
     def memory(self) -> int:
         """Doubles of the state with all its parts."""
+        return self.carried_at + LANES * -(-self.carried // LANES)
+
+    @cached_property
+    def carried_at(self) -> int:
+        """Where what is carried begins."""
         return self.third + self.width + LANES * -(-self.set // LANES)
 
 
@@ -164,12 +178,14 @@ class Role(IntEnum):
 @dataclass(frozen=True)
 class GuardRow:
     """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0; the
-    ``direction`` in which an argument's sign must change for an event (0: any)."""
+    ``direction`` in which an argument's sign must change for an event (0: any); the first of two rows whose
+    rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1."""
 
     role: Role
     row: int
     multiplier: int = 0
     direction: int = 0
+    limit: int = 0
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
+from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -40,6 +41,25 @@ class OutputRow:
 def under(path: str, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
     """The quantities of a group's datasets."""
     return {f"{path}/{name}": quantity for name, quantity in quantities.items()}
+
+
+def of_bodies(known: Survey, quantity: Quantity) -> dict[str, Quantity]:
+    """The same quantity for every rigid body."""
+    return {family_name(name): quantity for name in known.spec.bodies}
+
+
+def conserved_quantities(known: Survey) -> dict[str, Quantity]:
+    """h, the momenta, and those of all particles, where their positions have one unit."""
+    found = {"h": known.energy, **{f"p_{name}": p for name, p in known.momenta(known.energy).items()}}
+    found |= {f"h_{name}": known.energy for name in known.coordinates}
+    found |= {f"F_{pair}": known.energy for pair in ("xy", "xz", "yz")}
+    positions = [*known.positions.values()]
+    if positions and all(one == positions[0] for one in positions):
+        momentum = known.energy * known.time / positions[0]
+        for axis in "xyz":
+            found |= {f"P_{axis}": momentum, f"K_{axis}": momentum * known.time}
+            found |= {f"L_{axis}": known.energy * known.time, f"A_{axis}": known.energy * positions[0]}
+    return found
 
 
 OUTPUTS = {
@@ -137,6 +157,85 @@ OUTPUTS = {
             "r(q, t)",
             lambda known: under("positions", known.positions),
             of_particles=True,
+        ),
+        OutputRow(
+            "reactions",
+            "reactions",
+            "/reactions/PARTICLE",
+            "(n, d)",
+            "the force of constraint on each particle, m a - F with the applied force F, -dU/dr included; "
+            "it is known where U and the forces are written in positions",
+            lambda known: under("reactions", {name: known.energy / r for name, r in known.positions.items()}),
+            of_particles=True,
+        ),
+        OutputRow(
+            "angular_velocities",
+            "angular_velocities",
+            "/angular_velocities/BODY",
+            "(n, 3)",
+            "the angular velocity of each rigid body, in space",
+            lambda known: under("angular_velocities", of_bodies(known, known.time / known.time / known.time)),
+            section="bodies",
+            of_particles=True,
+        ),
+        OutputRow(
+            "angular_momenta",
+            "angular_momenta",
+            "/angular_momenta/BODY",
+            "(n, 3)",
+            "its angular momentum about its centre of mass, in space",
+            lambda known: under("angular_momenta", of_bodies(known, known.energy * known.time)),
+            section="bodies",
+            of_particles=True,
+        ),
+        OutputRow(
+            "rotational_energies",
+            "rotational_energies",
+            "/rotational_energies/BODY",
+            "(n,)",
+            "the kinetic energy of its rotation",
+            lambda known: under("rotational_energies", of_bodies(known, known.energy)),
+            section="bodies",
+            of_particles=True,
+        ),
+        OutputRow(
+            "orientations",
+            "orientations",
+            "/orientations/BODY",
+            "(n, 3, 3)",
+            "the matrix R, whose columns are the body's axes in space",
+            lambda known: {},
+            section="bodies",
+            of_particles=True,
+        ),
+        OutputRow(
+            "multipliers",
+            "multipliers",
+            "/multipliers/NAME",
+            "(n,)",
+            "the Lagrange multiplier of each constraint; the generalized forces of a constraint f are "
+            "lambda df/dq_k, those of a nonholonomic one g are lambda dg/dq_dot_k",
+            lambda known: under("multipliers", known.multipliers),
+            section="all_constraints",
+        ),
+        OutputRow(
+            "constraints",
+            "constraints",
+            "/diagnostics/constraints/NAME",
+            "(n,)",
+            "the value of each constraint, which should be 0",
+            lambda known: under(
+                "diagnostics/constraints", {**known.constraints, **known.velocity_constraints}
+            ),
+            section="all_constraints",
+        ),
+        OutputRow(
+            "conserved",
+            "conserved",
+            "/diagnostics/conserved/NAME",
+            "(n,)",
+            "everything that `check` finds to be conserved: h, p_k, total momentum, angular momentum, ...",
+            lambda known: under("diagnostics/conserved", conserved_quantities(known)),
         ),
         OutputRow(
             "observables",

@@ -9,6 +9,7 @@ from collections.abc import Collection, Mapping
 from importlib import import_module
 from typing import Protocol
 
+from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
@@ -22,7 +23,10 @@ class OutputModule(Protocol):
     """What a module of ``outputs.datasets`` offers."""
 
     def plan(self, planner: Planner) -> None:
-        """Add the output's datasets, and what they are made of."""
+        """Add the output's datasets, and what they are made of.
+
+        Raises ``NotDefined`` where the system does not have all of it; what it has is added before that.
+        """
 
 
 @dataclass(frozen=True)
@@ -37,29 +41,43 @@ class Plan:
     recording: Recording
 
 
-def make_plan(residual: Residual, outputs: frozenset[str]) -> Plan:
-    """The plan for ``outputs``, which are names in the catalog."""
+def make_plan(
+    residual: Residual,
+    outputs: frozenset[str],
+    optional: frozenset[str] = frozenset(),
+    *,
+    loose: bool = False,
+) -> Plan:
+    """The plan for ``outputs``, which are names in the catalog. Of those that are ``optional`` it has what is
+    defined. ``loose`` is as in ``Planner``.
+
+    Raises ``NotDefined`` where another one is not.
+    """
     conserved = frozenset(each.quantity for each in residual.conserved)
     constant = {each.quantity for each in residual.conserved if not each.breaks}
     energetics = Energetics(residual.model)
-    planner = planned(Planner(residual.model, energetics, conserved), outputs)
+    planner = planned(Planner(residual, energetics, conserved, loose=loose), outputs, optional)
     events = planner.families("events", (event.name for event in residual.model.events))
-    at_events = planned(Planner(residual.model, energetics, conserved), {"q", "v"} if events else ())
+    at_events = planned(Planner(residual, energetics, conserved), {"q", "v"} if events else ())
     recording = Recording(
         coordinates=residual.coordinates,
         states=tuple(planner.states),
         made=tuple(planner.made),
-        conserved=tuple(name for name in planner.observed if name in constant),
+        conserved=tuple(name for name in planner.observed if name in constant.union(planner.kept)),
         events=tuple(EventGroup(one.name, one.shape, one.members) for one in events),
         at_events=tuple(at_events.states),
     )
     return Plan(planner.observed, planner.integrands, recording)
 
 
-def planned(planner: Planner, outputs: Collection[str]) -> Planner:
+def planned(planner: Planner, outputs: Collection[str], optional: Collection[str] = ()) -> Planner:
     """The planner with what these outputs need."""
     for row in OUTPUTS.values():
         if row.name in outputs:
             module: OutputModule = import_module(f"lagrange_cli.outputs.datasets.{row.module}")
-            module.plan(planner)
+            try:
+                module.plan(planner)
+            except NotDefined:
+                if row.name not in optional:
+                    raise
     return planner

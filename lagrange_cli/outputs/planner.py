@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
+from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.model.model import Model
 from lagrange_cli.outputs.recording import Dataset, Making
 from lagrange_cli.records import dataclass, field
@@ -18,16 +22,25 @@ class Planner:
 
     ``observed`` quantities are functions of q, q_dot, t that compiled code evaluates at the samples, the
     ``integrands`` are carried along as quadratures. ``states`` are datasets of q and v, ``made`` all others.
-    ``conserved`` quantities are constant along every motion: their rates are taken to be exactly 0.
+    ``conserved`` quantities are constant along every motion: their rates are taken to be exactly 0. Observed
+    quantities that are ``kept`` are found to be constant besides. Where only states are looked at in which
+    friction does not hold (``loose``), forces of constraint follow from the state.
     """
 
-    model: Model[Node]
+    residual: Residual
     energetics: Energetics
     conserved: frozenset[str]
     observed: dict[str, Node] = field(default_factory=dict)
     integrands: dict[str, Node] = field(default_factory=dict)
     states: list[Dataset] = field(default_factory=list)
     made: list[Dataset] = field(default_factory=list)
+    kept: list[str] = field(default_factory=list)
+    loose: bool = False
+
+    @property
+    def model(self) -> Model[Node]:
+        """The system."""
+        return self.residual.model
 
     def families(self, section: str, names: Iterable[str]) -> tuple[Family, ...]:
         """The names that a section of the file declares, by family."""
@@ -37,6 +50,27 @@ class Planner:
     def coordinates(self) -> tuple[Family, ...]:
         """The coordinates by family."""
         return self.families("coordinates", self.model.coordinates)
+
+    @property
+    def constraints(self) -> tuple[Family, ...]:
+        """The constraints by family."""
+        names = [one.name for one in (*self.model.constraints, *self.model.redundant)]
+        families = self.model.families
+        return grouped(names, {**families.get("nonholonomic", {}), **families.get("constraints", {})})
+
+    def need_forces(self, output: str) -> None:
+        """Raise ``NotDefined`` where forces of constraint do not follow from a state, as ``output`` needs."""
+        if self.loose:
+            return
+        if not self.model.events and not switches(self.residual.residual, self.residual.variables):
+            return
+        from lagrange_cli.mechanics.guards import guarded
+
+        if guarded(self.residual, {}).auxiliary:
+            raise NotDefined(
+                f"no output '{output}': friction may hold this system, or it may come to rest on something, "
+                "and what holds it does not follow from q and v"
+            )
 
     def observe(self, name: str, node: Node) -> str:
         """Have a quantity observed; what several outputs need is observed once."""
@@ -52,6 +86,19 @@ class Planner:
     ) -> None:
         """The dataset of a quantity that every member of a family has, observed as ``names``."""
         self.made.append(of_family(group, long_name, Making.STACK, family, names, components))
+
+    def add_vectors(
+        self, group: str, what: str, section: str, vectors: Mapping[str, tuple[Node, ...]]
+    ) -> None:
+        """The datasets of a vector that all members of a section's families have, by their names."""
+        for family in self.families(section, vectors):
+            names = tuple(
+                self.observe(f"{what} {name} {axis}", x)
+                for name in family.members
+                for axis, x in zip(COMPONENTS, vectors[name])
+            )
+            components = len(vectors[family.members[0]])
+            self.add_family(group, f"{what} {family.label}", family, names, components)
 
     def add_state(self, group: str, long_name: str, family: Family) -> None:
         """The dataset of coordinates or velocities."""

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-import lagrange_cli
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
-from lagrange_cli.spec.spec import has_units
+from lagrange_cli.spec.spec import SURFACE, has_units
+from lagrange_cli.version import __version__
 
 if TYPE_CHECKING:
+    from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.outcome import Outcome
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.settings import Settings
@@ -21,6 +22,9 @@ if TYPE_CHECKING:
 
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
 """A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
+
+MOST_NAMES = 4
+"""Quantities that a warning names."""
 
 UNDETECTED = {
     "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
@@ -40,7 +44,7 @@ def origin(
     names = ("start", "stop", "count", "step") if sampled else ("start", "stop")
     asked = finite({name: getattr(settings, name) for name in names})
     return {
-        "generator": f"lagrange-cli {lagrange_cli.__version__}",
+        "generator": f"lagrange-cli {__version__}",
         "name": spec.name,
         "spec": spec.text,
         "parameters": json.dumps(parameters),
@@ -69,6 +73,8 @@ def attributes(
         "final": json.dumps(finite(final_state(outcome))),
         **({"events": json.dumps(finite(events_told(outcome)))} if outcome.happened else {}),
         **({} if warning is None else {"warning": warning}),
+        **({"projections": outcome.projections} if outcome.projections else {}),
+        **({"singular": json.dumps(outcome.singular)} if outcome.singular else {}),
         **trusted(outcome),
     }
 
@@ -100,15 +106,55 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
-    """The warnings about the result: a drift of h, forces that may have been missed."""
-    undetected = [UNDETECTED[one].format(settings.method) for one in outcome.undetected]
-    return "; ".join(filter(None, (drifting(outcome, settings.tolerance), *undetected))) or None
+    """The warnings about the result: a drift of h, forces that may have been missed, what has no value."""
+    drifts = not_finite(outcome), drifting(outcome, settings.tolerance)
+    return joined(*drifts, *missed(outcome, settings), without_value(outcome.unknown))
+
+
+def without_value(unknown: Sequence[str]) -> str | None:
+    """The warning for integrals and other quantities that have no finite value at the end."""
+    return f"no finite number at the last sample: {some(unknown)}" if unknown else None
+
+
+def some(names: Sequence[str]) -> str:
+    """A list of names, or of the first ones."""
+    return ", ".join([*names[:MOST_NAMES], *(["..."] if len(names) > MOST_NAMES else [])])
+
+
+def doubt_of_all(outcome: EnsembleOutcome, settings: Settings) -> str | None:
+    """The same for an ensemble, without large drifts: what these are measured by is not known."""
+    return joined(not_finite(outcome), *missed(outcome, settings))
+
+
+def joined(*warnings: str | None) -> str | None:
+    """All of them, or None if there is none."""
+    return "; ".join(filter(None, warnings)) or None
+
+
+def missed(outcome: Outcome | EnsembleOutcome, settings: Settings) -> list[str]:
+    """The warnings for what the method may pass over."""
+    return [UNDETECTED[one].format(settings.method) for one in outcome.undetected]
+
+
+def not_finite(outcome: Outcome | EnsembleOutcome) -> str | None:
+    """The warning for conserved quantities that have no finite value somewhere."""
+    names = ["h"] if outcome.h_drift is not None and math.isinf(outcome.h_drift) else []
+    names += [f"p_{name}" for name, drift in outcome.p_drift.items() if math.isinf(drift)]
+    if not names:
+        return None
+    are = "is" if len(names) == 1 else "are"
+    return (
+        f"{some(names)} {are} not finite at some of the samples (an overflow, or a singularity): nothing is "
+        "known of the drift"
+    )
 
 
 def drifting(outcome: Outcome, tolerance: float) -> str | None:
     """The warning for a drift of h that rounding and the tolerance do not explain."""
     drift, size = outcome.h_drift, outcome.h_size
-    if not drift or not size or drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
+    if not drift or not size or math.isinf(drift):
+        return None
+    if drift <= max(WORTH_A_WORD, LOOSELY * tolerance) * size:
         return None
     return (
         f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, although it is conserved; a narrow force "
@@ -141,8 +187,13 @@ def units_of(spec: Spec, tell: Callable[[str], None] | None = None) -> Mapping[s
     found = find_units(spec)
     if found.conflicts and tell is not None:
         first = found.conflicts[0]
-        told = f"{spec.filename}: warning: {first.message}"
-        tell(f"{told}; nothing is converted, 'lagrange check' shows the place")
+        surface = f" in event '{SURFACE}'"
+        if first.message.endswith(surface):  # which is not in the file
+            told = f"{SURFACE} {spec.events[SURFACE].when.text}: warning: {first.message[: -len(surface)]}"
+            tell(f"{told}; nothing is converted")
+        else:
+            told = f"{spec.filename}: warning: {first.message}"
+            tell(f"{told}; nothing is converted, 'lagrange check' shows the place")
     return found.texts
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -13,6 +13,7 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.run.monitor import Interrupted, Stage, untimed
 from lagrange_cli.run.settings import resolve_settings, resolve_tolerance
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.run.times import with_times
 from lagrange_cli.spec.spec import SolveDefaults
 
@@ -59,13 +60,19 @@ class Ranking:
 
 
 def entries_of(
-    methods: Sequence[str] | None, tolerances: Sequence[float] | None, degrees: int
+    methods: Sequence[str] | None,
+    tolerances: Sequence[float] | None,
+    degrees: int,
+    *,
+    constrained: bool = False,
 ) -> dict[str, Sequence[float]]:
     """The tolerances to be tried, by method.
 
-    Without ``methods`` all are, except the implicit ones for a system of many ``degrees`` of freedom.
+    Without ``methods`` all are, except those that cannot keep a ``constrained`` system to its constraints,
+    and the implicit ones for a system of many ``degrees`` of freedom.
     """
-    names = list(METHODS) if methods is None else methods
+    names = [name for name, row in METHODS.items() if row.constrains or not constrained]
+    names = names if methods is None else list(methods)
     if methods is None and degrees > MOST_WITH_JACOBIAN:
         names = [name for name in names if METHODS[name].needs is not Needs.JACOBIAN]
     own = {name: (*TOLERANCES, *full_precision_of(name)) for name in names}
@@ -93,8 +100,11 @@ def rank_methods(
     stage: Stage = untimed,
     tell: Tell = ignore,
     interrupted: Interrupted = never,
+    given: Collection[str] = (),
 ) -> Ranking:
     """Measure the time and the error of the methods ``entries`` at their tolerances.
+
+    ``given`` are the names of initial values that are given besides those of the file.
 
     Errors are relative to the size of q, and to a reference whose own error is far below the one that is
     ``wanted``. It is followed to the file's stop time, or ``stop``, an expression in parameters. If it is
@@ -115,6 +125,7 @@ def rank_methods(
     settings = resolve_settings(
         spec, with_times(SolveDefaults(samples=SAMPLES), times, spec, values.parameters)
     )
+    spec, values, _ = consistent_values(spec, values, settings.start, given)
     with stage("derive"):
         prepare = preparing(spec, settings.backward)
 
@@ -156,7 +167,7 @@ def preparing(spec: Spec, backward: bool) -> Callable[[str, float], Prepared]:
     def prepared(method: str, tolerance: float) -> Prepared:
         asked = Compilation(method, tolerance, frozenset(DEFAULT_OUTPUTS), backward=backward)
         needs = METHODS[method].needs
-        if needs is Needs.SERIES:
+        if needs in (Needs.SERIES, Needs.STEPS):
             return prepare(residual, asked)
         if needs not in compiled:  # these programs serve several methods, at any tolerance
             compiled[needs] = prepare(residual, asked)

@@ -26,7 +26,7 @@ from lagrange_cli.expression.syntax import (
 )
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.integrate.method import Cause
-from lagrange_cli.model.scope import Scope
+from lagrange_cli.model.scope import Scope, multiplier_name
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -81,6 +81,8 @@ def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Du
     count = len(spec.coordinates)
     values = {name: Dual((float(x), 0.0, 0.0)) for name, x in parameters.items()}
     values[TIME] = Dual((end.t, 1.0, 0.0))
+    for name in spec.all_constraints:  # multipliers are not known there
+        values[multiplier_name(name)] = Dual((math.nan, math.nan, math.nan))
     accelerations = [a if math.isfinite(a) else 0.0 for a in end.accelerations.tolist()]
     for one, q, v, a in zip(spec.coordinates, end.state.tolist(), end.state[count:].tolist(), accelerations):
         coordinate = Dual((q, v, a / 2))
@@ -119,6 +121,7 @@ def written(spec: Spec) -> Iterator[Expression]:
     forces = chain.from_iterable(given.values() for given in spec.forces.values())
     lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
     yield from chain(lagrangian, spec.potential.values(), forces, spec.embedding.values())
+    yield from chain.from_iterable(body.expressions for body in spec.bodies.values())
     yield from spec.definitions.values()
 
 
@@ -154,11 +157,11 @@ def nearest_pole(u: float) -> float:
 
 
 def time_left(argument: Dual, end: float) -> float | None:
-    """The time until an argument reaches its end; None if it never does."""
+    """The time until an argument reaches its end; None if it never does, or is there and stays."""
     value, rate, half = map(float, argument.value)
     u = value - end
     if u == 0:
-        return 0.0
+        return None if rate == half == 0.0 else 0.0
     if not (math.isfinite(u) and rate):
         return None
     bend = 2.0 * half * u / rate / rate
@@ -189,7 +192,8 @@ def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str
     for one in spec.coordinates:
         for name in (one.name, velocity_name(one.name)):
             value = values[name]
-            if value.value[0] and value.value[1]:
+            size, rate = map(float, value.value[:2])
+            if size > 0.0 < rate or rate < 0.0 > size:
                 left = time_left(power(value, -1.0), 0.0)
                 if left is not None:
                     yield left, f"{name} grows beyond all bounds"

@@ -10,11 +10,17 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.settings import ALL, default_outputs, resolve_method, resolve_outputs
+from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
 if TYPE_CHECKING:
+    from collections.abc import Collection, Mapping
+
     from lagrange_cli.errors import Problem
+    from lagrange_cli.mechanics.conservation import Conserved
+    from lagrange_cli.mechanics.frobenius import Integrability
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.values import Values
 
 
 @dataclass(frozen=True)
@@ -22,31 +28,75 @@ class Classification:
     """A system with its equations of motion, and what is known of it before any run.
 
     ``skipped`` says what a run does not compute, ``engine`` how the equations are integrated, sentence by
-    sentence. ``warnings`` are the places of the file where units contradict each other, and where rounding
-    may decide whether two numbers are equal.
+    sentence. ``conserved`` is all that every motion keeps (between events). ``warnings`` are places of the
+    file where units contradict each other, and where rounding may decide whether two numbers are equal.
+    ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities
+    are holonomic after all, and ``integrals`` has the functions that these keep constant, by name, as far as
+    they are found.
     """
 
     spec: Spec
     residual: Residual
     skipped: tuple[str, ...]
     engine: tuple[str, ...]
+    conserved: tuple[Conserved, ...]
     warnings: tuple[Problem, ...]
+    begin: Begin = NOTHING
+    integrability: Integrability | None = None
+    integrals: Mapping[str, str] = {}
 
 
-def classify(spec: Spec, stage: Stage = untimed) -> Classification:
+def classify(
+    spec: Spec, stage: Stage = untimed, values: Values | None = None, given: Collection[str] = ()
+) -> Classification:
     """Derive the equations of motion of a system, and say what follows from them.
 
-    Raises ``SpecError`` where none can be derived, or where the method of the file cannot follow them.
+    With ``values`` also say how its initial state, of which some values are ``given`` besides those of the
+    file, becomes consistent with its constraints, and which of these depend on others.
+
+    Raises ``SpecError`` where none can be derived, where the method of the file cannot follow them, or where
+    numbers of its section ``draw`` make no sense.
     """
     from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
     from lagrange_cli.mechanics.omitted_work import engine, skipped
+    from lagrange_cli.mechanics.symmetries import symmetries
 
-    method = resolve_method(spec.solve.method)
+    method, begin = resolve_method(spec.solve.method), NOTHING
+    if values is not None:
+        with stage("parse"):
+            spec, _, begin = consistent_values(spec, values, spec.solve.start or 0.0, given)
     with stage("derive"), located(spec):
         residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
         check_convolutions(residual, method, DOUBLE)
+        further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
+    if spec.draw is not None and values is not None:
+        from lagrange_cli.drawing.draw import draw
+
+        draw(spec, values, spec.solve.start or 0.0)
     warnings = (*contradicting_units(spec), *rounded_equalities(spec))
-    return Classification(spec, residual, skipped(residual, left_out_of(spec)), engine(residual), warnings)
+    said = skipped(residual, left_out_of(spec)), engine(residual)
+    conserved = (*residual.conserved, *further)
+    found, integrals = velocity_constraints(spec, residual, {} if values is None else values.parameters)
+    return Classification(spec, residual, *said, conserved, warnings, begin, found, integrals)
+
+
+def velocity_constraints(
+    spec: Spec, residual: Residual, parameters: Mapping[str, float]
+) -> tuple[Integrability | None, dict[str, str]]:
+    """Which constraints on velocities are integrable, and the functions that they keep constant."""
+    if not any(not one.holonomic for one in residual.model.constraints):
+        return None, {}
+    from lagrange_cli.mechanics.frobenius import integrability
+
+    found = integrability(residual.model, parameters)
+    integrals = {}
+    for name in (name for name, alone in found.alone.items() if alone):
+        from lagrange_cli.symbolic.integrals import integral_of
+
+        integral = integral_of(spec, name)
+        if integral is not None:
+            integrals[name] = integral
+    return found, integrals
 
 
 def contradicting_units(spec: Spec) -> tuple[Problem, ...]:

@@ -7,15 +7,18 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING, TypeAlias, TypeVar
 
 from lagrange_cli.errors import (
     InfiniteForce,
+    NotLinear,
     NotReal,
     Problem,
     SingularCoordinate,
     SpecError,
+    Spinning,
     TooLarge,
+    Undetermined,
     UsageError,
 )
 from lagrange_cli.run.settings import check_defaults
@@ -28,6 +31,8 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Expression, Spec
 
 Numbers = TypeVar("Numbers")
+Examine: TypeAlias = "Callable[[bytes, str, Mapping[str, str] | None], tuple[Spec, Problems]]"
+"""Reads a file, as ``spec.read.examine`` does."""
 
 
 def read_run(
@@ -35,21 +40,26 @@ def read_run(
     filename: str,
     sizes: Mapping[str, str] | None,
     numbers: Callable[[Spec, Problems], Numbers],
+    read: Examine | None = None,
 ) -> tuple[Spec, Numbers]:
     """The system that the ``content`` of a file describes, and the numbers that it is run with.
 
     ``numbers`` finds them in the spec, and adds to the problems what is wrong with them; ``sizes`` replace
     those of the file; messages call the file ``filename``. All commands read a file in this way, so that none
-    accepts what another refuses.
+    accepts what another refuses. ``read`` stands for ``spec.read.examine``, where files are kept that have
+    been read.
 
     Raises:
         SpecError: all problems of the file, of its ``solve`` section, and those that ``numbers`` adds.
         UsageError: the file is right, and what is asked of it is not.
     """
     from lagrange_cli.spec.defaults import with_times
-    from lagrange_cli.spec.read import examine
 
-    spec, problems = examine(content, filename, sizes)
+    if read is None:
+        from lagrange_cli.spec.read import examine
+
+        read = examine
+    spec, problems = read(content, filename, sizes)
     check_defaults(spec, problems)
     try:
         found = numbers(spec, problems)
@@ -93,8 +103,9 @@ def derive_system(
 
         algebra = PortableGraphAlgebra()
     with located(spec):
-        count = len(spec.coordinates)
-        algebra.graph.work.charge(count**2, f"a mass matrix of {count} coordinates")
+        count, bound = len(spec.coordinates), len(spec.all_constraints)
+        what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
+        algebra.graph.work.charge((count + bound) ** 2, what)
         model = build_model(spec, algebra)
         if foresee is not None:
             foresee(model)
@@ -105,22 +116,6 @@ def derive_system(
         return derive(model)
 
 
-def check_energies(spec: Spec, parameters: Mapping[str, float]) -> None:
-    """Raise ``SpecError`` if an energy jumps with these values of the parameters."""
-    from lagrange_cli.expression.syntax import calls
-
-    energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
-    energies += [*spec.forces.get("dissipation", {}).values(), *spec.definitions.values()]
-    if not any(calls(one.tree, ("where", "sign")) for one in energies):
-        return
-    from lagrange_cli.expression.graph_algebra import KnownParameters
-    from lagrange_cli.mechanics.jumps import refuse_jumps_in_numbers
-    from lagrange_cli.model.build import build_model
-
-    with located(spec):
-        refuse_jumps_in_numbers(build_model(spec, KnownParameters(parameters)))
-
-
 @contextmanager
 def located(spec: Spec) -> Iterator[None]:
     """A context in which errors of the derivation become ``SpecError``, with their place in the file."""
@@ -128,13 +123,35 @@ def located(spec: Spec) -> Iterator[None]:
         yield
     except SingularCoordinate as error:
         from lagrange_cli.expression.vocabulary import velocity_name
+        from lagrange_cli.spec.problems import Problems
         from lagrange_cli.spec.source import Source
 
-        place = next(each.place for each in spec.coordinates if each.name == error.coordinate)
-        hint = "use it in 'embedding', or leave it out"
-        if spec.lagrangian is not None:
-            velocity = velocity_name(error.coordinate)
-            hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
+        problems = Problems(Source(spec.filename, spec.text))
+        for each in spec.coordinates:
+            if each.name in error.messages:
+                hint = "let a position depend on it, or leave it out"
+                if spec.lagrangian is not None:
+                    velocity = velocity_name(each.name)
+                    hint = f"let 'lagrangian' contain {velocity}**2, or leave the coordinate out"
+                problems.add_once(each.place, error.messages[each.name], hint)
+        raise SpecError(spec.filename, problems.found) from error
+    except NotLinear as error:
+        from lagrange_cli.spec.source import Source
+
+        place, hint = spec.nonholonomic[error.constraint].place, "write one that is linear in the velocities"
+        raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
+    except Spinning as error:
+        from lagrange_cli.spec.source import Source
+
+        way = f"'nonholonomic: {{spin: {error.body}.w3}}'"
+        hint = f"write {way}, angles that only point it, or give it a thickness"
+        place = spec.bodies[error.body].place
+        raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
+    except Undetermined as error:
+        from lagrange_cli.spec.source import Source
+
+        place = spec.all_constraints[error.constraint].place
+        hint = "leave a constraint out that follows from the others, or the multiplier"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except InfiniteForce as error:
         from lagrange_cli.spec.source import Source

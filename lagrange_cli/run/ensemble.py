@@ -4,15 +4,22 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.attributes import finite, origin, series_of
+from lagrange_cli.run.attributes import doubt_of_all, finite, origin, series_of
+from lagrange_cli.run.jumps import check_members
+from lagrange_cli.run.monitor import Monitor
+from lagrange_cli.run.prepare import prepare_run
+from lagrange_cli.run.singular import in_words
+from lagrange_cli.run.start import consistent_ensemble
+from lagrange_cli.run.strength import with_proofs
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.ensemble.method import Section
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+    from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.members import Members
@@ -45,7 +52,8 @@ class Ensemble:
     """Many motions to be followed: the system, its members with their values, and the settings of each.
 
     If they are ``sampled``, samples of each motion are written, else its end; if they are ``cut``, its
-    crossings. ``families`` are those of the coordinates.
+    crossings. ``families`` are those of the coordinates. ``notes`` say how initial values became
+    consistent with constraints.
     """
 
     spec: Spec
@@ -55,6 +63,7 @@ class Ensemble:
     sampled: bool
     families: tuple[Family, ...]
     cut: Cut | None = None
+    notes: tuple[str, ...] = ()
 
     @property
     def times(self) -> Times:
@@ -73,15 +82,23 @@ def make_ensemble(spec: Spec, members: Members, request: Request) -> Ensemble:
     Raises ``UsageError`` where the request makes no sense, or a value is out of range.
     """
     from lagrange_cli.spec.ensemble import resolve_ensemble
-    from lagrange_cli.spec.spec import grouped
 
     values = resolve_ensemble(spec, request.overrides, members.columns)
     if values.times:
         spec = with_common_times(spec, values, request)
     settings = request.settings(spec, values.common)
-    coordinates = [coordinate.name for coordinate in spec.coordinates]
-    families = grouped(coordinates, spec.families.get("coordinates", {}))
-    return Ensemble(spec, members, values, settings, request.options.outputs is not None, families)
+    sampled = request.options.outputs is not None
+    given = {*request.overrides, *members.columns}
+    spec, values, notes = consistent_ensemble(spec, values, settings.start, given, forced=request.projected)
+    return Ensemble(spec, members, values, settings, sampled, families_of(spec), notes=notes)
+
+
+def families_of(spec: Spec) -> tuple[Family, ...]:
+    """Those of the coordinates."""
+    from lagrange_cli.spec.spec import grouped
+
+    names = [coordinate.name for coordinate in spec.coordinates]
+    return grouped(names, spec.families.get("coordinates", {}))
 
 
 def with_common_times(spec: Spec, values: EnsembleValues, request: Request) -> Spec:
@@ -182,7 +199,9 @@ def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:
     values, members = ensemble.values, ensemble.members
     described = {"shape": dict(members.shape), **members.described}
     checksum = 0
-    for column in (*values.differing.values(), *values.q, *values.v):
+    exact = values.remainder
+    rest = () if exact is None else (*exact.parameters.values(), *exact.q, *exact.v)
+    for column in (*values.differing.values(), *values.q, *values.v, *rest):
         checksum = binascii.crc32(np.asarray(column, dtype="f8").tobytes(), checksum)
     sampled = ensemble.sampled and ensemble.cut is None
     return {
@@ -193,18 +212,57 @@ def made_by(ensemble: Ensemble) -> dict[str, str | int | float]:
     }
 
 
-def attributes(ensemble: Ensemble, outcome: EnsembleOutcome) -> dict[str, str | int | float]:
-    """The root's attributes that say how the members ended."""
+def prepare_ensemble(ensemble: Ensemble, request: Request, monitor: Monitor, section: str = "") -> Prepared:
+    """Compile the system for all motions, through a ``section`` of a kind if that is given.
+
+    Raises ``SpecError`` where no equations of motion can be derived, they are too large, or an energy jumps.
+    """
+    check_members(ensemble.spec, ensemble.values)
+    return prepare_run(
+        ensemble.spec,
+        with_proofs(ensemble.spec, ensemble.settings, ensemble.values.several()),
+        monitor.stage,
+        cached=request.cache,
+        ensemble=True,
+        section=section,
+        meanwhile=import_the_rest,
+    )
+
+
+def import_the_rest() -> None:
+    """Import what the integration needs."""
+    import lagrange_cli.integrate.ensemble.datasets
+    import lagrange_cli.integrate.ensemble.lanes
+    import lagrange_cli.store.ensemble  # noqa: F401
+
+
+def alone(ensemble: Ensemble, request: Request) -> Method:
+    """What follows one of the motions by itself."""
+    return prepare_run(ensemble.spec, ensemble.settings, cached=request.cache).follower
+
+
+def told(
+    ensemble: Ensemble, outcome: EnsembleOutcome, message: str, events: Mapping[str, int] | None = None
+) -> dict[str, str | int | float]:
+    """The root's attributes that say how the members ended, and how often ``events`` happened in all."""
+    warning = doubt_of_all(outcome, ensemble.settings)
     return {
         "steps": outcome.steps,
         "status": outcome.status,
-        "message": sentence(ensemble, outcome),
+        "message": message,
         "h_drift": float("nan") if outcome.h_drift is None else outcome.h_drift,
         "p_drift": json.dumps(finite(outcome.p_drift)),
+        **({} if warning is None else {"warning": warning}),
+        **({"events": json.dumps(events_counted(events))} if events else {}),
     }
 
 
-def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
+def events_counted(events: Mapping[str, int]) -> dict[str, Any]:
+    """How often events happened, in terms of JSON: as of one motion, without what members do not share."""
+    return {name: {"count": count} for name, count in events.items()}
+
+
+def how_they_ended(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
     """How the members ended."""
     members, failed = ensemble.values.members, outcome.count("failed")
     stopped = outcome.count("stopped")
@@ -217,6 +275,7 @@ def sentence(ensemble: Ensemble, outcome: EnsembleOutcome) -> str:
         parts.append(f"interrupted after {members - outcome.count('interrupted')} of {members} members")
     if outcome.failed is not None:
         member, how = outcome.failed
+        how = ensemble.values.refused.get(member, in_words(ensemble.spec, how))
         own = ", ".join(f"{name} = {x[member]:.6g}" for name, x in ensemble.members.columns.items())
         those = "the first is member" if failed > 1 else "member"
         parts.append(f"{failed} of {members} members failed; {those} {member} ({own}): {how}")

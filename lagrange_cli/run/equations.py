@@ -5,24 +5,29 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
+from lagrange_cli.errors import LagrangeError
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
+    from lagrange_cli.expression.node import Node
     from lagrange_cli.limits import Work
+    from lagrange_cli.model.model import Model
+    from lagrange_cli.run.coordinates import Covariance
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
-    from lagrange_cli.symbolic.equations import Equations
+    from lagrange_cli.symbolic.equations import Conserved, Equations
     from lagrange_cli.symbolic.verify import Verification
 
 FORMATS = ("text", "unicode", "latex", "json", "python")
 MOTION, SPAN, PATIENCE = 8, 10.0, 2.0
 """States along the motion that are compared; its end if the file gives none; the seconds that it may take."""
-FORMS = ("lagrange", "explicit", "hamilton", "matrix")
+EMPTY: Mapping[str, str] = {}
+FORMS = ("lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic")
 
 
 @dataclass(frozen=True)
@@ -33,6 +38,10 @@ class Derived:
     spec: Spec
     equations: Equations
     work: Work
+    covariance: Covariance | None = None
+    """How they compare with those in the coordinates of the file, where these have been changed."""
+    original: Spec | None = None
+    """The system in the coordinates of the file, likewise."""
 
     @contextmanager
     def bounded(self) -> Iterator[None]:
@@ -43,11 +52,25 @@ class Derived:
             yield
 
 
-def derive(spec: Spec, stage: Stage = untimed) -> Derived:
-    """Derive the equations of motion, to be read.
+def derive(
+    spec: Spec,
+    stage: Stage = untimed,
+    overrides: Mapping[str, str] = EMPTY,
+    most: float = math.inf,
+    coordinates: str = "",
+) -> Derived:
+    """Derive the equations of motion, to be read; ``overrides`` are values by name, as ``--set`` has them.
+    It takes ``most`` steps of work (``limits.Work``). They are in the ``coordinates`` of a transformation of
+    the file if one is named.
 
-    Raises ``SpecError`` where there are none, or they are too large.
+    Raises ``SpecError`` where there are none, or they are too large; ``UsageError`` where there is no such
+    transformation.
     """
+    if coordinates:
+        return derive_in(coordinates, spec, stage, overrides)
+    from dataclasses import replace
+
+    from lagrange_cli.expression.exact import ExactGraphAlgebra
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.limits import Work
@@ -57,11 +80,63 @@ def derive(spec: Spec, stage: Stage = untimed) -> Derived:
     from lagrange_cli.symbolic.work import counting
 
     check_printed(spec)
-    work = Work()
+    spec = spec if spec.replaced else independent(spec, overrides)
+    work = Work(most)
     with stage("derive"), located(spec), counting(work):
         if re.search(r"\b(where|sign)\b", spec.text):
             refuse_jumps(build_model(spec, GraphAlgebra()))
-        return Derived(spec, derive_equations(build_model(spec, SympyAlgebra())), work)
+        equations = derive_equations(build_model(spec, SympyAlgebra()))
+        further = further_conserved(build_model(spec, ExactGraphAlgebra()), equations)
+        conserved = (*equations.conserved, *further)
+        names = {each.quantity for each in further}
+        changing = tuple(each for each in equations.changing if each.quantity not in names)
+        freedom = spec.degrees_of_freedom
+        told = replace(equations, conserved=conserved, changing=changing, degrees_of_freedom=freedom)
+        return Derived(spec, told, work)
+
+
+def derive_in(coordinates: str, spec: Spec, stage: Stage, overrides: Mapping[str, str]) -> Derived:
+    """The equations of motion in the coordinates of a transformation, compared with those of the file."""
+    from lagrange_cli.records import replace
+    from lagrange_cli.run.coordinates import covariance, in_coordinates
+
+    spec = independent(spec, overrides)
+    derived = derive(in_coordinates(spec, coordinates), stage)
+    with stage("compare"), derived.bounded():
+        compared = covariance(spec, derived.spec, derived.equations, overrides)
+    return replace(derived, covariance=compared, original=spec)
+
+
+def further_conserved(model: Model[Node], equations: Equations) -> list[Conserved]:
+    """What is conserved besides h and momenta of cyclic coordinates; ``model`` is that of the equations."""
+    from lagrange_cli.mechanics.conservation import conservation
+    from lagrange_cli.mechanics.symmetries import symmetries
+    from lagrange_cli.symbolic.equations import Conserved
+    from lagrange_cli.symbolic.from_graph import from_graph
+    from lagrange_cli.symbolic.grouping import neat
+    from lagrange_cli.symbolic.order import Role
+
+    found = []
+    for one in symmetries(model, conservation(model)[1]):
+        each, expression = one.conserved, from_graph(one.node)
+        if expression is not None:
+            expression = neat(expression, equations.order, Role.COORDINATE)
+            found.append(Conserved(each.quantity, expression, each.because, each.breaks))
+    return found
+
+
+def independent(spec: Spec, overrides: Mapping[str, str]) -> Spec:
+    """The system with constraints left out that depend on others at the start; as it is where there is no
+    consistent one."""
+    from lagrange_cli.run.start import consistent_values
+    from lagrange_cli.spec.values import resolve_values
+
+    if not spec.all_constraints:
+        return spec
+    with suppress(LagrangeError):
+        values = resolve_values(spec, dict(overrides))
+        return consistent_values(spec, values, spec.solve.start or 0.0, overrides)[0]
+    return spec
 
 
 def check_printed(spec: Spec) -> None:
@@ -85,43 +160,71 @@ def as_data(derived: Derived, form: str, parameters: dict[str, float]) -> dict[s
     from lagrange_cli.symbolic.data import as_data
 
     with derived.bounded():
-        return as_data(derived.equations, form, parameters)
+        return as_data(of_form(derived, form), form, parameters)
+
+
+def of_form(derived: Derived, form: str) -> Equations:
+    """The equations with what a form needs besides."""
+    if form != "reactions":
+        return derived.equations
+    from lagrange_cli.run.reactions import with_reactions
+
+    return with_reactions(derived.spec, derived.equations)
 
 
 def as_written(derived: Derived, format_: str, form: str, parameters: dict[str, float]) -> str:
     """The equations in one of the ``FORMATS`` other than JSON; ``form`` is one of ``FORMS``."""
     with derived.bounded():
+        equations = of_form(derived, form)
         if format_ == "python":
             from lagrange_cli.symbolic.source import as_python
 
-            return as_python(derived.equations, form, parameters)
+            return as_python(equations, form, parameters)
         from lagrange_cli.symbolic.latex import as_latex
         from lagrange_cli.symbolic.layouts import as_text, as_unicode
 
-        return {"text": as_text, "unicode": as_unicode, "latex": as_latex}[format_](derived.equations, form)
+        return {"text": as_text, "unicode": as_unicode, "latex": as_latex}[format_](equations, form)
+
+
+def as_page(derived: Derived) -> str:
+    """The equations as a part of a web page: HTML in which every text is escaped."""
+    with derived.bounded():
+        from lagrange_cli.symbolic.mathml import as_mathml
+
+        return as_mathml(derived.equations)
 
 
 def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verification:
     """Compare the printed equations with the compiled ones, and with the file differentiated directly, near
     the start, along the motion and beside branches; only this needs the compiler."""
     from lagrange_cli.integrate.single_state import compiled_values
+    from lagrange_cli.run.coordinates import start_in
+    from lagrange_cli.run.start import consistent_values
     from lagrange_cli.spec.values import resolve_values
+    from lagrange_cli.symbolic.admissible import admissible
     from lagrange_cli.symbolic.direct import Direct, directly
     from lagrange_cli.symbolic.states import State, sides
     from lagrange_cli.symbolic.verify import verify
 
-    spec = derived.spec
-    values = resolve_values(spec, dict(overrides))
+    if derived.original is None:
+        given = resolve_values(derived.spec, overrides)
+        spec, values, _ = consistent_values(derived.spec, given, derived.spec.solve.start or 0.0, overrides)
+    else:
+        spec, values = start_in(derived.original, derived.spec, overrides)
+    spec = spec.independent
     residual = derive_system(spec)
 
-    def direct(state: State, accelerations: Sequence[Any], exact: bool) -> Direct:
-        return directly(spec, state.parameters, state.t, state.q, state.v, accelerations, exact)
+    def direct(state: State, a: Sequence[Any], multipliers: Sequence[Any], exact: bool) -> Direct:
+        return directly(spec, state.parameters, state.t, state.q, state.v, a, multipliers, exact)
+
+    def bound(state: State) -> State | None:
+        return admissible(spec, state)
 
     parameters = dict(values.parameters)
     start = State(parameters, spec.solve.start or 0.0, tuple(values.q), tuple(values.v))
     reached = [State(parameters, t, q, v, "along the motion") for t, q, v in along(spec, values)]
-    others = [*reached, *sides(residual.model, [start, *reached])]
-    return verify(derived.equations, compiled_values(residual), start, others, direct)
+    others = [*reached, *sides(residual.model, [start, *reached], bound)]
+    return verify(derived.equations, compiled_values(residual), start, others, direct, bound)
 
 
 def along(spec: Spec, values: Values) -> list[tuple[float, tuple[float, ...], tuple[float, ...]]]:
@@ -131,7 +234,7 @@ def along(spec: Spec, values: Values) -> list[tuple[float, tuple[float, ...], tu
 
     import numpy as np
 
-    from lagrange_cli.errors import LagrangeError, UsageError
+    from lagrange_cli.errors import UsageError
     from lagrange_cli.integrate.run import integrate
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.records import replace

@@ -16,10 +16,12 @@ SIGALRM is that of ``limits``, SIGBREAK that of Ctrl-Break on Windows."""
 class Interrupts:
     """A context within which Ctrl-C (or SIGTERM, SIGHUP) makes calling this object return True.
 
-    A second one is raised as ``KeyboardInterrupt``, for when nobody asks.
+    A second one is raised as ``KeyboardInterrupt``, for when nobody asks. In a program that is not ours only
+    Ctrl-C is heeded (``alone``), and only where it would raise ``KeyboardInterrupt``.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, *, alone: bool = False) -> None:
+        self._alone = alone
         self._seen = False
         self._before: dict[signal.Signals, Any] = {}
 
@@ -29,6 +31,9 @@ class Interrupts:
     def __enter__(self) -> Interrupts:
         if threading.current_thread() is threading.main_thread():  # elsewhere Python sets no handlers
             numbers = (signal.SIGINT, *(number for number in ENDING if not ignored(number)))
+            if self._alone:
+                own = signal.getsignal(signal.SIGINT) is signal.default_int_handler
+                numbers = (signal.SIGINT,) if own else ()
             self._before = {number: signal.signal(number, self._note) for number in numbers}
         return self
 

@@ -48,6 +48,16 @@ def ignore(message: str) -> None:
     """A message that nobody reads."""
 
 
+def watched(progress: Progress, interrupted: Interrupted) -> Callable[[float], bool]:
+    """What is told how far a run has come, and says whether to stop."""
+
+    def report(reached: float) -> bool:
+        progress.show(reached)
+        return interrupted()
+
+    return report
+
+
 @dataclass(frozen=True)
 class Monitor:
     """``stage`` is entered for each stage of the work, and ``tell`` given what the user should know at once.

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
-from lagrange_cli.run.derive import check_energies, read_run
+from lagrange_cli.run.derive import read_run
+from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
 from lagrange_cli.run.request import HDF5
+from lagrange_cli.run.start import NOTHING, Begin, consistent_values, rounding_of_run
 from lagrange_cli.run.strength import with_proofs
 
 if TYPE_CHECKING:
@@ -20,25 +22,43 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.derive import Examine
     from lagrange_cli.run.request import Request
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
+Prepare: TypeAlias = "Callable[..., Prepared]"
+Consistent: TypeAlias = "Callable[..., tuple[Spec, Values, Begin]]"
+Check: TypeAlias = "Callable[[Spec, Mapping[str, float]], None]"
+
 
 @dataclass(frozen=True)
 class Motion:
     """A motion to be followed: the system, the values of its parameters and its initial state, and the
-    settings."""
+    settings. ``begin`` says how the initial state was made consistent with the constraints."""
 
     spec: Spec
     values: Values
     settings: Settings
+    begin: Begin = NOTHING
 
     def cause(self, end: End) -> Cause | None:
         """What in the system ended the motion, if it could not go on."""
         from lagrange_cli.integrate.ending import Ending
 
+        if self.spec.bodies:
+            from lagrange_cli.run.singular import singular_angles
+
+            found = singular_angles(self.spec, self.values.parameters, self.settings.start, end)
+            if found is not None:
+                return found
+        if self.spec.all_constraints:
+            from lagrange_cli.run.singular import singular_constraints
+
+            found = singular_constraints(self.spec, self.values.parameters, self.settings.start, end)
+            if found is not None:
+                return found
         if end.ending not in (Ending.STEP_UNDERFLOW, Ending.NOT_A_NUMBER):
             return None
         from lagrange_cli.run.causes import explained
@@ -65,8 +85,18 @@ class Ready:
         return Times(settings.start, settings.stop, settings.count, settings.step)
 
 
-def read_motion(content: bytes, filename: str, request: Request, stage: Stage = untimed) -> Motion:
+def read_motion(
+    content: bytes,
+    filename: str,
+    request: Request,
+    stage: Stage = untimed,
+    read: Examine | None = None,
+    begin_at: Consistent = consistent_values,
+) -> Motion:
     """The motion that ``request`` asks for of the system file with this ``content``.
+
+    ``read`` and ``begin_at`` stand for ``spec.read.examine`` and ``consistent_values``, where what they find
+    is kept.
 
     Raises ``SpecError`` where the file is wrong, ``UsageError`` where the request is.
     """
@@ -81,8 +111,14 @@ def read_motion(content: bytes, filename: str, request: Request, stage: Stage = 
             filename,
             request.sizes,
             lambda spec, problems: resolve(spec, request.overrides, problems),
+            read,
         )
-        return Motion(spec, values, request.settings(spec, values.parameters))
+        settings = request.settings(spec, values.parameters)
+        exact = request.portable or request.precision != DOUBLE
+        spec, values, begin = begin_at(
+            spec, values, settings.start, request.overrides, forced=request.projected, exact=exact
+        )
+        return Motion(spec, values, settings, begin)
 
 
 def initial_state(values: Values) -> list[Any]:
@@ -91,9 +127,19 @@ def initial_state(values: Values) -> list[Any]:
     return [values.q, values.v, *([] if rest is None else [rest.q, rest.v, dict(rest.parameters)])]
 
 
-def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: Stage) -> Ready:
-    """Compile the motion, and the companions that a certificate needs: these while LLVM compiles."""
-    check_energies(motion.spec, motion.values.parameters)
+def prepare_all(
+    motion: Motion,
+    request: Request,
+    demand: Demand | None,
+    stage: Stage,
+    prepare: Prepare = prepare_run,
+    check: Check = check_energies,
+) -> Ready:
+    """Compile the motion, and the companions that a certificate needs: these while LLVM compiles.
+
+    ``prepare`` and ``check`` stand for ``prepare_run`` and ``check_energies``, where what they find is kept.
+    """
+    check(motion.spec, motion.values.parameters)
     companions: list[Prepared] = []
     spec, rounding = motion.spec, None
     settings = with_proofs(spec, motion.settings, iter([motion.values]))
@@ -107,14 +153,14 @@ def prepare_all(motion: Motion, request: Request, demand: Demand | None, stage: 
             chosen, orders = companion_settings(settings)
             for order, factor in zip(orders, FACTORS):
                 companions.append(
-                    prepare_run(spec, chosen, stage, cached=request.cache, order=order, factor=factor)
+                    prepare(spec, chosen, stage, cached=request.cache, order=order, factor=factor)
                 )
 
-    prepared = prepare_run(spec, settings, stage, cached=request.cache, meanwhile=meanwhile)
+    prepared = prepare(spec, settings, stage, cached=request.cache, meanwhile=meanwhile)
     if demand is not None:
-        from lagrange_cli.spec.values import rounding_of
-
-        rounding = rounding_of(spec, motion.values, settings.start, request.overrides)
+        rounding = rounding_of_run(
+            spec, motion.values, settings.start, request.overrides, forced=request.projected
+        )
     return Ready(motion, prepared, companions, rounding)
 
 

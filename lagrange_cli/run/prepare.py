@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.run.derive import derive_system, located
+from lagrange_cli.run.jumps import with_actions_judged
 from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
@@ -53,7 +54,7 @@ def prepare_run(
         from lagrange_cli.integrate.prepare import prepare_system
         from lagrange_cli.native.compilation.cache import find_cache
     with located(spec):
-        return prepare_system(
+        prepared = prepare_system(
             spec,
             partial(
                 derive_system,
@@ -67,3 +68,4 @@ def prepare_run(
             stage=stage,
             meanwhile=meanwhile,
         )
+        return with_actions_judged(spec, prepared)

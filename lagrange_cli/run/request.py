@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.settings import resolve_settings
@@ -17,6 +19,15 @@ if TYPE_CHECKING:
 HDF5, CSV = "hdf5", "csv"
 FORMATS = HDF5, CSV
 """The formats of an output."""
+ENDINGS = {HDF5: ".h5", CSV: ".csv"}
+OTHERS = frozenset(
+    (
+        ".txt", ".tsv", ".json", ".jsonl", ".yaml", ".yml", ".npy", ".npz", ".mat", ".xls", ".xlsx", ".ods",
+        ".parquet", ".feather", ".pkl", ".pickle", ".zarr", ".fits", ".sqlite", ".db", ".png", ".svg", ".pdf",
+        ".gif", ".mp4", ".gz", ".bz2", ".xz", ".zst", ".zip", ".tar",
+    )
+)  # fmt: skip
+"""Endings of formats that are not written. Any other ending is taken to be that of an HDF5 file."""
 TIMES = ("start", "stop", "step")
 """What may be given as an expression."""
 SECONDS, COUNT = 10.0, 10**8
@@ -31,7 +42,8 @@ class Request:
     texts by name: numbers, or expressions in parameters. With ``cache``, the code compiled by an earlier run
     is used. ``resume`` continues an earlier run. A checkpoint is written every ``checkpoint`` seconds, and
     after ``checkpoint_count`` steps, or members of a sweep. Steps are ``proven`` whatever the
-    system. ``format`` is that of the output.
+    system. Initial values are ``projected`` to the constraints however far off they are. ``format`` is
+    that of the output.
     """
 
     options: SolveDefaults = SolveDefaults()
@@ -45,6 +57,7 @@ class Request:
     precision: str = DOUBLE
     portable: bool = False
     proven: bool = False
+    projected: bool = False
     format: str = HDF5
 
     def settings(self, spec: Spec, parameters: Mapping[str, float]) -> Settings:
@@ -59,3 +72,22 @@ class Request:
 
             asked = with_times(asked, self.times, spec, parameters, exact=exact)
         return resolve_settings(spec, asked, self.precision, self.portable, self.proven)
+
+
+def format_of(output: str | None, asked: str | None = None) -> str:
+    """The format of an output: the one ``asked`` for with ``--format``, or the one of its name.
+
+    Raises ``UsageError`` if the name ends like that of another format.
+    """
+    if asked is not None or output is None:
+        return asked or HDF5
+    stem, ending = os.path.splitext(output)
+    if ending.lower() == ENDINGS[CSV]:
+        return CSV
+    if ending.lower() in OTHERS:
+        stem = os.path.splitext(stem)[0] or stem
+        raise UsageError(
+            f"outputs are HDF5 or CSV, not {ending[1:]}: name the file {stem}.h5 or {stem}.csv "
+            "(or say --format, to have it under this name)"
+        )
+    return HDF5

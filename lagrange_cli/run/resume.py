@@ -32,7 +32,7 @@ class Start:
     def replaced(self) -> bool:
         """Whether an earlier output of this system file is replaced, and not the one that is continued."""
         continued = self.earlier is not None and self.earlier.part < 0
-        return self.target.replaces is not None and not continued
+        return self.target.replaced and not continued
 
     @property
     def reached(self) -> Any:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -42,6 +42,8 @@ class Settings:
     precision: str = DOUBLE
     portable: bool = False
     proven: bool = False
+    optional: frozenset[str] = frozenset()
+    """Those of the outputs that nobody asks for by name: they are left out as far as they are not defined."""
 
     @property
     def backward(self) -> bool:
@@ -72,6 +74,7 @@ class Settings:
             proven=self.proven,
             section=section,
             factor=factor,
+            optional=self.optional,
         )
 
 
@@ -114,9 +117,11 @@ def resolve_settings(
         check_method(method, "--portable", lambda row: row.portable)
     if proven:
         check_method(method, "--proven", lambda row: row.proves)
+    for what, can in abilities(spec):
+        check_method(method, what, can)
     if spec.events:
-        check_method(method, "a system with events", lambda row: row.finds_events)
         check_events(spec.events, start, asked.stop)
+    outputs = default_outputs(spec) if asked.outputs is None else asked.outputs
     return Settings(
         start=start,
         stop=asked.stop,
@@ -124,14 +129,20 @@ def resolve_settings(
         step=step,
         method=method,
         tolerance=resolve_tolerance(asked.tolerance, method, precision),
-        outputs=resolve_outputs(
-            default_outputs(spec) if asked.outputs is None else asked.outputs,
-            has_particles=spec.lagrangian is None,
-        ),
+        outputs=resolve_outputs(outputs, has_particles=spec.lagrangian is None),
+        optional=frozenset(OUTPUTS).difference(outputs) if ALL in outputs else frozenset(),
         precision=precision,
         portable=portable,
         proven=proven,
     )
+
+
+def abilities(spec: Spec) -> Iterator[tuple[str, Callable[[MethodRow], bool]]]:
+    """What in a system not every method can follow, and whether one can."""
+    if spec.all_constraints:
+        yield "a system with constraints", lambda row: row.constrains
+    if spec.events:
+        yield "a system with events", lambda row: row.finds_events
 
 
 def check_events(events: Mapping[str, Event], start: float, stop: float) -> None:
@@ -139,7 +150,7 @@ def check_events(events: Mapping[str, Event], start: float, stop: float) -> None
     acting = next((name for name, event in events.items() if event.changes), None)
     if stop < start and acting is not None:
         raise UsageError(
-            f"the action of event {acting!r} cannot be undone in a motion that is followed backward: "
+            f"the action of event {acting!r} cannot be undone in a motion that is followed backward; "
             "let it stop after it starts, or let the event only record"
         )
 
@@ -163,13 +174,20 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
 
     known = check("method", lambda: resolve_method(given.method))
     method = given.method if known else None
+    for what, can in abilities(spec) if method is not None else ():
+        able = able_to(can)
+        if resolve_method(method) not in able:
+            message = f"{what} needs method {' or '.join(able)}, not {method}"
+            problems.add_once(given.places["method"], message, f"write method: {able[0]}")
     check("tolerance", lambda: resolve_tolerance(given.tolerance, resolve_method(method)))
     for name in given.outputs or ():
         check(f"outputs {name}", partial(resolve_outputs, (name,), has_particles=has_particles))
     times = [given.places[key] for key in ("start", "stop", "samples", "step") if key in given.places]
     if given.stop is not None and not given.pending and not any(map(problems.at, times)):
         stop, sampling = given.stop, "samples" if given.step is None else "step"
-        check(sampling, lambda: sample_times(given.start or 0.0, stop, given.samples, given.step))
+        fits = check(sampling, lambda: sample_times(given.start or 0.0, stop, given.samples, given.step))
+        if fits and spec.events:
+            check("stop", lambda: check_events(spec.events, given.start or 0.0, stop))
     elif given.samples is not None:
         samples = given.samples
         check("samples", lambda: check_count(samples))
@@ -232,9 +250,14 @@ def resolve_method(name: str | None) -> str:
 
 def check_method(method: str, option: str, can: Callable[[MethodRow], bool]) -> None:
     """Refuse an option that a method cannot be used with, and say which it can."""
-    if not can(METHODS[method]):
-        able = [name for name, row in METHODS.items() if can(row)]
+    able = able_to(can)
+    if method not in able:
         raise UsageError(f"{option} needs method {' or '.join(able)}, not {method}: add --method {able[0]}")
+
+
+def able_to(can: Callable[[MethodRow], bool]) -> list[str]:
+    """The methods that can do something."""
+    return [name for name, row in METHODS.items() if can(row)]
 
 
 def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOUBLE) -> float:
@@ -254,6 +277,15 @@ def default_outputs(spec: Spec) -> tuple[str, ...]:
     """What is written where nobody says otherwise; it depends on the sections that the file has."""
     rows = (row for row in OUTPUTS.values() if row.default)
     return tuple(row.name for row in rows if not row.section or getattr(spec, row.section))
+
+
+def tell_empty(spec: Spec, settings: Settings, tell: Callable[[str], None]) -> None:
+    """Tell a line for each output that was asked for by name, and of which the system has nothing."""
+    for name in sorted(settings.outputs - settings.optional):
+        section = OUTPUTS[name].section
+        if section and not getattr(spec, section):
+            what = section.removeprefix("all_")
+            tell(f"{spec.name}: warning: output {name!r} is empty, as the file has no {what}")
 
 
 def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[str]:

@@ -6,11 +6,13 @@ from contextlib import nullcontext
 from typing import TYPE_CHECKING, BinaryIO
 
 from lagrange_cli.records import dataclass, replace
-from lagrange_cli.run.attributes import attributes, origin, series_of, units_of
+from lagrange_cli.run.attributes import origin, units_of
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.motion import Motion, Ready, certificate_of, initial_state, prepare_all
 from lagrange_cli.run.request import CSV, HDF5
 from lagrange_cli.run.resume import Start, take_up
+from lagrange_cli.run.settings import tell_empty
+from lagrange_cli.run.writing import checkpoint, complete, layout_of
 
 if TYPE_CHECKING:
     import numpy as np
@@ -21,8 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.request import Request
-    from lagrange_cli.store.checkpoint import Checkpoint
-    from lagrange_cli.store.layout import EventSeries, Layout
+    from lagrange_cli.store.layout import Layout
     from lagrange_cli.store.resume import Earlier
     from lagrange_cli.store.target import Target
     from lagrange_cli.store.writer import Writer
@@ -90,25 +91,13 @@ def integrate_and_write(
     stream: BinaryIO | None,
 ) -> Outcome | None:
     """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more."""
-    from lagrange_cli.store.layout import Layout
-
     with monitor.stage("write"):
-        units = units_of(ready.motion.spec, monitor.tell)
-        series = series_of(units, ready.prepared)
-        if ready.companions:
-            from lagrange_cli.run.certify import series_of_errors
-
-            series = series_of_errors(series, series_of(units, ready.companions[0]))
-        events: tuple[EventSeries, ...] = ()
-        if ready.motion.spec.events:
-            from lagrange_cli.run.events import crossings_of
-
-            events = crossings_of(ready.motion.spec, ready.prepared, units)
-        layout = Layout(series, time_unit=units.get("t", ""), events=events)
+        layout = layout_of(ready, units_of(ready.motion.spec, monitor.tell))
+    tell_empty(ready.motion.spec, ready.motion.settings, monitor.tell)
     if request.format == CSV:
         from lagrange_cli.run.tabulate import tabulate
 
-        return tabulate(ready, series, start.target, monitor, demand, stream)
+        return tabulate(ready, layout.series, start.target, monitor, demand, stream)
     return record(ready, layout, start, request, monitor, demand)
 
 
@@ -140,23 +129,9 @@ def record(
             with stage("write"):
                 writer.append_crossings(chunk)
 
-        def checkpoint(reached: Progress, *, inside: bool = False) -> Checkpoint:
-            arrays = {"memory": reached.snapshot.memory, **writer.state()}
-            content = {"reached": reached.snapshot.t, "progress": reached.as_data()}
-            return start.checkpoint(content, arrays, inside=inside)
-
-        def continued(outcome: Outcome) -> tuple[Checkpoint | None, Checkpoint | None]:
-            if outcome.progress is None or outcome.ending.status in ("failed", "stopped"):
-                return None, None
-            last = checkpoint(outcome.progress, inside=True)
-            if outcome.ending.status == "interrupted":
-                return last, None
-            memory = {"memory": last.arrays["memory"]}
-            return None, replace(last, head={**last.head, "replace": False}, arrays=memory)
-
         def write_checkpoint(reached: Progress) -> None:
             with stage("write"):
-                writer.keep(checkpoint(reached))
+                writer.keep(checkpoint(start, writer, reached))
 
         with writer:
             begin = None
@@ -184,7 +159,7 @@ def record(
                 )
             progress.clear()
             with stage("write"):
-                writer.close(attributes(start.made_by, outcome, settings), *continued(outcome))
+                complete(writer, start, outcome, settings)
     return outcome
 
 

@@ -3,28 +3,35 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.run.attributes import units_of
-from lagrange_cli.run.derive import check_energies
-from lagrange_cli.run.ensemble import Ensemble, attributes, dimensions, made_by, series
-from lagrange_cli.run.monitor import SILENT, Monitor
-from lagrange_cli.run.prepare import prepare_run
+from lagrange_cli.run.ensemble import (
+    Ensemble,
+    alone,
+    dimensions,
+    how_they_ended,
+    made_by,
+    prepare_ensemble,
+    series,
+    told,
+)
+from lagrange_cli.run.members_kept import MembersKept
+from lagrange_cli.run.monitor import SILENT, Monitor, watched
 from lagrange_cli.run.resume import Start, take_up
-from lagrange_cli.run.strength import with_proofs
+from lagrange_cli.run.settings import tell_empty
+from lagrange_cli.run.singular import in_words
 
 if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
-    from lagrange_cli.integrate.method import Method
     from lagrange_cli.integrate.prepared import Prepared
     from lagrange_cli.run.request import Request
-    from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.layout import Layout
-    from lagrange_cli.store.resume import Earlier
     from lagrange_cli.store.target import Target
 
 LARGEST = 2**26
@@ -36,13 +43,14 @@ class Swept:
     """An ensemble that was followed: how the run started, and how the members ended.
 
     ``outcome`` is None where an earlier run had ``finished`` (see ``start``). ``cached`` tells that the
-    compiled code is that of an earlier run.
+    compiled code is that of an earlier run. ``events`` are how often each event happened in all members.
     """
 
     ensemble: Ensemble
     start: Start
     outcome: EnsembleOutcome | None = None
     cached: bool = False
+    events: Mapping[str, int] = field(default_factory=dict)
 
 
 def sweep(
@@ -62,26 +70,12 @@ def sweep(
             start = take_up(target, made_by(ensemble), resume=request.resume, tell=monitor.tell)
         if start.finished is not None:
             return Swept(ensemble, start)
-        for values in ensemble.values.several():
-            check_energies(ensemble.spec, values.parameters)
-        prepared = prepare_run(
-            ensemble.spec,
-            with_proofs(ensemble.spec, ensemble.settings, ensemble.values.several()),
-            monitor.stage,
-            cached=request.cache,
-            ensemble=True,
-            meanwhile=import_the_rest,
-        )
+        for note in ensemble.notes:
+            monitor.tell(f"{ensemble.spec.name}: {note}")
+        prepared = prepare_ensemble(ensemble, request, monitor)
         refuse_long_samples(ensemble, prepared)
-        outcome = follow_and_write(ensemble, prepared, start, request, monitor, threads)
-    return Swept(ensemble, start, outcome, prepared.cached)
-
-
-def import_the_rest() -> None:
-    """Import what the integration needs."""
-    import lagrange_cli.integrate.ensemble.datasets
-    import lagrange_cli.integrate.ensemble.lanes
-    import lagrange_cli.store.ensemble  # noqa: F401
+        outcome, events = follow_and_write(ensemble, prepared, start, request, monitor, threads)
+    return Swept(ensemble, start, outcome, prepared.cached, events)
 
 
 def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
@@ -114,17 +108,17 @@ def follow_and_write(
     request: Request,
     monitor: Monitor,
     threads: int,
-) -> EnsembleOutcome:
-    """Integrate all members into the output file, however they end."""
+) -> tuple[EnsembleOutcome, dict[str, int]]:
+    """Integrate all members into the output file, however they end; how often events happened in all."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
-    from lagrange_cli.integrate.ensemble.outcome import UNFINISHED, EnsembleOutcome
     from lagrange_cli.integrate.ensemble.selection import ensemble_method
     from lagrange_cli.store.ensemble import EnsembleWriter
 
     times, sampled, members = ensemble.times, ensemble.sampled, ensemble.values.members
     units = units_of(ensemble.spec, monitor.tell)
+    tell_empty(ensemble.spec, ensemble.settings, monitor.tell)
     progress, stage = monitor.progress(), monitor.stage
     with monitor.interrupts() as interrupted:
         with stage("write"):
@@ -141,59 +135,40 @@ def follow_and_write(
             with stage("write"):
                 writer.write(index, values)
 
-        def alone() -> Method:
-            return prepare_run(ensemble.spec, ensemble.settings, cached=request.cache).follower
-
-        def report(done: int) -> bool:
-            progress.show(done)
-            return interrupted()
-
-        def checkpoint(outcome: EnsembleOutcome, *, inside: bool = False) -> Checkpoint:
-            ended = outcome.endings != UNFINISHED
-            content = {"outcome": outcome.as_data(), "regions": writer.regions(ended)}
-            reached = members - outcome.count("interrupted")
-            arrays = {"endings": outcome.endings, **writer.crossings()}
-            return start.checkpoint({"reached": reached, **content}, arrays, inside=inside)
+        kept = MembersKept(start, writer, members)
 
         def write_checkpoint(outcome: EnsembleOutcome) -> None:
             with stage("write"):
-                writer.keep(checkpoint(outcome))
-
-        def restored(earlier: Earlier) -> EnsembleOutcome:
-            head, endings = earlier.checkpoint.head, earlier.checkpoint.arrays.get("endings")
-            try:
-                begin = EnsembleOutcome.from_data(head.get("outcome"), endings, members)
-            except ValueError as error:
-                raise damaged(earlier.shown) from error
-            writer.restore(earlier, begin.endings != UNFINISHED)
-            return begin
+                writer.keep(kept.checkpoint(outcome, writer.crossings()))
 
         with writer:
-            begin = None
-            if start.earlier is not None:
-                from lagrange_cli.store.checkpoint import damaged
-
-                with stage("write"):
-                    begin = restored(start.earlier)
+            with stage("write"):
+                begin = kept.restored()
             schedule = Schedule(request.checkpoint, request.checkpoint_count, start.reached or 0)
             with stage("integrate"):
                 outcome = follow_ensemble(
                     prepared,
-                    ensemble_method(prepared, alone),
+                    ensemble_method(prepared, partial(alone, ensemble, request)),
                     ensemble.values,
                     ensemble.families,
                     times,
                     write,
-                    report,
+                    watched(progress, interrupted),
                     sampled=sampled,
                     threads=threads,
                     checkpointing=Checkpointing(begin, schedule, write_checkpoint),
                 )
             progress.clear()
             with stage("write"):
-                last = checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
-                sentences = [ending.value for ending in Ending]
+                last = None
+                if outcome.status == "interrupted":
+                    last = kept.checkpoint(outcome, writer.crossings(), inside=True)
+                sentences = [in_words(ensemble.spec, ending.value) for ending in Ending]
+                events = writer.crossings_of_events()
                 writer.write_crossings()
                 writer.write_texts("message", "how the member ended", sentences, outcome.endings)
-                writer.close({**start.made_by, **attributes(ensemble, outcome)}, last)
-    return outcome
+                writer.close(
+                    {**start.made_by, **told(ensemble, outcome, how_they_ended(ensemble, outcome), events)},
+                    last,
+                )
+    return outcome, events

@@ -10,7 +10,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.factoring import associate, reciprocals
-from lagrange_cli.series.offsets import set_levels, sort
+from lagrange_cli.series.offsets import set_levels, set_levels_beside, sort
 from lagrange_cli.series.program import FREE, SHORT, UNBOUNDED, Op, Series, SeriesProgram
 
 
@@ -22,8 +22,15 @@ def lower(
     t: Node,
     residual: Sequence[Node],
     integrands: Sequence[Node],
+    multipliers: Sequence[Node] = (),
+    own: int = 0,
+    apart: bool = False,
 ) -> SeriesProgram:
-    """The series program of the equations ``residual`` and the quadratures of ``integrands``."""
+    """The series program of the equations ``residual`` and the quadratures of ``integrands``.
+
+    The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
+    computed side by side (``apart``), what is asked for earlier alone would change roundings.
+    """
     builder = _Builder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
     coordinates = []
@@ -34,11 +41,18 @@ def lower(
     for coordinate, symbol in zip(coordinates, v):
         builder.by_node[symbol] = builder.derivative(coordinate)
         velocities.append(builder.by_node[symbol])
-    builder.lower_all([*residual, *integrands])
+    for symbol in multipliers:
+        builder.by_node[symbol] = builder.add(Series(Op.MULTIPLIER, node=symbol, order=2))
+    builder.lower_all([*residual, *integrands[:own]])
+    builder.lower_all(integrands[own:])
     roots = [builder.by_node[node] for node in residual]
     integrals = [builder.integral(builder.by_node[node]) for node in integrands]
-    set_levels(builder.series, coordinates, velocities, roots, integrals)
-    return sort(builder.series, coordinates, velocities, roots, integrals)
+    unknown = [builder.by_node[symbol] for symbol in multipliers]
+    motion = [(coordinates, 2), (velocities, 1), (unknown, 0), (roots, 0), (integrals[:own], 1)]
+    set_levels(builder.series, motion)
+    needed = [index for index, one in enumerate(builder.series) if one.level > FREE]
+    set_levels_beside(builder.series, integrals[own:], apart)
+    return sort(builder.series, coordinates, velocities, unknown, roots, integrals, own, needed)
 
 
 Terms = frozenset[tuple[int, Node]]
@@ -80,6 +94,7 @@ class _Builder:
     def lower_all(self, roots: Iterable[Node]) -> None:
         """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""
         self.pending = list(roots)
+        finished = len(self.unfinished)
         while self.pending:
             batch, self.pending = self.pending, []
             nodes = reachable(batch, lambda n: n not in self.by_node)
@@ -90,7 +105,7 @@ class _Builder:
             for node in _smaller_sums_first(nodes):
                 if node.symbols & self.variables or node in batch:
                     self.by_node[node] = self.lower(node)
-        for index, rates, node in self.unfinished:
+        for index, rates, node in self.unfinished[finished:]:
             terms = []
             for rate, partial in zip(rates, self.moving_partials(node)):
                 scale, moving = self.graph.split_parameters(partial, self.variables)

@@ -25,6 +25,7 @@ class Op(Enum):
 
     COORDINATE = auto()  # data: index of q
     TIME = auto()
+    MULTIPLIER = auto()  # unknown, found with the accelerations
     LINEAR = auto()  # data: (constant node, coefficient nodes); constants of the motion
     MULTIPLY = auto()
     POWER = auto()  # data: exponent node, a constant of the motion
@@ -57,7 +58,9 @@ class SeriesProgram:
     """Series in an order in which each may be evaluated; indices refer to ``series``.
 
     ``coordinates[i]`` and ``velocities[i]`` are the series of q_i and q_dot_i, ``residual[i]`` of R_i,
-    ``integrals[j]`` of the j-th quadrature. The last ``stored`` of these are constants of the motion.
+    ``integrals[j]`` of the j-th quadrature; ``multipliers`` are those of constraints. The last ``stored``
+    integrals are constants of the motion. The first series, ``motion`` of them, belong to the motion: the
+    others are for integrals alone.
     """
 
     series: tuple[Series, ...]
@@ -66,6 +69,8 @@ class SeriesProgram:
     residual: tuple[int, ...]
     integrals: tuple[int, ...]
     stored: int = 0
+    multipliers: tuple[int, ...] = ()
+    motion: int = 0
 
     @property
     def state(self) -> tuple[int, ...]:
@@ -74,11 +79,11 @@ class SeriesProgram:
 
     @property
     def convolutions(self) -> int:
-        """How many convolutions one order costs: the measure of a formulation.
+        """How many convolutions one order of the motion costs: the measure of a formulation.
 
         A product takes one, a reciprocal too, any other power takes two.
         """
-        costly = [one for one in self.series if one.op in (Op.MULTIPLY, Op.POWER)]
+        costly = [one for one in self.series[: self.motion] if one.op in (Op.MULTIPLY, Op.POWER)]
         lasting = [one for one in costly if all(self.series[a].degree == UNBOUNDED for a in one.arguments)]
         return sum(2 if one.op is Op.POWER and not reciprocal(one.data) else 1 for one in lasting)
 

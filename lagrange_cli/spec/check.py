@@ -8,19 +8,22 @@ from pathlib import Path
 from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import ExpressionError, Span
-from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name, velocity_name
-from lagrange_cli.records import dataclass, replace
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.bodies import check_bodies, norms, with_families
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.events import check_events
 from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.moving import lacking
 from lagrange_cli.spec.names import Names, range_hint, scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE, Place
-from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec
+from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec, Wanted
 from lagrange_cli.spec.table import Row
+from lagrange_cli.spec.transformations import check_transformations
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
@@ -33,6 +36,10 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     checker.formulation()
     masses = checker.expressions("masses")
     embedding = checker.embedding()
+    bodies = check_bodies(draft, checker.names, problems)
+    for body in draft.bodies:
+        if body.mass is not None and body.position is not None:
+            masses[body.name], embedding[body.name] = body.mass, body.position
     forces = {row.key: checker.expressions(row.key) for row in SECTIONS.rows if row.force}
     return Spec(
         filename=problems.source.filename,
@@ -50,9 +57,14 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         observables=checker.expressions("observables"),
         solve=solve_defaults(draft, checker.names, problems),
         sizes=sizes,
-        families=draft.families,
+        families=with_families(draft.families, bodies),
         time_unit=time_unit(draft, problems),
         events=check_events(draft, checker.names, problems),
+        constraints={**checker.expressions("constraints"), **norms(bodies)},
+        nonholonomic=checker.velocity_constraints(),
+        bodies=bodies,
+        draw=checker.draw(),
+        transformations=check_transformations(draft, checker.names, problems),
     )
 
 
@@ -76,14 +88,7 @@ class _Checker:
             value = Bounds(float(self.sizes.get(size.name, 1)))
             if self.names.declare(size.name, Kind.SIZE, size.place, value):
                 self.names.settle(size.name, frozenset(), value)  # a plain number, wherever it stands
-        coordinates = list(self._named("coordinates", draft.declared("coordinates")))
-        for name, place, family in coordinates:
-            self.names.declare(name, Kind.COORDINATE, place, scalar(), family)
-        for name, place, family in coordinates:
-            if family is not None:
-                members = tuple(map(velocity_name, family.members))
-                family = replace(family, name=velocity_name(family.name), members=members)
-            self.names.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
+        self.names.declare_coordinates([*self._named("coordinates", draft.declared("coordinates"))])
         for name, place, family in self._named("parameters", draft.declared("parameters")):
             self._declare_free(name, Kind.PARAMETER, place, family)
         for name, place, family in self._named("definitions", draft.entries("definitions")):
@@ -92,6 +97,11 @@ class _Checker:
             "embedding", (*draft.entries("masses"), *draft.entries("embedding"))
         ):
             self._declare_free(name, Kind.PARTICLE, place, family)
+        for name, place, family in self._named("bodies", draft.bodies):
+            self._declare_free(name, Kind.BODY, place, family)
+        for section in ("constraints", "nonholonomic"):
+            for name, place, family in self._named(section, draft.entries(section)):
+                self.names.declare_multiplier(name, place, family)
         for index, place in draft.indices:
             try:
                 self.names.check_index(index, Span(0, 1))
@@ -169,17 +179,18 @@ class _Checker:
         """Either a lagrangian, or masses that are embedded."""
         draft, places = self.draft, self.draft.places
         if "lagrangian" in places:
-            for other in ("masses", "embedding", "potential"):
+            for other in ("masses", "embedding", "bodies", "potential"):
                 if other in places:
                     word = draft.words.get("embedding", "positions") if other == "embedding" else other
                     self.problems.add(
                         places[other],
                         f"'{word}' cannot be given together with 'lagrangian'",
-                        "a Lagrangian replaces masses, positions and potential: leave one or the other out",
+                        "a Lagrangian replaces masses, positions, bodies and potential: leave one or "
+                        "the other out",
                     )
             return
         if "masses" not in places and "embedding" not in places:
-            if draft.strange:
+            if draft.strange or draft.bodies:
                 return
             self.problems.add(
                 WHOLE_FILE,
@@ -191,7 +202,7 @@ class _Checker:
         masses, embedding = _by_name(draft.entries("masses")), _by_name(draft.entries("embedding"))
         self._partners(masses, embedding, "a mass but no position", f"{word}: {{%s: [x, y]}}")
         self._partners(embedding, masses, "a position but no mass", "masses: {%s: 1.0}")
-        if not masses and not embedding and not self.problems.found:
+        if not masses and not embedding and not draft.bodies and not self.problems.found:
             place = places.get("masses", places.get("embedding", WHOLE_FILE))
             self.problems.add(place, "the system has no particles", "write 'masses: {bead: m}'")
 
@@ -240,16 +251,42 @@ class _Checker:
             alone = entry.passage is None and entry.name == section  # one expression in place of a mapping
             where = section if alone else f"{row.label} '{entry.key.label}'"
             found[entry.name] = entry.value
-            if row.vector:
+            if row.vector and (row.of is None or entry.name in owners):
                 self._vector(entry, entry.value, section, where)
+            elif row.vector:
+                self.names.check(entry.value, section, where)
             else:
-                check_scalar(self.names, entry.value, section, where)
+                kinds = check_scalar(self.names, entry.value, section, where)
+                missing = lacking(section, kinds)
+                if missing is not None and self.problems.trusts(entry.value.tree):
+                    message, hint = missing
+                    self.problems.add_once(entry.value.place, message.format(entry.name), hint)
         return found
+
+    def draw(self) -> Wanted | None:
+        """The section ``draw``, which few files have."""
+        if "draw" not in self.draft.sections:
+            return None
+        from lagrange_cli.spec.drawn import check_draw
+
+        return check_draw(self.draft, self.names, self.problems)
+
+    def velocity_constraints(self) -> dict[str, Expression]:
+        """The section ``nonholonomic``; its names and those of ``constraints`` are different ones."""
+        taken = {entry.name for entry in self.draft.entries("constraints")}
+        for entry in self.draft.entries("nonholonomic"):
+            if entry.name in taken:
+                message = f"'{entry.name}' is the name of another constraint"
+                self.problems.add_once(entry.place, message, "rename one of them")
+        return self.expressions("nonholonomic")
 
     def _owners(self, row: Row) -> Iterator[str]:
         """The names that the entries of a section may have, where they are names of something else."""
         if row.of is Kind.PARTICLE:
             yield from (entry.name for entry in self.draft.entries("embedding"))
+            yield from (body.name for body in self.draft.bodies)
+        elif row.of is Kind.BODY:
+            yield from (body.name for body in self.draft.bodies)
         elif row.of is Kind.COORDINATE:
             yield from (declared.name for declared in self.draft.declared("coordinates"))
 
@@ -258,6 +295,11 @@ class _Checker:
         hint = self._other_hint(entry.name, known)
         if row.of is Kind.PARTICLE:
             hint = hint or "with a 'lagrangian', forces are written under 'generalized_forces'"
+        if row.of is Kind.BODY:
+            meaning = self.names.table.get(family_name(entry.name))
+            if meaning is not None and meaning.what is Kind.PARTICLE:
+                hint = f"'{entry.name}' is a particle, on which 'forces' act"
+            hint = hint or "bodies are declared under 'bodies'"
         assert row.of is not None
         message = f"unknown {row.of.value} '{entry.name}' in {row.key}"
         self.problems.add_once(entry.place, message, hint)

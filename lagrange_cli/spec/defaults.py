@@ -45,8 +45,9 @@ def judge(solve: SolveDefaults, problems: Problems) -> None:
         value = getattr(solve, key)
         backward_step = key == "step" and value is not None and value < 0 and (backward or solve.pending)
         if value is not None and value <= 0 and not backward_step:
+            example = {"step": "0.01", "tolerance": "1e-12"}[key]
             problems.add_once(
-                places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: 0.01"
+                places[key], f"{key} must be greater than 0, not {value:g}", f"write {key}: {example}"
             )
     if solve.samples is not None and solve.samples < 2:
         problems.add_once(

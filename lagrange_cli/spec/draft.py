@@ -8,7 +8,7 @@ from typing import Any
 from lagrange_cli.expression.syntax import Key, Span
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import Passage, Place
-from lagrange_cli.spec.spec import Expression, Family
+from lagrange_cli.spec.spec import Expression, Family, Inertia, Orientation
 
 
 @dataclass(frozen=True)
@@ -67,6 +67,40 @@ class WrittenEvent(Written):
         return replace(self, name=name, when=_with(self.when, indices), indices=indices)
 
 
+@dataclass(frozen=True)
+class WrittenBody(Written):
+    """A rigid body; what could not be read is None."""
+
+    mass: Expression | None = None
+    position: Expression | None = None
+    inertia: Inertia | None = None
+    orientation: Orientation | None = None
+
+    def member(self, name: str, indices: Mapping[str, int]) -> WrittenBody:
+        """The body of one member."""
+
+        def within(given: Any) -> Any:
+            if given is None:
+                return None
+            return replace(given, entries=tuple(_with(one, indices) for one in given.entries))
+
+        mass, position = _with(self.mass, indices), _with(self.position, indices)
+        inertia, orientation = within(self.inertia), within(self.orientation)
+        return replace(
+            self, name=name, mass=mass, position=position, inertia=inertia, orientation=orientation
+        )
+
+
+@dataclass(frozen=True)
+class WrittenTransformation(Written):
+    """Other coordinates: their declarations, and the ``entries`` for those that they replace. ``families``
+    are known once these are written out."""
+
+    coordinates: tuple[Declared, ...] = ()
+    entries: tuple[Entry, ...] = ()
+    families: Mapping[str, Family] = field(default_factory=dict)
+
+
 def _with(value: Any, indices: Mapping[str, int]) -> Any:
     return replace(value, indices=indices) if isinstance(value, Expression) else value
 
@@ -105,6 +139,16 @@ class Draft:
     def events(self) -> tuple[WrittenEvent, ...]:
         """The ``events`` section."""
         return tuple(self.sections.get("events", ()))
+
+    @property
+    def bodies(self) -> tuple[WrittenBody, ...]:
+        """The ``bodies`` section."""
+        return tuple(self.sections.get("bodies", ()))
+
+    @property
+    def transformations(self) -> tuple[WrittenTransformation, ...]:
+        """The ``transformations`` section."""
+        return tuple(self.sections.get("transformations", ()))
 
     @property
     def solve(self) -> Mapping[str, Any]:

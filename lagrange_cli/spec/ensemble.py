@@ -28,7 +28,9 @@ Number: TypeAlias = "float | Array"
 class EnsembleValues:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
-    ``times`` are those of ``solve`` that depend on parameters.
+    ``times`` are those of ``solve`` that depend on parameters. Members that are ``refused`` have no
+    consistent start: why not, by their numbers. ``remainder`` is the rest of the numbers of the only member,
+    if they are known to more digits than a double has.
     """
 
     members: int
@@ -36,6 +38,13 @@ class EnsembleValues:
     q: tuple[Number, ...]
     v: tuple[Number, ...]
     times: Mapping[str, Number] = field(default_factory=dict)
+    refused: Mapping[int, str] = field(default_factory=dict)
+    remainder: Values | None = None
+
+    @property
+    def parts(self) -> tuple[EnsembleValues | Values, ...]:
+        """The numbers, and the rest of them."""
+        return (self,) if self.remainder is None else (self, self.remainder)
 
     @property
     def differing(self) -> dict[str, Array]:
@@ -48,11 +57,31 @@ class EnsembleValues:
         return {name: x for name, x in self.parameters.items() if not isinstance(x, np.ndarray)}
 
     def several(self, most: int = 32) -> Iterator[Values]:
-        """The numbers of some members, evenly spaced."""
-        for i in np.linspace(0, self.members - 1, min(most, self.members)).astype(int).tolist():
-            parameters = {name: number_of(x, i) for name, x in self.parameters.items()}
-            q, v = (tuple(number_of(x, i) for x in row) for row in (self.q, self.v))
-            yield Values(parameters, q, v)
+        """The numbers of some members: of those with the smallest parameters beside their velocities, and of
+        others, evenly spaced."""
+        spaced = np.linspace(0, self.members - 1, min(most, self.members)).astype(int).tolist()
+        smallest = np.argsort(self._smallness(), kind="stable")[:most].tolist()
+        for i in dict.fromkeys([*smallest, *spaced]):
+            yield self.of(i)
+
+    def _smallness(self) -> Array:
+        """The product of the two smallest parameters, by the square of the largest velocity (members,)."""
+        ones = np.ones(self.members)
+        sizes, speeds = (
+            np.abs(np.array([ones, ones, *(np.broadcast_to(x, self.members) for x in given)]))
+            for given in (self.parameters.values(), self.v)
+        )
+        sizes[sizes == 0.0] = 1.0
+        with np.errstate(under="ignore"):
+            products: Array = np.prod(np.sort(np.fmin(sizes, 1.0), axis=0)[:2], axis=0)
+            found: Array = products / np.max(speeds, axis=0) ** 2
+        return found
+
+    def of(self, member: int) -> Values:
+        """The numbers of one."""
+        parameters = {name: number_of(x, member) for name, x in self.parameters.items()}
+        q, v = (tuple(number_of(x, member) for x in row) for row in (self.q, self.v))
+        return Values(parameters, q, v)
 
 
 def number_of(given: Number, member: int) -> float:

@@ -6,13 +6,10 @@ from collections.abc import Iterator, Set
 
 from lagrange_cli.expression.near import shown
 from lagrange_cli.expression.syntax import (
-    Binary,
     Comparison,
-    Name,
-    Negative,
-    Number,
     Tree,
     equalities,
+    is_whole,
     sums,
 )
 from lagrange_cli.expression.vocabulary import family_name
@@ -46,19 +43,9 @@ def _text(expression: Expression, comparison: Comparison) -> str:
     return shown(expression.text[comparison.span.start : comparison.span.stop])
 
 
-def _is_whole(tree: Tree, known: Set[str]) -> bool:
-    """Whether it is made of whole numbers and of names that are ``known`` to be some."""
-    if isinstance(tree, Number):
-        return tree.text.isdecimal()
-    if isinstance(tree, Name):
-        return family_name(tree.identifier) in known and "." not in tree.identifier
-    if isinstance(tree, Negative):
-        return _is_whole(tree.operand, known)
-    if isinstance(tree, Binary):
-        return tree.operator in ("+", "-", "*", "//", "%") and all(
-            _is_whole(one, known) for one in (tree.left, tree.right)
-        )
-    return False
+def _is_whole(tree: Tree, names: Set[str]) -> bool:
+    """Whether it is made of whole numbers and of ``names`` that are known to be some."""
+    return is_whole(tree, lambda one: family_name(one.identifier) in names and "." not in one.identifier)
 
 
 def expressions(spec: Spec) -> Iterator[Expression]:
@@ -69,6 +56,8 @@ def expressions(spec: Spec) -> Iterator[Expression]:
     sections = (spec.definitions, spec.masses, spec.embedding, spec.potential, spec.observables)
     for section in (*sections, *spec.forces.values()):
         yield from section.values()
+    for body in spec.bodies.values():
+        yield from body.expressions
     if spec.lagrangian is not None:
         yield spec.lagrangian
     for event in spec.events.values():

@@ -14,11 +14,12 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
+from lagrange_cli.spec.inertia import flaw, size_flaw
 from lagrange_cli.spec.names import Unsound, range_hint
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
-from lagrange_cli.spec.spec import Expression, Spec
+from lagrange_cli.spec.spec import Expression, Inertia, Spec
 
 
 def evaluate_run(
@@ -41,7 +42,7 @@ def evaluate_run(
         for coordinate in spec.coordinates
     ]
     for coordinate, value in zip(spec.coordinates, q, strict=True):
-        if value is None:
+        if value is None and not spec.constraints:  # else these determine it
             evaluation.problems.add_once(
                 coordinate.place,
                 f"coordinate '{coordinate.name}' has no initial value",
@@ -148,6 +149,7 @@ class Evaluation:
         """Evaluate those definitions that masses, initial values and times use: they are made of parameters
         only."""
         users = [*self.spec.masses.values(), *self.spec.solve.times.values()]
+        users += [x for body in self.spec.bodies.values() for x in body.inertia.entries]
         users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
         needed = set().union(*({id(user.tree): _bases(user.tree) for user in users}).values())
         pending = [*needed]
@@ -171,9 +173,24 @@ class Evaluation:
             if value is not None and not self.algebra.positive(value):
                 span = Span(0, len(mass.text))
                 error = ExpressionError(
-                    span, f"the value {value:g} is not positive", "masses are greater than 0"
+                    span, f"the value {float(value):g} is not positive", "masses are greater than 0"
                 )
                 self._blame(mass, error, f"mass of '{particle}'")
+        for name, body in self.spec.bodies.items():
+            self._inertia(name, body.inertia)
+
+    def _inertia(self, name: str, inertia: Inertia) -> None:
+        """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
+        where = f"{inertia.solid or 'inertia'} of body '{name}'"
+        given = [self._value(one, where) for one in inertia.entries]
+        if any(one is None for one in given):
+            return
+        values = [float(one) for one in given]
+        found = size_flaw(values) if inertia.solid else flaw(values)
+        if found is not None:
+            place, message, hint = found
+            entry = inertia.entries[place]
+            self._blame(entry, ExpressionError(Span(0, len(entry.text)), message, hint), where)
 
     def settle_times(self) -> None:
         """Evaluate the times of ``solve`` that depend on parameters."""

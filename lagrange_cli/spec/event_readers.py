@@ -16,7 +16,6 @@ from lagrange_cli.expression.syntax import (
     Key,
     Logic,
     Name,
-    Number,
     Tree,
     Vector,
 )
@@ -24,11 +23,12 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draft import Entry, WrittenEvent
-from lagrange_cli.spec.fields import read_key, read_scalar
+from lagrange_cli.spec.fields import read_named, read_scalar
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.table import Table, read_table
+from lagrange_cli.spec.vanishing import difference, is_zero
 
 EXAMPLE = "{when: x, direction: falling}"
 DIRECTIONS = {"either": 0, "rising": 1, "falling": -1}
@@ -56,18 +56,8 @@ _LONGEST = 60
 
 def read_events(table: Table, node: Node, where: str, problems: Problems) -> tuple[WrittenEvent, ...]:
     """Events: for each name an expression, or a mapping with the keys of ``table``."""
-    if isinstance(node, Scalar) and node.empty:
-        return ()
-    if not isinstance(node, nodes.Mapping):
-        problems.add(
-            node.place, "events must be a mapping with names", f"write 'events: {{floor: {EXAMPLE}}}'"
-        )
-        return ()
-    found = []
-    for key, value in node.entries:
-        name = read_key(key, problems, "event")
-        if name is None:
-            continue
+    hint, found = f"write 'events: {{floor: {EXAMPLE}}}'", []
+    for name, key, value in read_named(node, "event", "events", hint, problems):
         label = f"event '{name.label}'"
         event = WrittenEvent(name.name, key.place, name, key.passage)
         if isinstance(value, nodes.Mapping):
@@ -152,19 +142,10 @@ def _zero_of(tree: Comparison | Logic, text: str) -> str:
 
 def _written(left: str, right: str, direction: int) -> str:
     """``when`` for a comparison of two sides; where it begins to hold their difference rises or falls."""
-    if _is_zero(left) and not _is_zero(right):
-        left, right, direction = right, left, -direction
-    if not _is_zero(right):
-        simple = isinstance(read(right)[0], Name | Number)
-        left = f"{left} - {right}" if simple else f"{left} - ({right})"
-    if len(left) > _LONGEST:
-        left = "the difference of both sides"
+    direction = -direction if is_zero(left) and not is_zero(right) else direction
+    left = difference(left, right)
     words = {number: word for word, number in DIRECTIONS.items()}
     return f"write 'when: {left}'" + (f" and 'direction: {words[direction]}'" if direction else "")
-
-
-def _is_zero(text: str) -> bool:
-    return bool(re.fullmatch(r"[-+]?0+(\.0*)?", text))
 
 
 def read_direction(node: Node, where: str, problems: Problems) -> int:

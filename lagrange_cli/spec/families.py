@@ -16,7 +16,7 @@ from lagrange_cli.expression.syntax import Axis, ExpressionError, Name, Tree, pl
 from lagrange_cli.expression.vocabulary import RESERVED, member_name
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.draft import Declared, Draft, Entry, Written, WrittenEvent
+from lagrange_cli.spec.draft import Declared, Draft, Entry, Written, WrittenBody, WrittenEvent
 from lagrange_cli.spec.order import chain, dependency_order
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
@@ -26,7 +26,7 @@ from lagrange_cli.spec.spec import Family
 MAX_MEMBERS = whole("members")
 """Members of all the families of a file, each section counted by itself."""
 
-One = TypeVar("One", Entry, Declared, WrittenEvent)
+One = TypeVar("One", Entry, Declared, WrittenEvent, WrittenBody)
 
 
 def resolve_sizes(draft: Draft, overrides: Mapping[str, str], problems: Problems) -> dict[str, int]:
@@ -86,6 +86,12 @@ def expand(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Draft:
         if row.family:
             pieces: Sequence[Any] = draft.sections.get(row.key, ())
             expanded[row.key], families[row.key] = expander.section(pieces, row.family == "all")
+    transformations = []
+    for one in draft.transformations:
+        coordinates, own = expander.section(one.coordinates, True)
+        entries, _ = expander.section(one.entries, False)
+        transformations.append(replace(one, coordinates=coordinates, entries=entries, families=own))
+    expanded["transformations"] = tuple(transformations)
     sections = {**draft.sections, **expanded}
     return replace(draft, sections=sections, families=families, indices=tuple(expander.indices))
 

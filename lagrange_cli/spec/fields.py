@@ -219,3 +219,19 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
         hint = f"write {forgotten[1]}: {forgotten[2]}"
     problems.add(key.place, f"the {what} cannot be called {shown(key.text)}", hint)
     return None
+
+
+def read_named(
+    node: Node, what: str, where: str, hint: str, problems: Problems
+) -> Iterator[tuple[Key, Scalar, Node]]:
+    """The entries of a section ``where`` whose keys name a ``what`` each: the name, its key and the value;
+    none if it is empty. What is no mapping, or no name, is reported; ``hint`` says how to write a section."""
+    if isinstance(node, Scalar) and node.empty:
+        return
+    if not isinstance(node, nodes.Mapping):
+        problems.add(node.place, f"{where} must be a mapping with names", hint)
+        return
+    for key, value in node.entries:
+        name = read_key(key, problems, what)
+        if name is not None:
+            yield name, key, value

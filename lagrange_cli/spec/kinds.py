@@ -19,7 +19,9 @@ class Kind(Enum):
     COORDINATE = "coordinate"
     VELOCITY = "velocity"
     PARTICLE = "particle"
+    BODY = "body"
     DEFINITION = "definition"
+    MULTIPLIER = "multiplier"
 
 
 @dataclass(frozen=True)
@@ -46,8 +48,18 @@ class Rule:
     hint: str = ""
 
 
+def comes_to(what: Kind) -> frozenset[Kind]:
+    """The kinds that a name of one kind comes down to by itself: a body is used like a particle."""
+    return frozenset({Kind.PARTICLE if what is Kind.BODY else what})
+
+
 CONSTANT = frozenset({Kind.PARAMETER})
 CONFIGURATION = CONSTANT | {Kind.COORDINATE, Kind.TIME}
 STATE = CONFIGURATION | {Kind.VELOCITY}
-ANYTHING = Rule(STATE | {Kind.PARTICLE})
-"""The rule of a section whose expressions may depend on the whole state."""
+ANYTHING = Rule(STATE | {Kind.PARTICLE, Kind.MULTIPLIER})
+"""The rule of a section whose expressions may depend on the whole state, and on forces of constraint."""
+SOURCE = Rule(
+    STATE | {Kind.PARTICLE},
+    "multipliers follow from energies and constraints: forces, observables and events may use them",
+)
+"""The rule of one whose expressions multipliers follow from."""

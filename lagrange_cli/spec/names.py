@@ -2,28 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
-from lagrange_cli.expression.confusions import NAMES, VELOCITIES, parameter_example, rate_of, romanized
+from lagrange_cli.expression.confusions import (
+    FORCES,
+    MULTIPLIERS,
+    NAMES,
+    VELOCITIES,
+    parameter_example,
+    rate_of,
+    romanized,
+)
 from lagrange_cli.expression.near import known_hint, near_hint, shown
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, equalities, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
+    AXES_COMPONENTS,
+    AXES_RATES,
+    BODY_COMPONENTS,
+    BODY_SPIN,
     CALLABLE,
     COMPONENTS,
     CONSTANTS,
     FAMILY_WORDS,
+    MULTIPLIER,
+    POINT,
     RESERVED,
+    SPACE_SPIN,
     VELOCITY_COMPONENTS,
     family_name,
     member_name,
     velocity_name,
 )
 from lagrange_cli.records import replace
-from lagrange_cli.spec.kinds import Kind, Meaning, Rule
+from lagrange_cli.spec.kinds import Kind, Meaning, Rule, comes_to
 from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
@@ -45,6 +61,8 @@ class Names:
         self.rules = rules
         self.sizes = sizes
         self.table: dict[str, Meaning] = {}
+        self.bound: dict[str, Meaning] = {}
+        """What ``NAME.multiplier`` stands for, by the constraint's name: these are names of their own."""
         self.values: dict[str, Any] = {}
         self._members: set[str] = set()
         self._builder = Builder(self.value, BoundsAlgebra(), sizes)
@@ -73,12 +91,46 @@ class Names:
             )
             self.problems.broken.add(name)  # either may be meant
             return False
-        self.table[name] = Meaning(what, frozenset({what}), value, place, family)
+        self.table[name] = Meaning(what, comes_to(what), value, place, family)
         members = family.members if family else (name,)
         self._members.update(members)
         if value is not None:
             self.values.update(dict.fromkeys(members, value))
         return True
+
+    @contextmanager
+    def besides(self, free: Iterable[str]) -> Iterator[None]:
+        """Let expressions contain further names for a while, which are free: the parameters of a curve."""
+        own = {name: Meaning(Kind.PARAMETER, frozenset({Kind.PARAMETER}), scalar()) for name in free}
+        self.table |= own
+        self.values |= {name: scalar() for name in own}
+        try:
+            yield
+        finally:
+            for name in own:
+                del self.table[name], self.values[name]
+
+    def declare_coordinates(self, coordinates: Sequence[tuple[str, Place, Family | None]]) -> None:
+        """Enter coordinates and their velocities."""
+        for name, place, family in coordinates:
+            self.declare(name, Kind.COORDINATE, place, scalar(), family)
+        for name, place, family in coordinates:
+            if family is not None:
+                members = tuple(map(velocity_name, family.members))
+                family = replace(family, name=velocity_name(family.name), members=members)
+            self.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
+
+    def copy(self) -> Names:
+        """A table with the same names, to which others may be added."""
+        found = Names(self.problems, self.sizes, self.rules)
+        found.table, found.bound, found.values = {**self.table}, {**self.bound}, {**self.values}
+        found._members = {*self._members}
+        return found
+
+    def declare_multiplier(self, constraint: str, place: Place | None, family: Family | None) -> None:
+        """Enter the multiplier of a constraint, or of each member of a family."""
+        kinds = frozenset({Kind.MULTIPLIER})
+        self.bound[constraint] = Meaning(Kind.MULTIPLIER, kinds, scalar(), place, family)
 
     def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
         """Say what a declared definition or particle, or a member of a family of them, came to."""
@@ -95,6 +147,11 @@ class Names:
             Unsound: what is wrong itself.
         """
         name, _, component = identifier.partition(".")
+        if component == MULTIPLIER:
+            family = self.bound[family_name(name)].family
+            if family is not None and name not in family.members:
+                raise NoMember(range_hint(name, family))
+            return scalar()
         if name not in self.values:
             meaning = self.table[family_name(name)]
             if name in self._members:
@@ -106,6 +163,8 @@ class Names:
             raise Unsound
         if not component:
             return value
+        if component in BODY_COMPONENTS:
+            return scalar()
         known = COMPONENTS + VELOCITY_COMPONENTS
         if component not in known or known.index(component) % 3 >= len(value):
             raise Unsound  # not looked at, as another member of the family is wrong
@@ -150,13 +209,19 @@ class Names:
                 sound = False
             sound = sound and loop.index not in self._clashes
         sound = sound and not self._clashes & expression.indices.keys()
+        said: set[tuple[Span, str]] = set()  # a point of a body is made of several names in one place
         for name in names(expression.tree):
             if not name.indices and name.identifier in (*CONSTANTS, *expression.indices):
                 continue
             try:
                 meaning = self._look_up(name, section, expression)
             except ExpressionError as error:
-                self.problems.add_expression(expression, error, where)
+                if (
+                    error.span,
+                    error.message,
+                ) not in said:
+                    self.problems.add_expression(expression, error, where)
+                said.add((error.span, error.message))
                 sound = False
                 continue
             kinds |= meaning.kinds
@@ -182,10 +247,20 @@ class Names:
 
     def _look_up(self, name: Name, section: str, expression: Expression) -> Meaning:
         base, _, component = name.identifier.partition(".")
-        if base in self.problems.broken:
+        if component == MULTIPLIER:
+            meaning = self._multiplier(name, base)
+        elif base in self.problems.broken:
             return Meaning(Kind.DEFINITION, frozenset(), None)
-        meaning = self.table.get(base)
-        if meaning is None:
+        elif base in self.table:
+            meaning = self.table[base]
+        elif base in self.bound:
+            family = self.bound[base].family
+            hint = f"write {family.label if family else base}.{MULTIPLIER} for its Lagrange multiplier"
+            message = f"'{base}' is a constraint, which is always 0"
+            if component:
+                message = f"the constraint '{base}' has no component '{component}'"
+            raise ExpressionError(name.span, message, hint)
+        else:
             raise ExpressionError(name.span, *self._unknown(base, section, expression.indices))
         rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]
@@ -201,9 +276,19 @@ class Names:
                 name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", rule.hint
             )
         self.check_indices(name, meaning)
-        if component and meaning.value is not None:
+        if component and meaning.value is not None and component != MULTIPLIER:
             self.check_component(name, meaning, base, component)
+        elif component and meaning.what is Kind.PARTICLE:  # its position is wrong: any three may be meant
+            self.check_component(name, replace(meaning, value=(None,) * 3), base, component)
         return meaning
+
+    def _multiplier(self, name: Name, base: str) -> Meaning:
+        """What ``NAME.multiplier`` stands for. Raises ExpressionError where NAME is no constraint."""
+        if base in self.bound:
+            return self.bound[base]
+        hint = near_hint(base, self.bound) or known_hint(f"{one}.{MULTIPLIER}" for one in self.bound)
+        message = f"there is no constraint '{base}', whose multiplier this would be"
+        raise ExpressionError(name.span, message, hint or "write one under 'constraints' or 'nonholonomic'")
 
     def check_indices(self, name: Name, meaning: Meaning) -> None:
         """Raise ExpressionError where a name has not as many indices as its family."""
@@ -233,14 +318,25 @@ class Names:
             )
         label = meaning.family.label if meaning.family else base
         known = COMPONENTS[: len(meaning.value)]
-        if meaning.what is Kind.PARTICLE:
+        if component in BODY_COMPONENTS:
+            if meaning.what is Kind.BODY:
+                return
+            if component in AXES_COMPONENTS + AXES_RATES:
+                hint = f"only bodies have an orientation and points such as plate.{POINT}(a, b, c)"
+            else:
+                hint = "only bodies have an angular velocity"
+            message = f"the {meaning.what.value} '{base}' is no rigid body"
+            raise ExpressionError(name.span, message, f"{hint}: see 'bodies'")
+        if meaning.what in (Kind.PARTICLE, Kind.BODY):
             known += VELOCITY_COMPONENTS[: len(meaning.value)]
         if component not in known:
             meant = CONFUSED_COMPONENTS.get(component, "")
             hint = (
                 f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
             )
-            if component in VELOCITIES and meaning.what is Kind.PARTICLE:
+            if meaning.what is Kind.BODY and component not in VELOCITIES:
+                hint += f", {label}.{SPACE_SPIN[0]}, {label}.{BODY_SPIN[0]}, {label}.{POINT}(a, b, c), ..."
+            if component in VELOCITIES and meaning.what in (Kind.PARTICLE, Kind.BODY):
                 velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
                 hint = f"write ({velocity}) for its velocity"
             raise ExpressionError(
@@ -263,7 +359,7 @@ class Names:
             return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
         if name in NAMES:
             return message, f"write {NAMES[name]}"
-        particles = [one for one, meaning in self.table.items() if meaning.what is Kind.PARTICLE]
+        particles = [one for one, meaning in self.table.items() if meaning.what in (Kind.PARTICLE, Kind.BODY)]
         if (
             name in COMPONENTS + VELOCITY_COMPONENTS
             and particles
@@ -287,6 +383,11 @@ class Names:
                 return f"did you mean '{one}'?"
             if meaning.family and name.startswith(one) and name[len(one) :].lstrip("_").isdecimal():
                 return range_hint(name, meaning.family)
+        for one, meaning in self.bound.items():
+            if spelled in MULTIPLIERS or spelled in {
+                spelling for word in FORCES for spelling in (f"{word}_{one}", f"{one}_{word}")
+            }:
+                return f"write {meaning.family.label if meaning.family else one}.{MULTIPLIER}"
         for one in particles:
             axis = name.removesuffix(one).rstrip("_") if name.endswith(one) else ""
             axis = axis or (name.removeprefix(one).lstrip("_") if name.startswith(one) else "")

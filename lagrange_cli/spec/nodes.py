@@ -30,6 +30,10 @@ _SPACES = "YAML indents with spaces: replace each tab by spaces"
 _INDEXED = re.compile(r"(?<=\w)\[[^][\n]*\]")
 _GUARDED = {ord("["): 0xE000, ord("]"): 0xE001, ord(","): 0xE002}  # to characters without a meaning
 _UNGUARDED = {own: sign for sign, own in _GUARDED.items()}
+_COMMENTED = re.compile(r"[:,[]\s(#[0-9a-fA-F]{3,6})\b[^\s#]*$")
+"""A colour at the end of a line, which YAML takes for a comment."""
+_LONGEST = 200
+"""Characters of a line in which it is looked for."""
 _HINTS: tuple[tuple[str, str], ...] = (
     ("tab character", _SPACES),
     ("'\\t'", _SPACES),
@@ -295,9 +299,16 @@ def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
     hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
     if "mapping values" in problem and re.match(r"[^:]*: +\S", source.lines[line][:column]):
         hint = "put a text with ': ' in quotes, or write one 'key: value' per line"
+    if problem.startswith("did not find expected ',' or") and source.lines[line][column:].startswith("for "):
+        hint = "put the item with its loop in quotes, or write its list in parentheses: (a, b) for i in ..."
     context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
     if context and "flow" in context and opened is not None and opened.line < line:
         bracket = source.lines[opened.line][opened.column]
         hint = f"the '{bracket}' of line {opened.line + 1} is still open: close it, or write a comma"
+        line_of_it = source.lines[opened.line]
+    else:
+        line_of_it = source.lines[line]
+    if colour := _COMMENTED.search(line_of_it[:_LONGEST]):
+        hint = f"put '{colour[1]}' in quotes: without them a # begins a comment"
     message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
     return source.error(Place(line + 1, column + 1), message, hint)

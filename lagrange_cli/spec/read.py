@@ -78,12 +78,12 @@ def read_draft(root: Node, problems: Problems) -> Draft:
 
 def solve_places(root: nodes.Mapping) -> dict[str, Place]:
     """Where the ``solve`` section gives what: by its keys, and by ``outputs NAME`` for each output."""
-    solve = next((node for key, node in root.entries if key.text == "solve"), None)
+    solve = next((node for key, node in root.entries if SECTIONS.read_as(key.text) == "solve"), None)
     found: dict[str, Place] = {}
     outputs: dict[str, Place] = {}
     for key, node in solve.entries if isinstance(solve, nodes.Mapping) else ():
-        meant = SOLVE.meant(key.text)[0] or key.text
-        found[key.text if key.text in SOLVE.by_word else meant] = node.place
+        meant = SOLVE.read_as(key.text)
+        found[meant] = node.place
         if meant == "outputs":
             outputs |= {f"outputs {word}": place for word, place in words_of(node)}
     return found | outputs

@@ -11,75 +11,82 @@ from typing import Any
 from lagrange_cli.expression.near import known_hint
 from lagrange_cli.expression.parse import read as read_expression
 from lagrange_cli.expression.syntax import Key, Vector
+from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draft import Declared, Entry
-from lagrange_cli.spec.fields import Reader, read_key, read_list, read_scalar, read_text, unreadable
+from lagrange_cli.spec.fields import (
+    Reader,
+    read_key,
+    read_list,
+    read_named,
+    read_scalar,
+    read_text,
+    unreadable,
+)
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.table import Table, read_table
 
 
-def entries(
-    value: Reader, what: str, example: str, *, label: str, free: bool = False, families: bool = True
-) -> Reader:
+@dataclass(frozen=True)
+class Entries:
     """The reader of a section ``name: expression``, each expression read by ``value``.
 
     In messages an entry is a ``what``, and its expression ``label`` and the name; ``example`` is an entry.
     The names may be ``free`` texts, and stand for ``families``.
     """
 
-    def read(node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
+    value: Reader
+    what: str
+    example: str
+    label: str
+    free: bool = False
+    families: bool = True
+
+    def __call__(self, node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
         if isinstance(node, Scalar) and node.empty:
             return ()
         if not isinstance(node, nodes.Mapping):
-            hint = f"write '{where}: {{{example}}}'"
-            problems.add(node.place, f"{where} must be a mapping with a name for each {what}", hint)
+            hint = f"write '{where}: {{{self.example}}}'"
+            problems.add(node.place, f"{where} must be a mapping with a name for each {self.what}", hint)
             return ()
         found = []
         for key, inner in node.entries:
-            name = Key(key.text, key.text) if free else read_key(key, problems, what, families)
+            name = Key(key.text, key.text) if self.free else read_key(key, problems, self.what, self.families)
             if name is not None:
-                expression = value(inner, f"{label} '{name.label}'", problems)
+                expression = self.value(inner, f"{self.label} '{name.label}'", problems)
                 found.append(Entry(name.name, key.place, name, key.passage, expression))
         return tuple(found)
 
-    return read
 
-
-def single(what: str) -> Reader:
+@dataclass(frozen=True)
+class Single:
     """The reader of a section that is one expression: an entry with the section's own name."""
 
-    def read(node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
-        return (Entry(what, node.place, Key(what, what), None, read_scalar(node, where, problems)),)
+    what: str
 
-    return read
+    def __call__(self, node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
+        name, value = Key(self.what, self.what), read_scalar(node, where, problems)
+        return (Entry(self.what, node.place, name, None, value),)
 
 
-def terms(what: str) -> Reader:
+@dataclass(frozen=True)
+class Terms:
     """The reader of a section that is one expression, or a mapping of terms to be summed."""
-    one, several = single(what), entries(read_scalar, what, f"{what}: ...", label=what, free=True)
 
-    def read(node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
-        read_it = several if isinstance(node, nodes.Mapping) else one
-        found: tuple[Entry, ...] = read_it(node, where, problems)
-        return found
+    what: str
 
-    return read
+    def __call__(self, node: Node, where: str, problems: Problems) -> tuple[Entry, ...]:
+        if isinstance(node, nodes.Mapping):
+            several = Entries(read_scalar, self.what, f"{self.what}: ...", self.what, free=True)
+            return several(node, where, problems)
+        return Single(self.what)(node, where, problems)
 
 
 def read_parameters(table: Table, node: Node, where: str, problems: Problems) -> tuple[Declared, ...]:
     """Parameters: a number, a list or a mapping with the keys of ``table`` for each name."""
-    if isinstance(node, Scalar) and node.empty:
-        return ()
-    if not isinstance(node, nodes.Mapping):
-        hint = "write 'parameters: {m: 1.0}', or one 'name: value' on each line"
-        problems.add(node.place, "parameters must be a mapping with names", hint)
-        return ()
-    found = []
-    for key, value in node.entries:
-        name = read_key(key, problems, "parameter")
-        if name is None:
-            continue
+    hint, found = "write 'parameters: {m: 1.0}', or one 'name: value' on each line", []
+    for name, key, value in read_named(node, "parameter", "parameters", hint, problems):
         where = f"parameter '{name.label}'"
         if isinstance(value, nodes.Mapping):
             fields = read_table(value, table, where, problems)
@@ -160,3 +167,15 @@ def read_time(table: Table, node: Node, where: str, problems: Problems) -> str:
     if isinstance(node, nodes.Mapping):
         return str(read_table(node, table, where, problems).get("unit", ""))
     return read_text(node, where, problems)
+
+
+def read_draw(node: Node, where: str, problems: Problems) -> Mapping[str, Any]:
+    """The ``draw`` section. Its table is loaded for files that have it."""
+    from lagrange_cli.spec.draw_table import DRAW
+
+    if isinstance(node, Scalar) and node.empty:
+        return {}
+    if not isinstance(node, nodes.Mapping):
+        problems.add(node.place, f"{where} must be a mapping", "write 'draw: {rods: [[0, bob]]}'")
+        return {}
+    return read_table(node, DRAW, where, problems)

@@ -8,6 +8,7 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
+from lagrange_cli.spec.body_readers import read_bodies, read_inertia, read_orientation, read_solid
 from lagrange_cli.spec.event_readers import (
     read_action,
     read_changes,
@@ -25,17 +26,21 @@ from lagrange_cli.spec.fields import (
     read_vector,
     read_words,
 )
-from lagrange_cli.spec.kinds import CONFIGURATION, CONSTANT, STATE, Kind, Rule
+from lagrange_cli.spec.kinds import CONFIGURATION, CONSTANT, SOURCE, STATE, Kind, Rule
 from lagrange_cli.spec.readers import (
-    entries,
+    Entries,
+    Single,
+    Terms,
     read_coordinates,
+    read_draw,
     read_parameters,
     read_solve,
     read_time,
-    single,
-    terms,
 )
+from lagrange_cli.spec.spec import SOLIDS
 from lagrange_cli.spec.table import Row, Table
+from lagrange_cli.spec.transformations import read_transformations
+from lagrange_cli.spec.vanishing import read_vanishing
 
 
 def named(
@@ -49,9 +54,9 @@ def named(
     families: bool = True,
     **other: Any,
 ) -> Row:
-    """The row of a section ``name: expression``: see ``readers.entries`` and ``Row``."""
+    """The row of a section ``name: expression``: see ``readers.Entries`` and ``Row``."""
     label = label or what
-    read = entries(value, what, example, label=label, families=families)
+    read = Entries(value, what, example, label, families=families)
     return Row(key, read, meaning, label=label, vector=value is read_vector, **other)
 
 
@@ -122,7 +127,74 @@ EVENT = Table(
         ),
     ),
 )
-TIME = Table("time", (Row("unit", read_text, "the unit of t"),))
+BODY = Table(
+    "body",
+    (
+        Row("mass", read_scalar, "its mass, an expression in parameters", also="m"),
+        Row(
+            "inertia",
+            read_inertia,
+            "its moments of inertia about the centre of mass: the three principal ones along its axes, or a "
+            "symmetric 3x3 matrix, made of parameters",
+            also="J moments inertia_tensor moment_of_inertia I moments_of_inertia tensor",
+        ),
+        Row(
+            "solid",
+            read_solid,
+            "in place of `inertia`, a homogeneous solid with its sizes: "
+            + ", ".join(f"`{{{name}: {sizes}}}`" for name, sizes in SOLIDS.items()),
+            also="shape form geometry",
+        ),
+        Row(
+            "position",
+            read_vector,
+            "its centre of mass `[x, y, z]` in q, t and parameters",
+            also="r centre center com origin positions embedding",
+        ),
+        Row(
+            "orientation",
+            read_orientation,
+            "`{euler: [a, b, c], sequence: zxz}`, `{quaternion: [w, x, y, z]}` or `{matrix: 3x3}`",
+            also="rotation attitude angles R pose",
+        ),
+    ),
+    {
+        "write 'orientation: {euler: [phi, theta, psi]}'": "euler sequence euler_angles phi theta psi",
+        "write 'orientation: {quaternion: [w, x, y, z]}'": "quaternion quat quaternions",
+        "write 'orientation: {matrix: [[..], [..], [..]]}'": "matrix rotation_matrix dcm",
+        "write 'inertia: [I1, I2, I3]'": "I1 I2 I3 Ixx Iyy Izz Ix Iy Iz A B C",
+        "write 'solid: {sphere: r}'": "sphere ball radius",
+        "write 'solid: {box: [a, b, c]}'": "box cuboid cube",
+        "write 'solid: {cylinder: [r, h]}'": "cylinder",
+        "write 'solid: {disc: r}'": "disc disk",
+        "write 'solid: {rod: l}'": "rod length",
+        "it follows from those of the coordinates": "velocity angular_velocity omega v",
+        "write 'position: [x, y, z]'": "x y z",
+    },
+)
+TRANSFORMATION = Table(
+    "transformation",
+    (
+        Row(
+            "coordinates",
+            partial(read_coordinates, COORDINATE),
+            "the new coordinates: a list of names, or name -> `{initial, unit, description}`",
+            also="new variables coords q to",
+        ),
+        Row(
+            "replace",
+            Entries(read_scalar, "replaced coordinate", "x: r*cos(phi)", "coordinate"),
+            "coordinate of the file -> its value as an expression in the new coordinates, t and parameters",
+            also="replaces old replaced where from with map subs substitute substitution "
+            "substitutions expressions inverse equations",
+        ),
+    ),
+)
+TIME = Table(
+    "time",
+    (Row("unit", read_text, "the unit of t", also="units in"),),
+    {"it belongs under 'solve', as in 'solve: {stop: 10}'": "start stop step end from to t0 t1 tmax dt span"},
+)
 SOLVE = Table(
     "solve",
     (
@@ -137,19 +209,21 @@ SOLVE = Table(
             read_scalar,
             "the time at which it ends; if that is before `start`, the motion is integrated "
             "[backward](output-file.md#datasets)",
-            also="end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t",
+            also="end t_end tend tmax t_max tstop t_stop stop_time duration final until t1 tf t_final time t "
+            "to",
         ),
         Row(
             "samples",
             read_count,
             "the number of samples, evenly spaced [1001]",
-            also="n N points n_samples num count steps n_steps sample",
+            also="n N points npoints n_points num_points n_samples num_samples num count steps n_steps "
+            "sample",
         ),
         Row(
             "step",
             read_scalar,
             "the time between samples, in place of `samples`",
-            also="dt h timestep time_step step_size stepsize interval",
+            also="dt h delta_t deltat timestep time_step step_size stepsize interval",
         ),
         Row(
             "method", read_text, "the integration method [taylor]", also="solver integrator scheme algorithm"
@@ -161,8 +235,16 @@ SOLVE = Table(
             also="tol rtol atol eps accuracy precision error",
         ),
         Row("outputs", read_words, "what is written, a list or `all`", also="output write save"),
-        Row("unit", read_text, "the unit of t, unless `time` gives it"),
+        Row("unit", read_text, "the unit of t, unless `time` gives it", also="units"),
     ),
+    {
+        "write 'start: 0' and 'stop: 10'": "t_span tspan span time_span interval range",
+        "it is an option of the command line: see 'lagrange solve --help'": "format file filename jobs "
+        "certify digits checkpoint portable resume force parallel target_error",
+        "the steps of the integration follow from 'tolerance'": "max_step min_step first_step maxstep order",
+        "write 'step' or 'samples': samples are evenly spaced": "times t_eval saveat grid every",
+        "they are a section of their own, beside 'solve'": "events event",
+    },
 )
 SECTIONS = Table(
     "",
@@ -191,7 +273,8 @@ SECTIONS = Table(
             partial(read_coordinates, COORDINATE),
             "a list of names, or name -> `{initial, velocity, unit, description}`. Their order is the order "
             "of q. `initial` and `velocity` (0 by default) are numbers or expressions in parameters",
-            also="variables vars coords coord dof dofs degrees_of_freedom generalized_coordinates unknowns q",
+            also="variables vars coords coord dof dofs degrees_of_freedom generalized_coordinates "
+            "generalised_coordinates unknowns q",
             rule=Rule(CONSTANT, "initial values may use numbers and parameters"),
             family="all",
         ),
@@ -203,9 +286,9 @@ SECTIONS = Table(
             example="omega: sqrt(g/l)",
             also="defs definition expressions functions let where",
             rule=Rule(
-                STATE,
-                "definitions may use coordinates, velocities, t, parameters and other definitions, "
-                "but no particles",
+                STATE | {Kind.MULTIPLIER},
+                "definitions may use coordinates, velocities, t, parameters, multipliers and other "
+                "definitions, but no particles",
             ),
             family="all",
         ),
@@ -233,17 +316,28 @@ SECTIONS = Table(
             family="all",
         ),
         Row(
+            "bodies",
+            partial(read_bodies, BODY),
+            "rigid body -> `{mass, inertia, position, orientation}`, or a `solid` in place of `inertia`: see "
+            "[below](#rigid-bodies)",
+            also="body rigid_bodies rigid_body rigidbodies solids",
+            label="body",
+            rule=Rule(CONFIGURATION, "a body stands by coordinates, t and parameters only"),
+            family="all",
+        ),
+        Row(
             "potential",
-            terms("potential"),
+            Terms("potential"),
             "U(r, q, t), or U(q, q_dot, t) for potentials that depend on velocities; a mapping name -> "
             "expression is summed",
             also="U V potential_energy potentials Epot E_pot pot",
             label="potential",
+            rule=SOURCE,
         ),
         Row(
             "lagrangian",
-            single("lagrangian"),
-            "L(q, q_dot, t) itself, in place of `masses`, `embedding` and `potential`",
+            Single("lagrangian"),
+            "L(q, q_dot, t) itself, in place of `masses`, `embedding`, `bodies` and `potential`",
             also="L lagrange Lagrangian lagrangean",
             rule=Rule(STATE, "a Lagrangian is L(q, q_dot, t): coordinates, velocities, t and parameters"),
         ),
@@ -260,19 +354,31 @@ SECTIONS = Table(
             force=True,
         ),
         named(
+            "torques",
+            "torque",
+            read_vector,
+            "rigid body -> the applied torque about its centre of mass, `[x, y, z]` in space",
+            example="top: [0, 0, 1]",
+            label="torque on",
+            also="torque moments moment couples couple",
+            of=Kind.BODY,
+            family="some",
+            force=True,
+        ),
+        named(
             "generalized_forces",
             "generalized force",
             read_scalar,
             "coordinate -> Q_k, added to the Q_k of `forces`",
             example="theta: -c*theta_dot",
-            also="Q generalised_forces torques torque",
+            also="Q generalised_forces",
             of=Kind.COORDINATE,
             family="some",
             force=True,
         ),
         Row(
             "dissipation",
-            single("dissipation"),
+            Single("dissipation"),
             "Rayleigh's dissipation function D(q_dot); adds -dD/dq_dot_k to Q_k",
             also="rayleigh Rayleigh dissipation_function D",
             force=True,
@@ -283,7 +389,31 @@ SECTIONS = Table(
             read_scalar,
             "name -> an expression whose values are written with the trajectory",
             example="height: bob.y",
-            also="observable quantities",
+            also="observable quantities measure measurements",
+            family="all",
+        ),
+        named(
+            "constraints",
+            "constraint",
+            read_vanishing,
+            "name -> an expression f(r, q, t) that stays 0: a holonomic constraint, with a Lagrange "
+            "multiplier, see [below](#constraints)",
+            example="rod: x**2 + y**2 - l**2",
+            also="constraint holonomic holonomic_constraints closures closure loops restrictions",
+            rule=Rule(
+                CONFIGURATION | {Kind.PARTICLE},
+                "a constraint is f(r, q, t): one in velocities is written under 'nonholonomic'",
+            ),
+            family="all",
+        ),
+        named(
+            "nonholonomic",
+            "nonholonomic constraint",
+            read_vanishing,
+            "name -> an expression, linear in the velocities, that stays 0 (Lagrange and d'Alembert)",
+            example="blade: y_dot*cos(theta) - x_dot*sin(theta)",
+            also="nonholonomic_constraints velocity_constraints rolling anholonomic non_holonomic",
+            rule=SOURCE,
             family="all",
         ),
         Row(
@@ -295,6 +425,28 @@ SECTIONS = Table(
             family="some",
         ),
         Row(
+            "draw",
+            read_draw,
+            "what `view` and `animate` show, where what they find themselves is not wanted: see "
+            "[below](#the-drawing)",
+            also="drawing picture sketch display visualization visualisation graphics view animate "
+            "animation drawings",
+            rule=Rule(
+                CONFIGURATION | {Kind.PARTICLE},
+                "what is drawn is where it is: coordinates, t, parameters and particles only",
+            ),
+        ),
+        Row(
+            "transformations",
+            partial(read_transformations, TRANSFORMATION),
+            "name -> `{coordinates, replace}`: other coordinates, for `equations --coordinates NAME`, see "
+            "[below](#other-coordinates)",
+            also="transformation transforms transform change_of_coordinates point_transformations",
+            rule=Rule(
+                CONFIGURATION, "write functions of the new coordinates, of those that stay, t and parameters"
+            ),
+        ),
+        Row(
             "time",
             partial(read_time, TIME),
             "the unit of t: `{unit: d}`, or `d` for short ([units](#units))",
@@ -304,13 +456,7 @@ SECTIONS = Table(
             partial(read_solve, SOLVE),
             "defaults of the command line, see below",
             rule=Rule(CONSTANT, "times may use numbers and parameters"),
-            also="integration integrator solver simulation run integrate settings",
+            also="integration integrator solver simulation run integrate settings options numerics",
         ),
     ),
-    later={
-        "bodies": "describe a rigid body by point masses, or give 'lagrangian' instead",
-        "constraints": "choose coordinates that satisfy the constraint",
-        "nonholonomic": "only unconstrained and holonomic systems in their own coordinates "
-        "are solved for now",
-    },
 )

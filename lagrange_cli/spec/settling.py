@@ -16,9 +16,9 @@ from lagrange_cli.spec.order import chain, dependency_order, on_demand
 from lagrange_cli.spec.spec import Expression, Family
 
 
-def check_scalar(names: Names, expression: Expression, section: str, where: str) -> None:
-    """Check an expression that must be a scalar."""
-    _, bounds = names.check(expression, section, where)
+def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
+    """Check an expression that must be a scalar; what its names come down to."""
+    kinds, bounds = names.check(expression, section, where)
     if isinstance(bounds, tuple):
         names.problems.add_once(
             expression.place,
@@ -27,6 +27,7 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
             if section == "parameters"
             else vector_hint(names, expression),
         )
+    return kinds
 
 
 def vector_hint(names: Names, expression: Expression) -> str:

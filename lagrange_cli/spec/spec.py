@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping
 from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree
-from lagrange_cli.expression.vocabulary import family_name, member_name
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.expression.vocabulary import member_name
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import Passage
 from lagrange_cli.spec.source import Place as Place
 
@@ -58,7 +58,7 @@ def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
     """What belongs to each name, or to the members of each family, in the file's order."""
     found: dict[str, list[T]] = {}
     for name, item in pairs:
-        found.setdefault(family_name(name), []).append(item)
+        found.setdefault(name.partition("[")[0], []).append(item)
     return found
 
 
@@ -66,7 +66,7 @@ def grouped(names: Iterable[str], families: Mapping[str, Family]) -> tuple[Famil
     """``names`` by family, in their order; a name of its own is a family of shape ()."""
     found: dict[str, Family] = {}
     for name in names:
-        base = family_name(name)
+        base = name.partition("[")[0]
         found.setdefault(base, families.get(base) or Family(name, (), (name,), ()))
     return tuple(found.values())
 
@@ -113,6 +113,57 @@ class Event:
     place: Place
 
 
+SOLIDS = {"sphere": "r", "cylinder": "[r, h]", "box": "[a, b, c]", "disc": "r", "rod": "l"}
+"""The homogeneous solids and their sizes; a cylinder, a disc and a rod have the body's third axis."""
+
+
+@dataclass(frozen=True)
+class Inertia:
+    """The moments of inertia of a body: three principal moments, or nine entries row by row; or the sizes of
+    the ``solid`` that it is. All are expressions in parameters."""
+
+    solid: str
+    entries: tuple[Expression, ...]
+    place: Place
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """How a body's axes stand: three angles in the ``sequence`` of their axes, a quaternion with its scalar
+    first, or the nine entries of a matrix, row by row."""
+
+    form: str
+    sequence: str
+    entries: tuple[Expression, ...]
+    place: Place
+
+
+@dataclass(frozen=True)
+class Body:
+    """What a rigid body has besides the mass and the position of its centre, which are with those of the
+    particles."""
+
+    inertia: Inertia
+    orientation: Orientation
+    place: Place
+
+    @property
+    def expressions(self) -> tuple[Expression, ...]:
+        """All of them."""
+        return (*self.inertia.entries, *self.orientation.entries)
+
+
+@dataclass(frozen=True)
+class Transformation:
+    """Other coordinates of the same system. ``replaced`` are coordinates of the file as functions of the new
+    ``coordinates``, of those that stay, of t and of parameters. ``families`` are those of the new ones."""
+
+    coordinates: tuple[Coordinate, ...]
+    replaced: Mapping[str, Expression]
+    families: Mapping[str, Family]
+    place: Place
+
+
 @dataclass(frozen=True)
 class SolveDefaults:
     """The ``solve`` section: defaults of the command line; ``None`` where the file is silent.
@@ -138,20 +189,76 @@ class SolveDefaults:
         return frozenset(name for name in self.times if getattr(self, name) is None)
 
 
+Range = tuple[Expression, Expression]
+"""The least and the greatest value, in parameters."""
+Path = tuple[Expression, ...]
+"""Points one after the other, joined by lines."""
+
+
+@dataclass(frozen=True)
+class Course:
+    """A curve or a surface: ``at`` is a point as the names of ``ranges`` run, as far as the motion goes where
+    a range is None. Those that are ``free`` mean something here alone, the others are coordinates. Without
+    ``ranges`` all coordinates run that the point depends on. Or lines join the points ``through``.
+    """
+
+    name: str
+    place: Place
+    at: Expression | None = None
+    ranges: Mapping[str, Range | None] = field(default_factory=dict)
+    free: frozenset[str] = frozenset()
+    through: Path = ()
+
+
+@dataclass(frozen=True)
+class View:
+    """From where the drawing is seen, in degrees, the bounds along some axes, what stays in the middle, and
+    which axis is upright; what is not given is None or empty."""
+
+    azimuth: Expression | None = None
+    elevation: Expression | None = None
+    bounds: Mapping[str, Range] = field(default_factory=dict)
+    follow: Expression | None = None
+    up: str = ""
+
+
+@dataclass(frozen=True)
+class Wanted:
+    """What is None stays as it is found; ``points`` and ``colours`` are added. Points are expressions in q, t
+    and parameters: a vector, or 0 for the origin. All names are those of members of families, which are
+    written out.
+    """
+
+    rods: tuple[Path, ...] | None = None
+    springs: tuple[Path, ...] | None = None
+    points: tuple[Expression, ...] = ()
+    trails: tuple[Expression, ...] | None = None
+    hidden: frozenset[str] = frozenset()
+    curves: tuple[Course, ...] | None = None
+    colours: Mapping[str, str] = field(default_factory=dict)
+    view: View = View()
+    sliders: Mapping[str, Range] = field(default_factory=dict)
+
+
 @dataclass(frozen=True)
 class Spec:
     """A whole system file. Mappings keep the file's order; coordinates' order is the order of q.
 
     ``potential`` maps term names to expressions that are summed (one term named ``potential`` when the
     file gives a single expression). An ``embedding`` is a vector, or a scalar for one component.
-    ``definitions`` and ``parameters`` are sorted so that each uses only
+    Masses and positions of ``bodies`` are there, too, and the norms of their quaternions under
+    ``constraints``. ``definitions`` and ``parameters`` are sorted so that each uses only
     earlier ones. Exactly one of ``lagrangian`` and ``embedding`` is given. ``forces`` are by the keys of the
     file that give forces (``model.forces`` says how each acts), then by what they act on. ``text`` is the
     file as read.
 
     Families are written out: everything goes by the names of members, such as ``theta[3]``, and
     ``families`` has them by section and name. ``sizes`` are the whole numbers they were written with.
-    ``time_unit`` is the unit of t, empty where the file does not say it.
+    ``time_unit`` is the unit of t, empty where the file does not say it. ``left_out`` names constraints that
+    depend on others with the numbers of the run: the equations of motion are derived without them.
+    ``draw`` has no part in the equations.
+    ``replaced`` are names of the file that are functions of the ``coordinates`` once these have been changed
+    by one of the ``transformations``.
     """
 
     filename: str
@@ -172,6 +279,32 @@ class Spec:
     families: Mapping[str, Mapping[str, Family]] = field(default_factory=dict)
     time_unit: str = ""
     events: Mapping[str, Event] = field(default_factory=dict)
+    constraints: Mapping[str, Expression] = field(default_factory=dict)
+    nonholonomic: Mapping[str, Expression] = field(default_factory=dict)
+    bodies: Mapping[str, Body] = field(default_factory=dict)
+    left_out: tuple[str, ...] = ()
+    draw: Wanted | None = None
+    transformations: Mapping[str, Transformation] = field(default_factory=dict)
+    replaced: Mapping[str, Expression] = field(default_factory=dict)
+
+    @property
+    def all_constraints(self) -> Mapping[str, Expression]:
+        """Holonomic and nonholonomic ones."""
+        return {**self.constraints, **self.nonholonomic}
+
+    @property
+    def independent(self) -> Spec:
+        """The system as if it had no constraints that are left out."""
+        kept = {
+            section: {k: one for k, one in getattr(self, section).items() if k not in self.left_out}
+            for section in ("constraints", "nonholonomic")
+        }
+        return replace(self, left_out=(), **kept) if self.left_out else self
+
+    @property
+    def degrees_of_freedom(self) -> int:
+        """Coordinates less constraints that do not depend on others."""
+        return len(self.coordinates) - len(self.all_constraints) + len(self.left_out)
 
 
 def has_units(spec: Spec) -> bool:

@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.spec.spec import Event, Expression, Family, Spec
+from lagrange_cli.spec.spec import Body, Event, Expression, Family, Inertia, Orientation, Spec
 
 NUMBERS = frozenset({"parameters", "coordinates"})
 """Of these only the names count: parameters and the initial state are given to compiled code as it runs."""
-OUTSIDE = frozenset({"filename", "text", "name", "description", "solve", "time_unit"})
+OUTSIDE = frozenset(
+    {"filename", "text", "name", "description", "solve", "time_unit", "draw", "transformations"}
+)
 """These have no part in the equations."""
 
 
@@ -34,6 +36,12 @@ def plain(value: object) -> Any:
         return [value.shape, value.axes]
     if isinstance(value, Event):
         return [plain(one) for one in (value.when, value.direction, value.stops, value.changes)]
+    if isinstance(value, Inertia):
+        return [value.solid, plain(value.entries)]
+    if isinstance(value, Orientation):
+        return [value.form, value.sequence, plain(value.entries)]
+    if isinstance(value, Body):
+        return [plain(value.inertia), plain(value.orientation)]
     if isinstance(value, Mapping):
         return [[key, plain(inner)] for key, inner in value.items()]
     if isinstance(value, tuple):

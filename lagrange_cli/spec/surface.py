@@ -11,7 +11,7 @@ from lagrange_cli.expression.bounds import Bounds
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec.event_readers import read_when
-from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.kinds import Kind, comes_to
 from lagrange_cli.spec.names import Names, scalar
 from lagrange_cli.spec.nodes import Scalar
 from lagrange_cli.spec.problems import Problems
@@ -69,7 +69,8 @@ def names_of(spec: Spec, problems: Problems) -> Names:
     declare("parameters", (one.name for one in spec.parameters), Kind.PARAMETER, scalar())
     for section, what, given in (
         ("definitions", Kind.DEFINITION, spec.definitions),
-        ("embedding", Kind.PARTICLE, spec.embedding),
+        ("embedding", Kind.PARTICLE, {k: one for k, one in spec.embedding.items() if k not in spec.bodies}),
+        ("bodies", Kind.BODY, {name: spec.embedding[name] for name in spec.bodies}),
     ):
         declare(section, given, what)
         for name, expression in given.items():
@@ -80,6 +81,6 @@ def names_of(spec: Spec, problems: Problems) -> Names:
 def settle(names: Names, name: str, what: Kind, expression: Expression, section: str) -> None:
     """Say what a definition or a particle comes to."""
     kinds, bounds = names.check(expression, section, "")
-    if what is Kind.PARTICLE:
-        kinds, bounds = frozenset({what}), bounds if isinstance(bounds, tuple) else (bounds,)
+    if what in (Kind.PARTICLE, Kind.BODY):
+        kinds, bounds = comes_to(what), bounds if isinstance(bounds, tuple) else (bounds,)
     names.settle(name, kinds, bounds)

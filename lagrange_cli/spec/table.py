@@ -19,6 +19,11 @@ from lagrange_cli.spec.kinds import ANYTHING, Kind, Rule
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 
+SHORTEST = 3
+"""The letters of an abbreviation."""
+MISSPELT = 0.75
+"""The part of its letters that a misspelt key has in common with the key: ``camera`` is no ``name``."""
+
 
 @dataclass(frozen=True)
 class Row:
@@ -52,12 +57,12 @@ class Row:
 class Table:
     """The keys of one kind of mapping: the file itself (``name`` is empty), a coordinate, ``solve``, ...
 
-    ``later`` are keys that are not supported yet, with what can be done instead.
+    ``hints`` are for words that no key alone can replace: each hint, and the words that it is for.
     """
 
     name: str
     rows: tuple[Row, ...]
-    later: Mapping[str, str] = field(default_factory=dict)
+    hints: Mapping[str, str] = field(default_factory=dict)
 
     @cached_property
     def by_word(self) -> dict[str, Row]:
@@ -79,7 +84,22 @@ class Table:
             if word in row.also.split():
                 nearer = row.alias if row.alias.startswith(word) else row.key
                 return row.key, f"write '{nearer}'"
-        return "", elsewhere(word) if not self.name else ""
+        hint = next((hint for hint, words in self.hints.items() if word in words.split()), "")
+        return "", hint or (elsewhere(word) if not self.name else "")
+
+    def near(self, word: str) -> str:
+        """The key that a word misspells or abbreviates; nothing where it may be another word."""
+        begun = {row.key for known, row in self.by_word.items() if known.startswith(word)}
+        if len(word) >= SHORTEST and len(begun) == 1:
+            return begun.pop()
+        return self.key_of(near_match(word, self.by_word, MISSPELT))
+
+    def read_as(self, word: str) -> str:
+        """The key that a word of the file is read as, right or wrong; nothing where it is none."""
+        if word in self.by_word:
+            return self.by_word[word].key
+        meant, hint = self.meant(word)
+        return meant if hint else self.near(word)
 
 
 def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems) -> dict[str, Any]:
@@ -112,9 +132,6 @@ def _unknown_key(
     """Note an unknown key; the key that was meant, or nothing. ``written`` are the keys that there are."""
     text = key.text
     name, equals, rest = (part.strip() for part in text.partition("="))
-    if text in table.later:
-        problems.add(key.place, f"'{text}' is not supported yet", table.later[text])
-        return ""
     if text.isdecimal() and isinstance(value, Scalar) and value.text == "":
         meant, hint = "", "a decimal point is a point: write 0.5, not 0,5"
     elif equals and name in table.by_word:
@@ -127,7 +144,7 @@ def _unknown_key(
     else:
         meant, hint = table.meant(text)
     if not hint:
-        meant = table.key_of(near_match(text, table.by_word))
+        meant = table.near(text)
         hint = f"did you mean '{meant}'?" if meant else known_hint(table.keys)
     problems.add(key.place, f"unknown key {shown(text)}{f' in {where}' if where else ''}", hint)
     return meant

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.numbers import NumberAlgebra
+from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import dataclass, field, replace
-from lagrange_cli.spec.evaluation import constants_of, evaluate_run
+from lagrange_cli.spec.evaluation import constants_of, evaluate_run, settable
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Spec
 
@@ -15,6 +16,7 @@ from lagrange_cli.spec.spec import Spec
 class Values:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
+    Those that nobody gives are 0 until they are found from constraints (``left_open`` has their names).
     ``times`` are those of ``solve`` that depend on parameters. ``remainder`` is the rest of numbers that are
     known to more digits than a double has, and None otherwise.
     """
@@ -40,6 +42,15 @@ def resolve_values(
     """
     parameters, q, v, times = evaluate_run(spec, overrides or {}, NumberAlgebra(), {}, problems)
     return Values(parameters, q, v, times=times)
+
+
+def left_open(spec: Spec, given: Iterable[str]) -> frozenset[str]:
+    """The coordinates and velocities whose initial values neither the file has nor those that are ``given``
+    by name."""
+    named = {settable(spec, name, f"--set {name}") for name in given}
+    found = {one.name for one in spec.coordinates if one.initial is None}
+    found |= {velocity_name(one.name) for one in spec.coordinates if one.velocity is None}
+    return frozenset(found - named)
 
 
 def resolve_long_values(

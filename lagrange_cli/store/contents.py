@@ -69,8 +69,8 @@ def sequence(check: Check) -> Check:
 
 
 def table(check: Check) -> Check:
-    """Anything by name."""
-    return lambda value: type(value) is dict and all(map(check, value.values()))
+    """Anything by name, which may go to a terminal."""
+    return lambda value: type(value) is dict and all(map(shown, value)) and all(map(check, value.values()))
 
 
 def fields(required: Mapping[str, Check], optional: Mapping[str, Check] | None = None) -> Check:
@@ -113,11 +113,12 @@ numbers = table(either(number, nothing))
 instant = either(nothing, finite)
 attribute = either(text, number)
 happened = fields({"count": count, "last": instant, "grazing": count, "accumulates": instant})
+happened_in_all = fields({"count": count})
 told: dict[str, Check] = {
     "generator": text, "name": shown, "spec": text, "method": shown, "message": shown,
     "status": lambda value: value in STATUSES, "p_drift": written(numbers),
     "final": either(nothing, written(either(nothing, state_of(either(number, nothing))))),
-    "events": either(nothing, written(table(happened))),
+    "events": either(nothing, written(either(table(happened), table(happened_in_all)))),
 }  # fmt: skip
 """What is told of a run that has ended."""
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
@@ -147,6 +148,9 @@ motion = fields({**common, "progress": progress})
 sweep = fields({**common, "outcome": outcome, "regions": table(row(count, count))})
 """of a sweep's,"""
 
+section = fields({**common, "crossings": count})
+"""of the only motion of a section,"""
+
 
 def ending(value: Any) -> bool:
     """and of the record of a run that has ended."""
@@ -156,5 +160,5 @@ def ending(value: Any) -> bool:
     return all(check(said.get(name)) for name, check in told.items())
 
 
-sound = either(motion, sweep, ending)
+sound = either(motion, sweep, section, ending)
 """Any of these."""

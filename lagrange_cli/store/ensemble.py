@@ -190,6 +190,10 @@ class EnsembleWriter(Output):
                 raise damaged(earlier.shown)
         self.check()
 
+    def crossings_of_events(self) -> dict[str, int]:
+        """How many crossings each event has in all members, or each family of events."""
+        return {event.name: self._events[event.group].count for event in self._layout.events}
+
     def crossings(self) -> dict[str, np.ndarray]:
         """The crossings of the members that have ended, for a checkpoint."""
         return {path: rows for event in self._events.values() for path, rows in event.arrays().items()}

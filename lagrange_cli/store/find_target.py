@@ -26,7 +26,8 @@ def find_target(name: str, *, force: bool, resume: bool = False, origin: Origin 
     try:
         path = Path(os.path.realpath(name))
         if path.is_dir():
-            raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / 'NAME.h5'}")
+            example = f"NAME{path.suffix or '.h5'}"
+            raise FileError(f"{name} is a directory: name a file in it, such as {Path(name) / example}")
         if path.exists() and not path.is_file():
             raise FileError(f"{name} is not a regular file and cannot be replaced")
         if path.exists():

@@ -28,6 +28,11 @@ class MemberCrossings:
             self._chunks.append(own)
             self.bytes += sum(rows.nbytes for rows in own.values())
 
+    @property
+    def count(self) -> int:
+        """How many there are."""
+        return sum(len(chunk[self._member]) for chunk in self._chunks)
+
     def in_order(self) -> dict[str, np.ndarray]:
         """All of them, members one by one."""
         found = {

@@ -31,6 +31,10 @@ DIFFERENT = {
     "tolerance": "of another --tolerance",
     "precision": "of another --precision",
     "sweep": "of other members",
+    "where": "of another surface, --where",
+    "every": "of another period, --every",
+    "direction": "of another --direction",
+    "crossings": "of another number of --crossings",
     "run": "of another initial state, or of another --stop, --samples, --step or --outputs",
     "machine": "made on another processor or with another version of LLVM, so the last digits would differ",
 }

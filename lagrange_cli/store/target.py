@@ -102,6 +102,11 @@ class Target:
             self.origin.note(self.path)
         self.clear()
 
+    @property
+    def replaced(self) -> bool:
+        """Whether an earlier output of the same source is replaced."""
+        return self.replaces is not None
+
     def replaceable(self) -> bool:
         """Whether the file of that name is still the earlier output that may be replaced."""
         if self.replaces is None:

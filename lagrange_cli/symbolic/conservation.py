@@ -7,9 +7,11 @@ from dataclasses import replace
 
 import sympy
 
+from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
-from lagrange_cli.symbolic.equations import Changing, Conserved
+from lagrange_cli.symbolic.constraints import forces_of
+from lagrange_cli.symbolic.equations import Changing, Conserved, Constraint
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.order import Order
 
@@ -25,24 +27,29 @@ def balance(
     energies: Energies,
     rows: tuple[Sequence[sympy.Expr], Sequence[sympy.Expr], Sequence[sympy.Expr]],
     accelerations: Sequence[sympy.Expr] | None,
+    constraints: Sequence[Constraint] = (),
 ) -> tuple[tuple[Conserved, ...], tuple[Changing, ...]]:
-    """The conserved quantities and those that are not; ``rows`` are p_k, dL/dq_k and Q_k for every k."""
+    """The conserved quantities and those that are not; ``rows`` are p_k, dL/dq_k and Q_k for every k, without
+    forces of constraint in Q_k."""
     momenta, slopes, forces = rows
     conserved: list[Conserved] = []
     changing: list[Changing] = []
     lagrangian = energies[2]
-    for name, q, momentum, slope, force in zip(
-        model.coordinates, model.q, momenta, slopes, forces, strict=True
+    bound = forces_of(constraints, len(model.q))
+    for name, q, momentum, slope, force, own in zip(
+        model.coordinates, model.q, momenta, slopes, forces, bound, strict=True
     ):
         if slope != 0 or branches_on(lagrangian, q, order):
             continue
-        if force == 0:
-            because = f"`{name}` is cyclic: `L` does not contain it, and no generalized force acts on it"
+        if force == own == 0:
+            because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(bool(constraints))}"
             conserved.append(Conserved(f"p_{name}", momentum, because))
         else:
-            because = f"`{name}` is cyclic, but a generalized force acts on it"
-            changing.append(Changing(f"p_{name}", force, because))
-    balance_energy(model, order, energies, forces, accelerations, conserved, changing)
+            kinds = "a generalized force" * (force != 0), "a force of constraint" * (own != 0)
+            acting = " and ".join(filter(None, kinds))
+            because = f"`{name}` is cyclic, but {acting} {'act' if all(kinds) else 'acts'} on it"
+            changing.append(Changing(f"p_{name}", tidy(force + own, order), because))
+    balance_energy(model, order, energies, forces, accelerations, constraints, conserved, changing)
     changes = changes_of(model)
     return tuple(broken(each, changes, order) for each in conserved), tuple(changing)
 
@@ -64,28 +71,32 @@ def balance_energy(
     energies: Energies,
     forces: Sequence[sympy.Expr],
     accelerations: Sequence[sympy.Expr] | None,
+    constraints: Sequence[Constraint],
     conserved: list[Conserved],
     changing: list[Changing],
 ) -> None:
-    """Append h, with dh/dt = -dL/dt + sum_k Q_k v_k, and T + U where that differs from h."""
+    """Append h, with dh/dt = -dL/dt + sum_k Q_k v_k - sum_i lambda_i b_i, and T + U where h is not that.
+
+    Forces of constraint do work where the constraints have drifts b_i: sum_k a_ik v_k = -b_i.
+    """
     kinetic, potential, lagrangian, h = energies
     slip = tidy(-lagrangian.diff(model.time), order)
     power = tidy(sympy.Add(*(Q * v for Q, v in zip(forces, model.v, strict=True))), order)
+    drawn = tidy(-sympy.Add(*(each.multiplier * each.drift for each in constraints)), order)
     identity = describe_energy(model, energies, order)
     if slip == 0 and branches_on(lagrangian, model.time, order):
         return
-    if slip == 0 and power == 0:
+    if slip == power == drawn == 0:
         because = "`L` does not contain `t` explicitly"
-        if any(force != 0 for force in forces):
-            because += ", and the generalized forces do no work"
+        because += without_work(any(force != 0 for force in forces), bool(constraints))
         conserved.append(Conserved("h", h, f"{because}{identity}"))
     else:
-        reasons = []
-        if slip != 0:
-            reasons.append("`L` contains `t` explicitly")
-        if power != 0:
-            reasons.append("generalized forces or friction do work")
-        changing.append(Changing("h", tidy(slip + power, order), " and ".join(reasons) + identity))
+        working = "generalized forces or friction" * (power != 0), "forces of constraint" * (drawn != 0)
+        reasons = ["`L` contains `t` explicitly"] if slip != 0 else []
+        if any(working):
+            reasons.append(" and ".join(filter(None, working)) + " do work")
+        rate = tidy(slip + power + drawn, order)
+        changing.append(Changing("h", rate, " and ".join(reasons) + identity))
     if kinetic is None or potential is None or depends_on(potential, model.v):
         return
     difference = tidy(kinetic + potential - h, order)
@@ -96,7 +107,7 @@ def balance_energy(
         for symbols, values in ((model.q, model.v), (model.v, accelerations))
         for symbol, rate in zip(symbols, values, strict=True)
     ]
-    rate = tidy(sympy.Add(*rates, difference.diff(model.time), slip, power), order)
+    rate = tidy(sympy.Add(*rates, difference.diff(model.time), slip, power, drawn), order)
     because = "the embedding contains `t`, so that the constraint forces do work"
     if rate == 0:
         conserved.append(Conserved("T + U", tidy(kinetic + potential, order), "its rate of change is zero"))

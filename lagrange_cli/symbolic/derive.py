@@ -15,21 +15,30 @@ from lagrange_cli.errors import SingularCoordinate
 from lagrange_cli.expression.vocabulary import acceleration_name
 from lagrange_cli.model.model import Event as Occurrence
 from lagrange_cli.model.model import Model
-from lagrange_cli.symbolic.canonical import contract, to_terms
 from lagrange_cli.symbolic.conservation import balance
-from lagrange_cli.symbolic.equations import Equation, Equations, Event
-from lagrange_cli.symbolic.grouping import LONGEST, group, neat, tidy
-from lagrange_cli.symbolic.linear import solve
-from lagrange_cli.symbolic.monomials import Terms, TooLargeError, common_factor, divide, term
+from lagrange_cli.symbolic.constraints import (
+    along_motion,
+    explicit,
+    forces_of,
+    multiplier_symbols,
+    shown_constraints,
+    with_pushes,
+    with_symbols,
+)
+from lagrange_cli.symbolic.equations import Equations, Event
+from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.order import Order, Role
-from lagrange_cli.symbolic.work import check_size, size_of
+from lagrange_cli.symbolic.textbook import textbook_form
 
 
 def derive_equations(model: Model[sympy.Expr]) -> Equations:
     """The equations of motion of a model, its momenta, energy function and conservation laws."""
     q, v = model.q, model.v
     a = tuple(model.algebra.symbol(acceleration_name(name)) for name in model.coordinates)
-    order = textbook_order(model, a)
+    others = [*model.parameters.values(), model.time, *q, *v, *a]
+    multipliers = multiplier_symbols([each.name for each in model.constraints], "lambda", others)
+    order = textbook_order(model, a, multipliers)
+    model = with_symbols(model, multipliers)
 
     kinetic = potential = None
     if model.lagrangian is None:
@@ -43,23 +52,36 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
     slopes = tuple(tidy(lagrangian.diff(coordinate), order) for coordinate in q)
     forces = tuple(tidy(force, order) for force in generalized_forces(model))
     mass_matrix = symmetric_matrix(momenta, v, order)
-    for name, row in zip(model.coordinates, mass_matrix, strict=True):
-        if all(entry == 0 for entry in row):
-            raise SingularCoordinate(name)
+    constraints = with_pushes(shown_constraints(model, multipliers, order), forces, order)
+    bound = forces_of(constraints, len(q))
+    rows = zip(model.coordinates, mass_matrix, bound, strict=True)
+    idle = [name for name, row, own in rows if own == 0 and all(entry == 0 for entry in row)]
+    if idle:
+        raise SingularCoordinate(idle)
     left_sides = tuple(
         sympy.Add(*(entry * own for entry, own in zip(row, a, strict=True)))
         + along_motion(momentum, q, v, model.time)
         - slope
         - force
-        for momentum, row, slope, force in zip(momenta, mass_matrix, slopes, forces, strict=True)
+        - own
+        for momentum, row, slope, force, own in zip(momenta, mass_matrix, slopes, forces, bound, strict=True)
     )
-    at_rest = dict.fromkeys(a, sympy.S.Zero)
-    force = tuple(tidy(-left.xreplace(at_rest), order) for left in left_sides)
-    accelerations = solve(mass_matrix, force, order)
+    at_rest = dict.fromkeys((*a, *(each.multiplier for each in constraints if each.linear)), sympy.S.Zero)
+    force = tuple(
+        tidy(-(left.xreplace(at_rest) + own.xreplace(at_rest)), order)
+        for left, own in zip(left_sides, bound, strict=True)
+    )
+    solution, unsolved = explicit(mass_matrix, force, constraints, order)
+    accelerations = None if solution is None else solution[: len(q)]
     transform = sympy.Add(*(p * own for p, own in zip(momenta, v, strict=True))) - lagrangian
     h = neat(transform, order, Role.COORDINATE)
     conserved, changing = balance(
-        model, order, (kinetic, potential, lagrangian, h), (momenta, slopes, forces), accelerations
+        model,
+        order,
+        (kinetic, potential, lagrangian, h),
+        (momenta, slopes, forces),
+        accelerations,
+        constraints,
     )
     return Equations(
         name=model.name,
@@ -83,6 +105,12 @@ def derive_equations(model: Model[sympy.Expr]) -> Equations:
         conserved=conserved,
         changing=changing,
         events=tuple(shown_event(event, order) for event in model.events),
+        constraints=constraints,
+        multipliers=None if solution is None else solution[len(q) :],
+        unsolved=unsolved,
+        degrees_of_freedom=len(q) - len(constraints),
+        redundant={one.name: neat(one.expression, order, Role.COORDINATE) for one in model.redundant},
+        replaced={name: neat(one, order, Role.COORDINATE) for name, one in model.replaced.items()},
     )
 
 
@@ -94,10 +122,13 @@ def shown_event(event: Occurrence[sympy.Expr], order: Order) -> Event:
     )
 
 
-def textbook_order(model: Model[sympy.Expr], a: Sequence[sympy.Expr]) -> Order:
+def textbook_order(
+    model: Model[sympy.Expr], a: Sequence[sympy.Expr], multipliers: Sequence[sympy.Expr]
+) -> Order:
     """Roles and ranks of the model's symbols: parameters in the file's order, coordinates in that of q."""
     roles = (
         (Role.PARAMETER, model.parameters.values()),
+        (Role.MULTIPLIER, multipliers),
         (Role.TIME, (model.time,)),
         (Role.COORDINATE, model.q),
         (Role.VELOCITY, model.v),
@@ -134,37 +165,3 @@ def symmetric_matrix(
         for i, momentum in enumerate(momenta)
     ]
     return tuple(tuple(upper[min(i, j)][max(i, j)] for j in range(len(v))) for i in range(len(v)))
-
-
-def along_motion(
-    expression: sympy.Expr, q: Sequence[sympy.Expr], v: Sequence[sympy.Expr], time: sympy.Expr
-) -> sympy.Expr:
-    """d/dt of an expression as far as q and t change, v held: sum_k v_k d/dq_k + d/dt."""
-    rates = (expression.diff(coordinate) * velocity for coordinate, velocity in zip(q, v, strict=True))
-    return sympy.Add(*rates, expression.diff(time))
-
-
-def textbook_form(left: sympy.Expr, order: Order) -> Equation:
-    """``left = 0`` without common factors of parameters, what does not depend on the motion on the right.
-
-    The factor may be divided out although a parameter could be zero: it then makes the mass matrix singular.
-    """
-    try:
-        terms = contract(to_terms(check_size(left)))
-    except TooLargeError:
-        return Equation(left, sympy.S.Zero, sympy.S.One)
-    content, number = common_factor(terms)
-    content = frozenset((base, e) for base, e in content if order.role(base) is Role.PARAMETER)
-    if accelerated := [c for m, c in terms.items() if any(order.role(b) is Role.ACCELERATION for b, _ in m)]:
-        number = abs(number) if accelerated[0] > 0 else -abs(number)
-    terms = divide(terms, content, number)
-    moving: Terms = {}
-    given: Terms = {}
-    for monomial, coefficient in terms.items():
-        if any(order.role(base) >= Role.COORDINATE for base, _ in monomial):
-            moving[monomial] = coefficient
-        else:
-            given[monomial] = -coefficient
-    form = Equation(group(moving, order), group(given, order), term(content, number))
-    longer = size_of(form.left) > max(LONGEST, size_of(left))
-    return Equation(left, sympy.S.Zero, sympy.S.One) if longer else form

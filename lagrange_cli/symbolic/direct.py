@@ -6,14 +6,15 @@ multiplied by
 
     dL/dq_k d_k + dL/dq_dot_k d_k',
 
-so d_k = 1 gives dL/dq_k, and d_k = s gives p_k at s = 0 and d/ds (s dL/dq_k + p_k) in the next power. Neither
-the graph nor sympy has any part in this.
+so d_k = 1 gives dL/dq_k, and d_k = s gives p_k at s = 0 and d/ds (s dL/dq_k + p_k) in the next power. So do
+df/dq_k and dg/dq_dot_k of constraints; their rates of change are found with the powers of s. Neither the
+graph nor sympy has any part in this.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import reduce
 from operator import add
 from typing import Any
@@ -22,9 +23,12 @@ import mpmath
 import numpy as np
 
 from lagrange_cli.expression.algebra import Decided
+from lagrange_cli.expression.derivatives import FUNCTIONS, powers
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.model.build import build_model
-from lagrange_cli.records import dataclass
+from lagrange_cli.model.scope import Scope, multiplier_name
+from lagrange_cli.model.start.equations import with_what_is_used
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Spec
 
 Series = tuple[Any, Any, Any]
@@ -96,45 +100,7 @@ def composed(derivatives: Sequence[Any], x: Dual) -> Dual:
 
 def power(base: Dual, exponent: float) -> Dual:
     """``base`` to a constant power."""
-    x, n = base.value[0], exponent
-    falling = (1.0, n, n * (n - 1), n * (n - 1) * (n - 2))
-    if x < 0 and n % 1:
-        raise ArithmeticError("a broken power of a negative number")
-    return composed([c * x ** (n - k) if c else 0.0 for k, c in enumerate(falling)], base)
-
-
-def tangent(f: Any, sign: int) -> list[Any]:
-    """tan (sign 1) and tanh (sign -1) with their derivatives: f' = 1 + sign f^2."""
-    slope = 1 + sign * f * f
-    return [f, slope, 2 * sign * f * slope, 2 * sign * slope * (1 + 3 * sign * f * f)]
-
-
-def arc(m: Any, x: Any) -> list[Any]:
-    """The derivatives of asin."""
-    root = 1 / m.sqrt(1 - x * x)
-    return [root, x * root**3, (1 + 2 * x * x) * root**5]
-
-
-def arc_tangent(m: Any, x: Any) -> list[Any]:
-    """atan with its derivatives."""
-    slope = 1 / (1 + x * x)
-    return [m.atan(x), slope, -2 * x * slope**2, (6 * x * x - 2) * slope**3]
-
-
-FUNCTIONS: dict[str, Callable[[Any, Any], Sequence[Any]]] = {
-    "sin": lambda m, x: [m.sin(x), m.cos(x), -m.sin(x), -m.cos(x)],
-    "cos": lambda m, x: [m.cos(x), -m.sin(x), -m.cos(x), m.sin(x)],
-    "tan": lambda m, x: tangent(m.tan(x), 1),
-    "tanh": lambda m, x: tangent(m.tanh(x), -1),
-    "sinh": lambda m, x: [m.sinh(x), m.cosh(x)] * 2,
-    "cosh": lambda m, x: [m.cosh(x), m.sinh(x)] * 2,
-    "exp": lambda m, x: [m.exp(x)] * 4,
-    "log": lambda m, x: [m.log(x), 1 / x, -1 / x**2, 2 / x**3],
-    "atan": arc_tangent,
-    "asin": lambda m, x: [m.asin(x), *arc(m, x)],
-    "acos": lambda m, x: [m.acos(x), *(-slope for slope in arc(m, x))],
-}
-"""Each function with its first three derivatives; ``m`` has those of numbers: ``math``, or ``mpmath``."""
+    return composed(powers(base.value[0], exponent), base)
 
 
 class DualAlgebra(Decided):
@@ -189,11 +155,25 @@ class DualAlgebra(Decided):
 
 @dataclass(frozen=True)
 class Direct:
-    """``residual`` d/dt dL/dq_dot - dL/dq - Q (n,), the momenta (n,) and h at a state."""
+    """``residual`` d/dt dL/dq_dot - dL/dq - Q (n,), the momenta (n,) and h at a state; of the constraints,
+    what they are (m,) and their second or first ``rates`` (m,), which are 0."""
 
     residual: Sequence[Any]
     momenta: Sequence[Any]
     h: Any
+    constraints: Sequence[Any] = ()
+    rates: Sequence[Any] = ()
+
+
+@dataclass(frozen=True)
+class Bound:
+    """A constraint at a state: its ``value``, its ``speed`` and its ``rate``, 0 where it holds, and the
+    ``slopes`` (n,) of the speed by the velocities."""
+
+    value: Any
+    speed: Any
+    rate: Any
+    slopes: np.ndarray
 
 
 def directly(
@@ -203,24 +183,20 @@ def directly(
     q: Sequence[float],
     v: Sequence[float],
     a: Sequence[Any],
+    multipliers: Sequence[Any] = (),
     exact: bool = False,
 ) -> Direct:
-    """The equations of motion where the accelerations are ``a`` (n,); ``exact`` with the digits of mpmath.
+    """The equations of motion with the accelerations ``a`` (n,) and the ``multipliers`` (m,) of constraints;
+    ``exact`` with the digits of mpmath.
 
     Raises ``ArithmeticError`` or ``ValueError`` where something has no value.
     """
     n = len(q)
-    number: Any = mpmath.mpf if exact else float
     zero = np.zeros(2 * n)
-    values = {name: Dual((number(x), 0.0, 0.0)) for name, x in parameters.items()}
-    values[TIME] = Dual((number(t), 1.0, 0.0))
-    for k, one in enumerate(spec.coordinates):
-        by_one, by_s = np.zeros(2 * n), np.zeros(2 * n)
-        by_one[k] = by_s[n + k] = 1.0
-        coordinate = Dual((number(q[k]), number(v[k]), number(a[k]) / 2), (by_one, by_s, zero))
-        values |= {one.name: coordinate, velocity_name(one.name): coordinate.rate()}
+    algebra = algebra_at(spec, parameters, t, q, v, a, exact, multipliers)
     with np.errstate(all="ignore"):
-        model = build_model(spec, DualAlgebra(values, exact))
+        model = build_model(replace(spec, constraints={}, nonholonomic={}), algebra)
+        bound = bindings(spec, algebra, n)
         lagrangian = model.lagrangian
         if lagrangian is None:
             half = Dual((0.5, 0.0, 0.0))
@@ -232,5 +208,48 @@ def directly(
         for particle in model.particles:
             for x, given in zip(particle.position, particle.force):
                 force = force + given.value[0] * (zero + x.varied[0])[:n]
+        for one, multiplier in zip(bound, multipliers, strict=True):
+            force = force + multiplier * one.slopes
         residual = both[n:] - 2 * slopes[:n] - force
-        return Direct(residual, momenta[n:], np.dot(momenta[n:], v) - lagrangian.value[0])
+        h = np.dot(momenta[n:], v) - lagrangian.value[0]
+        return Direct(residual, momenta[n:], h, [one.value for one in bound], [one.rate for one in bound])
+
+
+def bindings(spec: Spec, algebra: DualAlgebra, n: int) -> list[Bound]:
+    """The constraints on n coordinates, first the holonomic ones."""
+    bare = with_what_is_used(spec, spec.all_constraints.values())
+    scope, zero = Scope(bare, algebra), np.zeros(2 * n)
+    found = []
+    for written in spec.constraints.values():
+        f: Dual = scope.scalar(written)
+        found.append(Bound(f.value[0], f.value[1], 2 * f.value[2], (zero + f.varied[0])[:n]))
+    for written in spec.nonholonomic.values():
+        g: Dual = scope.scalar(written)
+        found.append(Bound(g.value[0], g.value[0], g.value[1], (zero + g.varied[0])[n:]))
+    return found
+
+
+def algebra_at(
+    spec: Spec,
+    parameters: Mapping[str, float],
+    t: float,
+    q: Sequence[float],
+    v: Sequence[float],
+    a: Sequence[Any],
+    exact: bool = False,
+    multipliers: Sequence[Any] = (),
+) -> DualAlgebra:
+    """The algebra in which all symbols have their values along a motion with these accelerations."""
+    n = len(q)
+    number: Any = mpmath.mpf if exact else float
+    zero = np.zeros(2 * n)
+    values = {name: Dual((number(x), 0.0, 0.0)) for name, x in parameters.items()}
+    values[TIME] = Dual((number(t), 1.0, 0.0))
+    for name, multiplier in zip(spec.all_constraints, multipliers or [0.0] * len(spec.all_constraints)):
+        values[multiplier_name(name)] = Dual((number(multiplier), 0.0, 0.0))
+    for k, one in enumerate(spec.coordinates):
+        by_one, by_s = np.zeros(2 * n), np.zeros(2 * n)
+        by_one[k] = by_s[n + k] = 1.0
+        coordinate = Dual((number(q[k]), number(v[k]), number(a[k]) / 2), (by_one, by_s, zero))
+        values |= {one.name: coordinate, velocity_name(one.name): coordinate.rate()}
+    return DualAlgebra(values, exact)

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import sympy
 
 from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.reactions import Reaction
 
 
 @dataclass(frozen=True)
@@ -15,12 +16,38 @@ class Equation:
     """One Euler-Lagrange equation, ``left = right``, in textbook form.
 
     ``right`` holds the terms without coordinates and velocities. ``factor``, made of parameters and
-    numbers, has been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right).
+    numbers, has been divided out: d/dt dL/dv_k - dL/dq_k - Q_k = factor * (left - right), with forces of
+    constraint in Q_k, which stand on the right.
     """
 
     left: sympy.Expr
     right: sympy.Expr
     factor: sympy.Expr
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """``expression`` = 0, a function of q and t where it is ``holonomic``, else of velocities too.
+
+    It says that sum_k ``slopes[k]`` q_dot_k + ``drift`` = 0 and sum_k ``slopes[k]`` q_ddot_k = ``rate``. Its
+    generalized forces are ``multiplier``, a symbol, times ``slopes[k]``. Applied forces that are linear in
+    the multiplier, such as friction, are ``multiplier`` times ``pushes[k]`` (empty where there are none).
+    Where they are not ``linear`` in all multipliers, they contain these.
+    """
+
+    name: str
+    expression: sympy.Expr
+    holonomic: bool
+    multiplier: sympy.Symbol
+    slopes: tuple[sympy.Expr, ...]
+    drift: sympy.Expr
+    rate: sympy.Expr
+    pushes: tuple[sympy.Expr, ...] = ()
+    linear: bool = True
+
+    def column(self, k: int) -> sympy.Expr:
+        """What the multiplier is multiplied with in the equation of coordinate k."""
+        return self.slopes[k] + self.pushes[k] if self.pushes else self.slopes[k]
 
 
 @dataclass(frozen=True)
@@ -58,10 +85,11 @@ class Event:
 class Equations:
     """The equations of motion of a system with n coordinates.
 
-    ``q``, ``v``, ``a`` are the symbols of coordinates, velocities and accelerations (length n each).
-    ``T`` and ``U`` are None where the file gives L itself. ``momenta``, ``equations``,
-    ``generalized_forces`` and ``force`` have length n, ``mass_matrix`` n rows of n: ``mass_matrix`` a =
-    ``force``. ``accelerations`` is None where the explicit solution is too long to print.
+    ``q``, ``v``, ``a`` are the symbols of coordinates, velocities and accelerations (length n each). ``T``
+    and ``U`` are None where the file gives L itself. ``momenta``, ``equations``, ``generalized_forces`` (all
+    but those of constraint) and ``force`` have length n, ``mass_matrix`` n rows of n: ``mass_matrix`` a =
+    ``force`` + all that is linear in multipliers. ``accelerations`` and ``multipliers`` are the explicit
+    solution of this and of the constraints, None where there is none, as ``unsolved`` says.
     """
 
     name: str
@@ -85,3 +113,13 @@ class Equations:
     conserved: tuple[Conserved, ...]
     changing: tuple[Changing, ...]
     events: tuple[Event, ...] = ()
+    constraints: tuple[Constraint, ...] = ()
+    multipliers: tuple[sympy.Expr, ...] | None = ()
+    unsolved: str = ""
+    degrees_of_freedom: int = 0
+    reactions: tuple[Reaction, ...] = ()
+    redundant: Mapping[str, sympy.Expr] = field(default_factory=dict)
+    """Constraints that depend on others: they hold, and the equations go without their multipliers."""
+    replaced: Mapping[str, sympy.Expr] = field(default_factory=dict)
+    """Coordinates of the file, as functions of those that replace them."""
+    unknown_reactions: Mapping[str, str] = field(default_factory=dict)

@@ -1,4 +1,4 @@
-"""From a sum of monomials to textbook form: grouped by accelerations and velocities."""
+"""From a sum of monomials to textbook form: grouped by accelerations, velocities and multipliers."""
 
 from __future__ import annotations
 
@@ -87,9 +87,9 @@ def group(terms: Terms, order: Order) -> sympy.Expr:
 
 
 def is_grouped_by(item: tuple[sympy.Expr, Fraction], order: Order) -> bool:
-    """Whether terms are collected by this factor of a monomial: x_dot, theta_ddot, a distance."""
+    """Whether terms are collected by this factor of a monomial: x_dot, theta_ddot, lambda, a distance."""
     base, exponent = item
-    if order.is_motion(base):
+    if order.is_motion(base) or order.role(base) is Role.MULTIPLIER:
         return exponent > 0
     return bool(base.is_Add) and order.role(base) > Role.PARAMETER
 

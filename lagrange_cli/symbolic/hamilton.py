@@ -7,17 +7,21 @@ from dataclasses import dataclass
 import sympy
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.symbolic.constraints import forces_of
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.grouping import neat, tidy
-from lagrange_cli.symbolic.linear import solve
+from lagrange_cli.symbolic.linear import Singular, solve
 from lagrange_cli.symbolic.order import Order, Role
 
 
 @dataclass(frozen=True)
 class Hamiltonian:
-    """H and the canonical equations, in q, ``p`` and t; all of length n.
+    """H and the canonical equations, in q, ``p`` and t; all of length n, but for the ``constraints``.
 
-    dq_k/dt = dH/dp_k (``velocities``) and dp_k/dt = -dH/dq_k + Q_k (``rates``).
+    dq_k/dt = dH/dp_k (``velocities``) and dp_k/dt = -dH/dq_k + Q_k (``rates``), where Q_k has the forces of
+    constraint, too. Where it is not ``solved``, velocities are too long to print: they are symbols, which
+    p_k = dL/dv_k determines, H is the energy function and dp_k/dt = dL/dq_k + Q_k, the same as functions of
+    them.
     """
 
     order: Order
@@ -25,12 +29,14 @@ class Hamiltonian:
     H: sympy.Expr
     velocities: tuple[sympy.Expr, ...]
     rates: tuple[sympy.Expr, ...]
+    constraints: tuple[sympy.Expr, ...]
+    solved: bool = True
 
 
 def hamilton_form(equations: Equations) -> Hamiltonian:
     """The Legendre transform of L.
 
-    Raises ``UsageError`` where p = dL/dv is not linear in v, or its inverse is too long to print.
+    Raises ``UsageError`` where p = dL/dv is not linear in v, or does not determine v.
     """
     p = tuple(sympy.Symbol(f"p_{name}") for name in equations.coordinates)
     if taken := set(p) & set(equations.order.ranks):
@@ -43,16 +49,37 @@ def hamilton_form(equations: Equations) -> Hamiltonian:
     at_rest = dict.fromkeys(equations.v, sympy.S.Zero)
     offsets = [momentum.xreplace(at_rest) for momentum in equations.momenta]
     excess = [own - offset for own, offset in zip(p, offsets, strict=True)]
-    velocities = solve(equations.mass_matrix, excess, order)
+    try:
+        velocities = solve(equations.mass_matrix, excess, order)
+    except Singular as error:
+        reason = "the mass matrix is singular, so that momenta do not determine the velocities"
+        raise UsageError(f"there is no Hamiltonian: {reason}") from error
     if velocities is None:
-        raise UsageError(
-            f"the Hamiltonian of {len(p)} coupled coordinates is too long to print: use --form matrix"
-        )
+        return in_steps(equations, p)
     kinetic = sympy.Add(*(own * velocity for own, velocity in zip(excess, velocities, strict=True))) / 2
     energy = neat(kinetic - equations.L.xreplace(at_rest), order, Role.COORDINATE)
     known = dict(zip(equations.v, velocities, strict=True))
+    bound = forces_of(equations.constraints, len(p))
     rates = tuple(
-        tidy(force.xreplace(known) - energy.diff(coordinate), order)
-        for coordinate, force in zip(equations.q, equations.generalized_forces, strict=True)
+        tidy((force + own).xreplace(known) - energy.diff(coordinate), order)
+        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
     )
-    return Hamiltonian(order, p, energy, velocities, rates)
+    constraints = tuple(
+        each.expression if each.holonomic else tidy(each.expression.xreplace(known), order)
+        for each in equations.constraints
+    )
+    return Hamiltonian(order, p, energy, velocities, rates, constraints)
+
+
+def in_steps(equations: Equations, p: tuple[sympy.Expr, ...]) -> Hamiltonian:
+    """The canonical equations with velocities that momenta determine: -dH/dq at fixed p is dL/dq at fixed
+    v."""
+    known, count = equations.order, len(p)
+    order = Order({**known.ranks, **{own: (Role.VELOCITY, count + k) for k, own in enumerate(p)}})
+    bound = forces_of(equations.constraints, count)
+    rates = tuple(
+        tidy(equations.L.diff(coordinate) + force + own, known)
+        for coordinate, force, own in zip(equations.q, equations.generalized_forces, bound, strict=True)
+    )
+    constraints = tuple(each.expression for each in equations.constraints)
+    return Hamiltonian(order, p, equations.h, equations.v, rates, constraints, solved=False)

@@ -10,7 +10,8 @@ from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
 from lagrange_cli.symbolic.notations import GREEK, dotted, split_index
 from lagrange_cli.symbolic.render import Level, Notation
-from lagrange_cli.symbolic.report import Section, Statement, sections
+from lagrange_cli.symbolic.report import sections
+from lagrange_cli.symbolic.statements import Section, Statement
 
 FUNCTIONS = {
     "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
@@ -94,6 +95,9 @@ class Latex(Notation):
     def rate(self, text: str) -> str:
         return rf"\frac{{d}}{{dt}} {text}"
 
+    def transposed(self, text: str) -> str:
+        return f"{text}^{{T}}"
+
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         body = r" \\ ".join(" & ".join(row) for row in rows)
         return rf"\begin{{pmatrix}} {body} \end{{pmatrix}}"
@@ -113,6 +117,17 @@ def as_latex(equations: Equations, form: str) -> str:
         blocks.append(rf"\paragraph{{{section.title}}}")
         blocks += listed(section) if section.verbal else aligned(section)
     return "\n".join(blocks)
+
+
+def as_display(equations: Equations, form: str) -> str:
+    """The formulas as one display, as notebooks show it."""
+    rows: list[str] = []
+    for section in sections(equations, form, Latex()):
+        if not section.verbal:
+            at_margin = any(width(each.left + each.remark) > WIDTH for each in section.statements)
+            rows.append(rf"  &\textbf{{{section.title}}}")
+            rows += [row for each in section.statements for row in rows_of(each, at_margin=at_margin)]
+    return "\n".join([r"$$\begin{aligned}", " \\\\\n".join(rows), r"\end{aligned}$$"])
 
 
 def listed(section: Section) -> list[str]:

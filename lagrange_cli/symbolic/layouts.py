@@ -6,7 +6,8 @@ from collections.abc import Iterable
 
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import Text, Unicode
-from lagrange_cli.symbolic.report import Section, Statement, sections
+from lagrange_cli.symbolic.report import sections
+from lagrange_cli.symbolic.statements import Section, Statement
 from lagrange_cli.symbolic.work import charge
 
 WIDTH = 100
@@ -28,8 +29,8 @@ def as_unicode(equations: Equations, form: str) -> str:
 
 def page(equations: Equations, content: Iterable[Section]) -> str:
     """The sections in sequence."""
-    count = len(equations.coordinates)
-    lines = [f"{equations.name}: {count} degree{'s' if count > 1 else ''} of freedom"]
+    count = equations.degrees_of_freedom
+    lines = [f"{equations.name}: {count} degree{'' if count == 1 else 's'} of freedom"]
     for section in content:
         lines += ["", section.title]
         for statement in section.statements:

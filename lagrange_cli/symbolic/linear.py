@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from fractions import Fraction
 
@@ -21,7 +22,7 @@ from lagrange_cli.symbolic.monomials import (
     term,
 )
 from lagrange_cli.symbolic.order import Order
-from lagrange_cli.symbolic.work import charge
+from lagrange_cli.symbolic.work import charge, size_of
 
 LARGEST_BLOCK = 3
 """The largest number of coupled unknowns with an explicit solution: with four, it fills pages."""
@@ -35,55 +36,92 @@ STEPS_TO_CANCEL = 100
 Matrix = Sequence[Sequence[Terms]]
 
 
-def solve(
-    matrix: Sequence[Sequence[sympy.Expr]], right: Sequence[sympy.Expr], order: Order
-) -> tuple[sympy.Expr, ...] | None:
-    """The explicit solution, or None where it would be too long to print.
+class Singular(ArithmeticError):
+    """The determinant vanishes identically."""
 
-    ``matrix``: n rows of n, symmetric; ``right``: n entries.
+
+def solve(
+    matrix: Sequence[Sequence[sympy.Expr]],
+    right: Sequence[sympy.Expr],
+    order: Order,
+    largest: int = LARGEST_BLOCK,
+    longest: float = math.inf,
+) -> tuple[sympy.Expr, ...] | None:
+    """The explicit solution, or None where more than ``largest`` unknowns are coupled, or some of several are
+    longer than ``longest``: it is too long to print.
+
+    ``matrix``: n rows of n; ``right``: n entries. Raises ``Singular``.
     """
     solution: list[sympy.Expr] = [sympy.S.Zero] * len(right)
     try:
         for block in blocks(matrix):
-            if len(block) > LARGEST_BLOCK:
+            if len(block) > largest:
                 return None
             rows = [[to_terms(matrix[i][j]) for j in block] for i in block]
             column = [to_terms(right[i]) for i in block]
-            determinant = contract(determinant_of(rows))
+            shortened = contract if len(block) <= LARGEST_BLOCK else in_sines
+            determinant = shortened(determinant_of(rows))
             if not determinant:
-                return None
+                raise Singular
             for position, index in enumerate(block):
                 replaced = [
                     [column[i] if j == position else rows[i][j] for j in range(len(block))]
                     for i in range(len(block))
                 ]
-                solution[index] = quotient(contract(determinant_of(replaced)), determinant, order)
+                found = solution[index] = quotient(shortened(determinant_of(replaced)), determinant, order)
+                if size_of(found) > longest:
+                    return None
     except TooLargeError:
         return None
     return tuple(solution)
+
+
+def in_sines(terms: Terms) -> Terms:
+    """The sum, contracted as it is or with all cos^2 = 1 - sin^2, whichever is shorter: of high powers
+    contraction finds no shortest form."""
+    plain = contract(terms)
+    found: Terms = {}
+    for monomial, coefficient in plain.items():
+        product: Terms = {ONE: coefficient}
+        for base, exponent in monomial:
+            factor: Terms = {frozenset({(base, exponent)}): Fraction(1)}
+            if isinstance(base, sympy.cos) and exponent.denominator == 1 and exponent >= 2:
+                square = {ONE: Fraction(1), frozenset({(sympy.sin(*base.args), Fraction(2))}): Fraction(-1)}
+                factor = {frozenset({(base, Fraction(1))}) if exponent % 2 else ONE: Fraction(1)}
+                for _ in range(int(exponent) // 2):
+                    factor = multiply(factor, square)
+            product = multiply(product, factor)
+        add_into(found, product)
+    found = contract(found)
+    return found if len(found) < len(plain) else plain
 
 
 def blocks(matrix: Sequence[Sequence[sympy.Expr]]) -> list[list[int]]:
     """The indices of unknowns that the matrix couples, block by block."""
     found: list[list[int]] = []
     for index, row in enumerate(matrix):
-        joined = [block for block in found if any(row[other] != 0 for other in block)]
+        joined = [block for block in found if any(row[j] != 0 or matrix[j][index] != 0 for j in block)]
         found = [block for block in found if block not in joined]
         found.append(sorted([*(member for block in joined for member in block), index]))
     return sorted(found)
 
 
 def determinant_of(rows: Matrix) -> Terms:
-    """The determinant by expansion along the first row."""
-    if len(rows) == 1:
-        return rows[0][0]
-    total: Terms = {}
-    for column, entry in enumerate(rows[0]):
-        if entry:
-            minor = [[*row[:column], *row[column + 1 :]] for row in rows[1:]]
-            sign = Fraction(-1 if column % 2 else 1)
-            add_into(total, multiply(entry, contract(determinant_of(minor))), sign)
-    return total
+    """The determinant by expansion along the first row, each minor once."""
+    known: dict[tuple[int, ...], Terms] = {(): {ONE: Fraction(1)}}
+
+    def minor(columns: tuple[int, ...]) -> Terms:
+        """Of the last rows, as many as there are ``columns``."""
+        if columns not in known:
+            total: Terms = {}
+            for place, column in enumerate(columns):
+                if entry := rows[-len(columns)][column]:
+                    rest = contract(minor(columns[:place] + columns[place + 1 :]))
+                    add_into(total, multiply(entry, rest), Fraction(-1 if place % 2 else 1))
+            known[columns] = total
+        return known[columns]
+
+    return minor(tuple(range(len(rows))))
 
 
 def quotient(numerator: Terms, denominator: Terms, order: Order) -> sympy.Expr:

@@ -99,6 +99,9 @@ class Text(Notation):
     def rate(self, text: str) -> str:
         return f"d{text}/dt"
 
+    def transposed(self, text: str) -> str:
+        return f"{text}^T"
+
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         if all(len(row) == 1 for row in rows):
             return "[" + ",\n ".join(row[0] for row in rows) + "]"
@@ -167,6 +170,9 @@ class Unicode(Text):
         if exponent.isdigit():
             return base + exponent.translate(SUPERSCRIPTS)
         return f"{base}^{self.enclosed(exponent)}"
+
+    def transposed(self, text: str) -> str:
+        return f"{text}ᵀ"
 
     def relation(self, left: str, sign: str, right: str) -> str:
         return super().relation(left, {">=": "≥", "<=": "≤"}.get(sign, sign), right)

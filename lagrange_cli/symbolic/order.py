@@ -1,7 +1,8 @@
 """The textbook order of factors and terms.
 
-A product reads: numbers, parameters in the file's order, time and coordinates, their functions, velocities,
-accelerations. A sum reads: accelerations first, then squares and products of velocities, then the rest.
+A product reads: numbers, parameters in the file's order, multipliers, time and coordinates, their functions,
+velocities, accelerations. A sum reads: accelerations first, then squares and products of velocities, then the
+rest.
 """
 
 from __future__ import annotations
@@ -25,10 +26,11 @@ class Role(IntEnum):
     """The role of a symbol; roles are in the order of factors in a product."""
 
     PARAMETER = 0
-    TIME = 1
-    COORDINATE = 2
-    VELOCITY = 3
-    ACCELERATION = 4
+    MULTIPLIER = 1
+    TIME = 2
+    COORDINATE = 3
+    VELOCITY = 4
+    ACCELERATION = 5
 
 
 @dataclass(frozen=True)
@@ -112,12 +114,15 @@ class Order:
 
     def sorted_terms(self, expression: sympy.Expr) -> list[sympy.Expr]:
         """The terms of a sum in reading order. A positive term comes first in a constant sum, and a positive
-        constant precedes variable terms: 1 - x_dot**2."""
+        constant precedes variable terms: 1 - x_dot**2. A negative one follows them: x**2 + y**2 - l**2."""
         terms = sorted(sympy.Add.make_args(expression), key=self.term_key)
         if is_negative(terms[0]):
             slow = Role.VELOCITY if self.role(expression) < Role.VELOCITY else Role.COORDINATE
             positive = (term for term in terms if not is_negative(term) and self.role(term) < slow)
             first = next(positive, None)
+            moving = [term for term in terms if self.role(term) > Role.PARAMETER]
+            if first in moving and not any(map(is_negative, moving)):
+                return moving + [term for term in terms if self.role(term) is Role.PARAMETER]
             if first is not None:
                 terms.remove(first)
                 terms.insert(0, first)

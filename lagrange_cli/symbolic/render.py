@@ -83,6 +83,10 @@ class Notation(ABC):
         """The time derivative of the quantity ``text``."""
 
     @abstractmethod
+    def transposed(self, text: str) -> str:
+        """The transpose of the matrix ``text``, a letter."""
+
+    @abstractmethod
     def matrix(self, rows: Sequence[Sequence[str]]) -> str:
         """A matrix; a column is a matrix of one column."""
 

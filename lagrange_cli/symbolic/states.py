@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
@@ -30,9 +30,10 @@ class State:
     where: str = "near the initial one"
 
 
-def near(state: State, source: random.Random) -> State:
-    """A random state near this one, by its own scale or by 1; parameters are varied by up to a tenth."""
+def near(state: State, source: random.Random, *, varied: bool = True) -> State:
+    """A random state near this one, by its own scale or by 1; parameters are ``varied`` by up to a tenth."""
     parameters = {name: x * source.uniform(0.9, 1.1) for name, x in state.parameters.items()}
+    parameters = parameters if varied else dict(state.parameters)
     wide = source.random() < 0.5
 
     def moved(x: float) -> float:
@@ -47,14 +48,22 @@ def scale(x: float) -> float:
     return abs(x) or 1.0
 
 
-def sides(model: Model[Node], states: Sequence[State]) -> list[State]:
+Admissible = Callable[[State], State | None]
+"""The state next to a given one that satisfies the constraints, or None."""
+
+
+def sides(
+    model: Model[Node], states: Sequence[State], admissible: Admissible = lambda state: state
+) -> list[State]:
     """States on both sides of every border that is found near ``states``: where a function of ``model`` has
-    a branch, a kink, a jump or a pole."""
+    a branch, a kink, a jump or a pole. They are ``admissible``."""
     found = []
     names = [TIME, *model.coordinates, *map(velocity_name, model.coordinates)]
     for border in borders(model)[:MOST_BORDERS]:
         moving = [symbol.data for symbol in symbols(border) if symbol.data in names]
-        found += next((pair for state in states if (pair := across(border, moving, state, names))), [])
+        found += next(
+            (pair for state in states if (pair := across(border, moving, state, names, admissible))), []
+        )
     return found
 
 
@@ -62,6 +71,7 @@ def borders(model: Model[Node]) -> list[Node]:
     """What changes its sign where the system is not analytic."""
     given = [model.potential, model.dissipation, *model.generalized_forces]
     given += [] if model.lagrangian is None else [model.lagrangian]
+    given += [one.expression for one in model.constraints]
     given += [x for p in model.particles for x in (*p.position, *p.velocity, *p.force)]
     found: dict[Node, None] = {}
     for node in reachable(given):
@@ -79,8 +89,11 @@ def symbols(node: Node) -> list[Node]:
     return [one for one in reachable([node]) if one.kind is Kind.SYMBOL]
 
 
-def across(border: Node, moving: Sequence[str], state: State, names: Sequence[str]) -> list[State]:
-    """The last state before a border and the first one beyond it, on a line from ``state``; or none."""
+def across(
+    border: Node, moving: Sequence[str], state: State, names: Sequence[str], admissible: Admissible
+) -> list[State]:
+    """The last state before a border and the first one beyond it, on a line from ``state``; or none. Where
+    they are not admissible, others next to them on the same side."""
     here = dict(zip(names, (state.t, *state.q, *state.v)))
 
     def sign(values: Mapping[str, float]) -> float:
@@ -94,7 +107,12 @@ def across(border: Node, moving: Sequence[str], state: State, names: Sequence[st
                 there = {**here, name: here[name] + sense * distance * scale(here[name])}
                 if sign(there) * sign(before) < 0:
                     pair = ((before, "before a branch"), (there, "beyond a branch"))
-                    return [placed(values, state, where) for values, where in pair]
+                    found = []
+                    for values, where in pair:
+                        own = admissible(placed(values, state, where))
+                        if own and sign(dict(zip(names, (own.t, *own.q, *own.v)))) == sign(values):
+                            found.append(own)
+                    return found
                 before = there
     return []
 

@@ -7,30 +7,28 @@ its sums, products and functions (a running error bound; Higham, Accuracy and St
 Algorithms, section 3.3). For accelerations it is at least the effect of rounding errors in M and f (Skeel's
 bound, section 7.2). Rounding errors due to cancellation, or to an almost singular M, therefore do not count
 as a difference.
+
+With constraints the states satisfy them, and the multipliers are compared like the accelerations.
 """
 
 from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import partial, reduce
+from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
-from operator import add
 from typing import Any
 
 import mpmath
 
 from lagrange_cli.errors import SpecError, UsageError
-from lagrange_cli.expression.algebra import Decided
-from lagrange_cli.expression.build import build
-from lagrange_cli.expression.parse import parse
-from lagrange_cli.expression.syntax import ExpressionError, Tree
+from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.symbolic.direct import Direct
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.notations import Text
-from lagrange_cli.symbolic.render import render
-from lagrange_cli.symbolic.states import State, near
+from lagrange_cli.symbolic.measured import Measured
+from lagrange_cli.symbolic.printed import Printed, evaluate, read_back
+from lagrange_cli.symbolic.states import Admissible, State, near
 
 BOUND = 1e-12
 """The largest relative difference of equations that agree."""
@@ -39,14 +37,15 @@ STATES = 12
 ATTEMPTS = 50
 """Attempts to draw each state: at some states the equations may have no finite value."""
 
-Compiled = Callable[[Sequence[float], float, Sequence[float], Sequence[float]], tuple[Any, Any, float]]
-"""(parameters, t, q, v) -> (accelerations, momenta, h), by the compiled program."""
-
-
-Directly = Callable[[State, Sequence[Any], bool], Direct]
-"""(state, accelerations, with many digits) -> ``direct.directly`` of the system file."""
+Compiled = Callable[
+    [Sequence[float], float, Sequence[float], Sequence[float]], tuple[Any, Any, float, Any, Any]
+]
+"""(parameters, t, q, v) -> (accelerations, momenta, h, multipliers, constraints), by the compiled program."""
+Directly = Callable[[State, Sequence[Any], Sequence[Any], bool], Direct]
+"""(state, accelerations, multipliers, with many digits) -> ``direct.directly`` of the system file."""
 COMPILED, DIRECT = "printed and compiled", "printed and directly differentiated"
-"""Two pairs of routes."""
+WRITTEN = "the equations of motion and their solution, both as printed"
+"""Pairs of routes."""
 
 
 @dataclass(frozen=True)
@@ -78,124 +77,17 @@ class Verification:
         )
 
 
-@dataclass(frozen=True)
-class Measured:
-    """A value and its scale, to which its errors are relative; scale >= abs(value)."""
-
-    value: Any
-    scale: Any
-
-    def __neg__(self) -> Measured:
-        return Measured(-self.value, self.scale)
-
-    def __add__(self, other: Measured) -> Measured:
-        return Measured(self.value + other.value, self.scale + other.scale)
-
-    def __sub__(self, other: Measured) -> Measured:
-        return self + -other
-
-    def __mul__(self, other: Measured) -> Measured:
-        scale = self.scale * abs(other.value) + abs(self.value) * other.scale
-        return Measured(self.value * other.value, scale)
-
-    def __truediv__(self, other: Measured) -> Measured:
-        value = self.value / other.value
-        return Measured(value, (self.scale + abs(value) * other.scale) / abs(other.value))
-
-    def __pow__(self, other: Measured) -> Measured:
-        value = self.value**other.value
-        scale = abs(value)
-        if self.value != 0:
-            scale += abs(other.value * value / self.value) * self.scale
-        return Measured(value, scale)
-
-
-SLOPES: dict[str, Callable[[Any], Any]] = {
-    "sin": mpmath.cos,
-    "cos": mpmath.sin,
-    "tan": lambda x: 1 + mpmath.tan(x) ** 2,
-    "asin": lambda x: 1 / mpmath.sqrt(1 - x**2),
-    "acos": lambda x: 1 / mpmath.sqrt(1 - x**2),
-    "atan": lambda x: 1 / (1 + x**2),
-    "sinh": mpmath.cosh,
-    "cosh": mpmath.sinh,
-    "tanh": lambda x: 1 - mpmath.tanh(x) ** 2,
-    "exp": mpmath.exp,
-    "log": lambda x: 1 / x,
-    "sqrt": lambda x: 1 / (2 * mpmath.sqrt(x)),
-}
-"""The derivatives, up to sign."""
-
-
-def real(one: Measured) -> Any:
-    """Its value, which is to be compared; raises ArithmeticError if it is complex."""
-    if mpmath.im(one.value) != 0:
-        raise ArithmeticError("complex numbers are not compared")
-    return mpmath.re(one.value)
-
-
-class MeasuredAlgebra(Decided):
-    """``Algebra[Measured]`` over mpmath's numbers."""
-
-    def number(self, text: str) -> Measured:
-        value = mpmath.mpf(text.replace("_", ""))
-        return Measured(value, abs(value))
-
-    def pi(self) -> Measured:
-        return Measured(+mpmath.pi, +mpmath.pi)
-
-    def symbol(self, name: str) -> Measured:
-        raise NotImplementedError("symbols have values here, which the scope gives")
-
-    def function(self, name: str, arguments: Sequence[Measured]) -> Measured:
-        if name == "atan2":
-            y, x = arguments
-            value = mpmath.atan2(y.value, x.value)
-            turn = (abs(x.value) * y.scale + abs(y.value) * x.scale) / (x.value**2 + y.value**2)
-            return Measured(value, abs(value) + turn)
-        if name in ("min", "max"):
-            return (min if name == "min" else max)(arguments, key=real)
-        (x,) = arguments
-        if name == "abs":
-            return Measured(abs(x.value), x.scale)
-        if name == "sign":
-            return Measured(mpmath.sign(x.value), mpmath.mpf(1))
-        value = getattr(mpmath, name)(x.value)
-        return Measured(value, abs(value) + abs(SLOPES[name](x.value)) * x.scale)
-
-    def side(self, u: Measured, at: int) -> int | None:
-        return super().side(real(u), at)
-
-    def total(self, terms: Sequence[Measured]) -> Measured:
-        return reduce(add, terms)
-
-    def symbols(self, expression: Measured) -> tuple[Measured, ...]:
-        raise NotImplementedError("a number remembers no symbol")
-
-    def diff(self, expression: Measured, symbol: Measured) -> Measured:
-        raise NotImplementedError("a number remembers no symbol")
-
-
-@dataclass(frozen=True)
-class Printed:
-    """The printed equations, parsed: accelerations (explicit, or None), M, f, p and h as trees."""
-
-    accelerations: list[Tree] | None
-    mass_matrix: list[list[Tree]]
-    force: list[Tree]
-    momenta: list[Tree]
-    h: Tree
-
-
 def verify(
     equations: Equations,
     compiled: Compiled,
     start: State,
     others: Sequence[State] = (),
     direct: Directly | None = None,
+    admissible: Admissible = lambda state: state,
 ) -> Verification:
     """Compare printed and compiled equations, and those that ``direct`` has of the system file, at random
-    states near ``start`` and at ``others`` (those of them at which the equations have finite values).
+    states near ``start``, moved to ``admissible`` ones, and at ``others`` (those of them at which the
+    equations have finite values).
 
     Raises ``UsageError`` where no state near the start is found at which they have.
     """
@@ -204,7 +96,7 @@ def verify(
     largest, where, routes = 0.0, "h", COMPILED
     counted: dict[str, int] = {}
     drawn = (
-        somewhere(source, start, partial(compare, equations, printed, compiled, direct))
+        somewhere(source, start, partial(compare, equations, printed, compiled, direct), admissible)
         for _ in range(STATES)
     )
     given = ((one, compare(equations, printed, compiled, direct, one)) for one in others)
@@ -219,39 +111,21 @@ def verify(
 
 
 def somewhere(
-    source: random.Random, start: State, compared: Callable[[State], list[tuple[str, str, float]] | None]
+    source: random.Random,
+    start: State,
+    compared: Callable[[State], list[tuple[str, str, float]] | None],
+    admissible: Admissible,
 ) -> tuple[State, list[tuple[str, str, float]]]:
-    """A random state near ``start``, the first one at which all values are finite, and the differences."""
-    for _ in range(ATTEMPTS):
-        state = near(start, source)
-        differences = compared(state)
-        if differences is not None:
+    """A random state near ``start``, the first one at which all values are finite, and the differences.
+
+    Parameters are varied in the first half of the attempts: constraints may agree with certain values only.
+    """
+    for attempt in range(ATTEMPTS):
+        state = admissible(near(start, source, varied=2 * attempt < ATTEMPTS))
+        differences = None if state is None else compared(state)
+        if state is not None and differences is not None:
             return state, differences
     raise UsageError("the equations have no finite values at random states near the initial one")
-
-
-def read_back(equations: Equations) -> Printed:
-    """The printed text of the equations, parsed. Raises ``UsageError`` where it is too long for that."""
-
-    def tree(expression: Any) -> Tree:
-        return parse(render(expression, Text(), equations.order))
-
-    try:
-        accelerations = None
-        if equations.accelerations is not None:
-            accelerations = [tree(each) for each in equations.accelerations]
-    except ExpressionError:
-        accelerations = None  # longer than an expression may be; M a = f is equivalent
-    try:
-        return Printed(
-            accelerations,
-            [[tree(entry) for entry in row] for row in equations.mass_matrix],
-            [tree(each) for each in equations.force],
-            [tree(each) for each in equations.momenta],
-            tree(equations.h),
-        )
-    except ExpressionError as error:
-        raise UsageError(f"the printed equations are too long to be verified ({error.message})") from error
 
 
 def compare(
@@ -269,32 +143,26 @@ def compare(
     try:
         with mpmath.workdps(DIGITS):
             known = {name: Measured(mpmath.mpf(x), abs(mpmath.mpf(x))) for name, x in values.items()}
-            exact, scales = evaluate(equations, printed, known)
+            exact = evaluate(equations, printed, known)
     except (ArithmeticError, ValueError, ExpressionError):
         return None
-    if not all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact):
+    if not all(mpmath.isfinite(each.value) and mpmath.im(each.value) == 0 for _, each in exact.all):
         return None
-    a, p, h = compiled(list(state.parameters.values()), state.t, state.q, state.v)
-    found = [
-        (COMPILED, name, relative_difference(each, number))
-        for (name, each), number in zip(exact, [float(x) for x in (*a, *p, h)], strict=True)
-    ]
+    a, p, h, multipliers, constraints = compiled(list(state.parameters.values()), state.t, state.q, state.v)
+    pairs = zip(exact.all, [float(x) for x in (*a, *multipliers, *p, h, *constraints)], strict=True)
+    found = [(COMPILED, name, relative_difference(each, number)) for (name, each), number in pairs]
+    found += [(WRITTEN, name, relative_difference(each, 0)) for name, each in exact.equations]
     if direct is None:
         return found
-    accelerations = [mpmath.re(each.value) for _, each in exact[: len(state.q)]]
-    zero = Measured(mpmath.mpf(0), mpmath.mpf(0))
-    others = [
-        *exact[len(state.q) :],
-        *((name, replace(zero, scale=one)) for (name, _), one in zip(exact, scales)),
-    ]
+    unknowns = [mpmath.re(each.value) for _, each in (*exact.accelerations, *exact.multipliers)]
+    n = len(state.q)
     for digits in (False, True):  # doubles lose some where terms cancel that the printed equations have not
         try:
             with mpmath.workdps(DIGITS):
-                own = direct(state, accelerations, digits)
-                rest = [
-                    (DIRECT, name, relative_difference(each, number))
-                    for (name, each), number in zip(others, (*own.momenta, own.h, *own.residual), strict=True)
-                ]
+                own = direct(state, unknowns[:n], unknowns[n:], digits)
+                values_there = (*own.momenta, own.h, *own.constraints, *own.residual, *own.rates)
+                both = zip((*exact.functions, *exact.zeros), values_there, strict=True)
+                rest = [(DIRECT, name, relative_difference(each, number)) for (name, each), number in both]
         except (ArithmeticError, ValueError, SpecError):
             return None
         if max(difference for _, _, difference in rest) <= BOUND / 10:
@@ -306,41 +174,3 @@ def relative_difference(exact: Measured, number: Any) -> float:
     """The difference of a compiled number from the exact one, relative to its scale; infinite for nan."""
     difference = abs(number - exact.value) / (exact.scale or 1)
     return float(difference) if mpmath.isfinite(difference) else float("inf")
-
-
-def evaluate(
-    equations: Equations, printed: Printed, known: Mapping[str, Measured]
-) -> tuple[list[tuple[str, Measured]], list[Any]]:
-    """Names and values of the accelerations, the momenta and h; and the scale |M| |a| + |f| of each equation
-    M a = f."""
-    algebra = MeasuredAlgebra()
-
-    def value(tree: Tree) -> Measured:
-        result: Measured = build(tree, known.__getitem__, algebra)
-        return result
-
-    matrix = [[value(entry) for entry in row] for row in printed.mass_matrix]
-    force = [value(each) for each in printed.force]
-    accelerations = solve_measured(matrix, force)
-    if printed.accelerations is not None:  # the compiled side always solves M a = f, which has its own scale
-        accelerations = [
-            Measured(own.value, max(own.scale, solved.scale))
-            for own, solved in zip(map(value, printed.accelerations), accelerations, strict=True)
-        ]
-    names = [*map(str, equations.a), *(f"p_{name}" for name in equations.coordinates), "h"]
-    values = [*accelerations, *map(value, printed.momenta), value(printed.h)]
-    sizes = [abs(each.value) for each in accelerations]
-    scales = [
-        one.scale + sum(entry.scale * size for entry, size in zip(row, sizes, strict=True))
-        for row, one in zip(matrix, force, strict=True)
-    ]
-    return list(zip(names, values, strict=True)), scales
-
-
-def solve_measured(matrix: list[list[Measured]], force: list[Measured]) -> list[Measured]:
-    """The solution of M a = f; its scale is |M^-1| (|M| |a| + |f|), after Skeel."""
-    inverse = mpmath.matrix([[entry.value for entry in row] for row in matrix]) ** -1
-    n = len(force)
-    solution = [sum(inverse[i, k] * force[k].value for k in range(n)) for i in range(n)]
-    slack = [force[k].scale + sum(matrix[k][j].scale * abs(solution[j]) for j in range(n)) for k in range(n)]
-    return [Measured(solution[i], sum(abs(inverse[i, k]) * slack[k] for k in range(n))) for i in range(n)]

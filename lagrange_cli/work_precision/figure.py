@@ -1,38 +1,21 @@
-"""Work-precision diagrams: run time against error, both logarithmic. The only place that imports matplotlib.
+"""Work-precision diagrams: run time against error, both logarithmic.
 
 The error decreases to the right: points further right are more accurate, and lower points are faster.
 """
 
 from __future__ import annotations
 
-import importlib.util
-import io
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.figures.style import COLORS, FORMATS, MARKERS, STYLE, check_matplotlib, rendered
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-FORMATS = (".svg", ".pdf", ".png")
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-"""The colours of Okabe and Ito, which colour-blind readers can distinguish (Wong, Nature Methods 8, 2011)."""
-MARKERS = "osD^vPX"
-STYLE: Any = {
-    "font.size": 10,
-    "font.family": "sans-serif",
-    "svg.fonttype": "none",
-    "svg.hashsalt": "lagrange",  # the same picture is the same file
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.grid": True,
-    "grid.color": "#e4e4e4",
-    "grid.linewidth": 0.8,
-    "axes.axisbelow": True,
-}
 LINE = 12.0
 """Least distance between two labels, in points."""
 WIDE = 70.0
@@ -78,8 +61,7 @@ def check_picture(name: str) -> None:
         raise UsageError(f"--plot {name}: the name must end in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}")
     if not path.parent.is_dir():
         raise UsageError(f"--plot {name}: there is no directory {path.parent}")
-    if importlib.util.find_spec("matplotlib") is None:
-        raise UsageError("--plot needs matplotlib: pip install 'lagrange-cli[plot]'")
+    check_matplotlib("--plot")
 
 
 def write_picture(name: str, *pictures: Picture) -> None:
@@ -90,7 +72,6 @@ def write_picture(name: str, *pictures: Picture) -> None:
     import matplotlib
     from matplotlib.figure import Figure
 
-    drawn = io.BytesIO()
     path = Path(name)
     with matplotlib.rc_context(STYLE):
         width = 7.2 if len(pictures) == 1 else 2.0 + 4.3 * len(pictures)
@@ -102,10 +83,9 @@ def write_picture(name: str, *pictures: Picture) -> None:
             label_ends(figure, frames[0], pictures[0].curves)
         else:
             figure.legend(*frames[0].get_legend_handles_labels(), loc="outside right center", frameon=False)
-        stamps = {".svg": {"Date": None}, ".pdf": {"CreationDate": None}}
-        figure.savefig(drawn, format=path.suffix[1:], dpi=150, metadata=stamps.get(path.suffix))
+        drawn = rendered(figure, path.suffix)
     try:
-        path.write_bytes(drawn.getvalue())
+        path.write_bytes(drawn)
     except OSError as error:
         raise FileError(f"{name} could not be written: {error.strerror or error}") from error
 

@@ -20,7 +20,7 @@ CIRCLE = Known(np.arange(101), np.cos(TIMES)[None], np.full((1, 101), 2.0**-52))
 OSCILLATOR = Scene("oscillator", "an oscillator", particle("x**2/2"), 10.0)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("name", "verdict"), [*((name, "right") for name in RIGHT), *((name, "refused") for name in REFUSED)]
 )
@@ -44,6 +44,7 @@ def told(status: str = "complete", message: str = "reached the end") -> dict:
     return {"status": status, "message": message, "t": 10.0, "steps": 20, "h_drift": 0.0, "p_drift": {}}
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_what_is_off_is_wrong() -> None:
     q, h = np.cos(TIMES), np.full(101, 0.5)
     assert judged(OSCILLATOR, told(), kept(q, h), CIRCLE).verdict == "right"

@@ -11,8 +11,10 @@ import pytest
 
 from benchmarks.truth.case import MP
 from benchmarks.truth.drawing import FAMILIES, cases
-from benchmarks.truth.judge import REFUSED, RIGHT, SOLVE, WRONG, Known, Ran, command, judge, run, verdict
+from benchmarks.truth.judge import REFUSED, RIGHT, WRONG, judge, verdict
+from benchmarks.truth.known import Known
 from benchmarks.truth.reference import Course, Exit, Linear, pieces, root_of, to
+from benchmarks.truth.running import SOLVE, Ran, command, run
 
 TOLD = {
     "status": "complete",
@@ -46,6 +48,7 @@ def write(case, folder: Path) -> Path:
     return file
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_what_is_off_is_wrong(pendulum, tmp_path):
     assert judged(pendulum, tmp_path).verdict == RIGHT
     off = judged(pendulum, tmp_path, 1e-6)

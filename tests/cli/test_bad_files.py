@@ -85,9 +85,10 @@ def test_one_clear_message(runs, name, command):
 
 @pytest.mark.parametrize("command", ["solve", "check"])
 def test_a_coordinate_that_no_kinetic_energy_depends_on(tmp_path, command):
-    content = GOOD.replace("coordinates:\n", "coordinates:\n  idle: {initial: 1}\n")
+    content = GOOD.replace("coordinates:\n", "coordinates:\n  idle: {initial: 1}\n  other: {initial: 2}\n")
     (tmp_path / "bad.yaml").write_text(content)
     line = content.splitlines().index("  idle: {initial: 1}") + 1
     run = lagrange(command, "bad.yaml", cwd=tmp_path)
     assert (run.returncode, run.stdout) == (3, "")
     assert run.stderr.startswith(f"bad.yaml:{line}:3: no kinetic energy depends on the velocity of 'idle'\n")
+    assert f"\nbad.yaml:{line + 1}:3: no kinetic energy depends on the velocity of 'other'\n" in run.stderr

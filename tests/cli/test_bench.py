@@ -110,6 +110,7 @@ def test_what_is_too_slow_is_cut_and_its_tighter_tolerances_are_skipped(capsys):
     assert "none (no method reached the end)" in out
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_the_picture_is_drawn_with_every_method(capsys, folder):
     status, out, _ = run(capsys, *FEW, "--stop", "4*a", "--quiet", "--plot", "hoop.svg")
     assert (status, out) == (0, "")
@@ -121,7 +122,7 @@ def test_the_picture_is_drawn_with_every_method(capsys, folder):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--methods", "taylor,dop"], "unknown method 'dop'; known: taylor, DOP853"),
+        (["--methods", "taylor,dop"], "unknown method 'dop'; known: taylor, ias15, DOP853"),
         (["--tolerances", "1e-3,x"], "'1e-3,x' is not a comma-separated list of numbers"),
         (["--error", "1e-16"], "--error must be from 1e-12 to 0.1, not 1e-16"),
         (["--error", "nan"], "--error must be from 1e-12 to 0.1, not nan"),
@@ -154,7 +155,7 @@ def test_all_methods_are_tried_unless_their_jacobian_is_large():
     assert FULL_PRECISION in entries["taylor"] and FULL_PRECISION not in entries["DOP853"]
     entries = entries_of(None, [1e-5], 500)
     (said,) = module.left_out_of(entries, 500)
-    assert entries == {"taylor": [1e-5], "DOP853": [1e-5]}
+    assert entries == {"taylor": [1e-5], "ias15": [1e-5], "DOP853": [1e-5]}
     assert "left out: Radau, BDF, LSODA" in said and "add them with --methods Radau,BDF,LSODA" in said
     assert list(entries_of(["Radau", "taylor"], None, 500)) == ["Radau", "taylor"]
 

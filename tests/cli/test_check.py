@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from lagrange_cli.cli.main import main
 from tests.support.command import SYSTEMS, lagrange
 
 KEYS = [
@@ -31,7 +32,7 @@ FACTS = {
     "rotating_hoop": (1, False, [], {"h"}),
     "rotating_rod": (1, False, [], {"h"}),
     "harmonic_oscillator": (1, True, [], {"h"}),
-    "central_force": (2, True, ["theta"], {"h", "p_theta"}),
+    "central_force": (2, True, ["theta"], {"h", "p_theta", "A_x", "A_y"}),
     "spherical_pendulum": (2, True, ["phi"], {"h", "p_phi"}),
     "driven_damped_pendulum": (1, True, [], set()),
 }
@@ -55,9 +56,11 @@ def test_what_kind_of_system_each_is(tmp_path):
         assert all(isinstance(sentence, str) for sentence in answer["skipped"])
 
 
-def test_every_shipped_system_is_right(tmp_path):
-    names = [path.stem for path in sorted(SYSTEMS.glob("*.yaml"))]
-    assert len(check(*names, cwd=tmp_path)) == len(names)
+@pytest.mark.exhaustive(keep=6)
+@pytest.mark.parametrize("name", [path.stem for path in sorted(SYSTEMS.glob("*.yaml"))])
+def test_every_shipped_system_is_right(name, capsys):
+    assert main(["check", "--json", str(SYSTEMS / f"{name}.yaml")]) == 0
+    assert json.loads(capsys.readouterr().out)["degrees_of_freedom"] > 0
 
 
 def test_the_text_says_the_same(tmp_path):
@@ -172,3 +175,93 @@ def test_events_are_listed_and_what_they_may_change(tmp_path):
         {"name": "top", "when": "y_dot", "direction": "falling", "action": "record", "set": {}},
     ]
     assert [each.get("broken_by") for each in answer["conserved"]] == [["floor"]]
+
+
+ROLLING_BALL = """
+coordinates:
+  x: {initial: 0, velocity: 1}
+  y: {initial: 0}
+  a: {initial: 0}
+  b: {initial: 0, velocity: 1}
+  c: {initial: 0}
+lagrangian: (x_dot**2 + y_dot**2)/2 + (a_dot**2 + b_dot**2 + c_dot**2)/5
+nonholonomic: {along: x_dot - b_dot, across: y_dot + a_dot}
+"""
+RISING_RAMP = """
+coordinates: {x: {initial: 1}, y: {initial: 0}}
+masses: {m: 1}
+positions: {m: [x, y]}
+potential: y
+constraints: {ramp: y - t**2*x}
+"""
+
+
+def test_the_matrix_with_constraints_is_described(tmp_path):
+    run = lagrange("check", "--verbose", "-", cwd=tmp_path, input=ROLLING_BALL)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "L and constraints do not depend on t" in run.stdout
+    assert "block-diagonal, {x, b, along}, {y, a, across}, {c}:" in run.stdout
+
+
+def test_constraints_that_depend_on_t_are_rheonomic(tmp_path):
+    run = lagrange("check", "-", cwd=tmp_path, input=RISING_RAMP)
+    assert (run.returncode, run.stderr) == (0, "")
+    assert "rheonomic: constraints depend on t" in run.stdout
+
+
+FROBENIUS = """
+parameters: {R: 0.5}
+coordinates: {x: {initial: 0}, y: {initial: 0}, phi: {initial: 0}, a: {initial: 0.5, velocity: 1}}
+lagrangian: (x_dot**2 + y_dot**2 + phi_dot**2 + a_dot**2)/2
+nonholonomic:
+  roll: x_dot*cos(a) - R*phi_dot*cos(a)
+  edge: x_dot*sin(a) - y_dot*cos(a)
+"""
+
+
+def test_frobenius_tells_which_constraints_on_velocities_are_holonomic(tmp_path):
+    run = lagrange("check", "--json", "-", cwd=tmp_path, input=FROBENIUS)
+    answer = json.loads(run.stdout)
+    assert answer["integrable"] == {"together": False, "roll": True, "edge": False}
+    assert answer["integrals"] == {"roll": "-R*phi + x"}
+    assert answer["degrees_of_freedom"] == 2
+
+
+REDUNDANT = """
+coordinates: {x: {initial: 1}, y: {initial: 0}}
+masses: {a: 1}
+positions: {a: [x, y]}
+constraints: {rod: x**2 + y**2 - 1, again: 2*x**2 + 2*y**2 - 2}
+"""
+
+
+def test_redundant_constraints_are_named_and_do_not_count(tmp_path):
+    run = lagrange("check", "-", cwd=tmp_path, input=REDUNDANT)
+    assert "1 degree of freedom" in run.stdout
+    assert "the constraint again depends on the others: the multipliers of rod, again are not" in run.stdout
+    (answer,) = [json.loads(lagrange("check", "--json", "-", cwd=tmp_path, input=REDUNDANT).stdout)]
+    assert (answer["degrees_of_freedom"], answer["initial"]["redundant"]) == (1, ["again"])
+
+
+DRAWN = """
+parameters: {m: 1, w: 2}
+coordinates: {x: {initial: 0}, y: {initial: 0}, a: {initial: 0}}
+bodies:
+  b: {mass: m, solid: {sphere: 1}, position: [x, y, 0], orientation: {euler: [w*t, a, 0]}}
+nonholonomic: {pulled: x_dot - w}
+"""
+
+
+def test_what_is_said_of_bodies_and_of_momenta_is_true(tmp_path, capsys):
+    """The orientation depends on t, not the position; and the force that keeps a velocity may be 0."""
+    system = tmp_path / "b.yaml"
+    for text, said in (
+        (DRAWN, "rheonomic: orientations depend"),
+        (DRAWN.replace("w*t", "0"), "scleronomic:"),
+    ):
+        system.write_text(text, encoding="utf-8")
+        assert main(["check", str(system)]) == 0
+        shown = capsys.readouterr().out
+        assert said in shown
+        assert "L does not contain x, but forces may act along it, so that its momentum may change" in shown
+    assert "positions, orientations and constraints do not depend on t" in shown

@@ -52,6 +52,15 @@ def asked(monkeypatch, *words: str, kind: type[ShellComplete] = Bash) -> list[st
         (["check", HOOP, "--set", "th"], ["theta=", "theta_dot="]),
         (["sweep", HOOP, "--over", "om"], ["omega="]),
         (["sweep", HOOP, "--random", "om"], ["omega="]),
+        (["section", HOOP, "--set", "th"], ["theta=", "theta_dot="]),
+        (["section", HOOP, "--over", "om"], ["omega="]),
+        (["section", HOOP, "--direction", "f"], ["falling"]),
+        (["section", HOOP, "--where", "th"], ["theta", "theta_dot"]),
+        (["section", HOOP, "--where", "sin(theta)-om"], ["sin(theta)-omega"]),
+        (["section", CHAIN, "--where", "the"], ["theta[", "theta_dot["]),
+        (["section", HOOP, "--where", "theta>2"], [""]),
+        (["section", HOOP, "--every", "2*pi/o"], ["2*pi/omega"]),
+        (["solve", HOOP, "--stop", "20*pi/o"], ["20*pi/omega"]),
         (["solve", CHAIN, "--size", ""], ["N="]),
         (["solve", CHAIN, "--set", "the"], ["theta[", "theta_dot["]),
         (["solve", HOOP, "--set", "m", "="], [""]),
@@ -154,10 +163,8 @@ def installed(folder):
     return command
 
 
-def test_a_round_trip_in_bash(tmp_path):
+def complete_in_bash(tmp_path):
     """Tab in an interactive bash in a pseudo-terminal: the words that it makes of what is typed."""
-    if shutil.which("bash") is None:
-        pytest.skip("there is no bash")
     command = installed(tmp_path / "bin")
     (tmp_path / "my hoop.yaml").write_text((SYSTEMS / "rotating_hoop.yaml").read_text(encoding="utf-8"))
     (tmp_path / "my notes.txt").touch()
@@ -199,10 +206,8 @@ def test_a_round_trip_in_bash(tmp_path):
     ], shown.decode()
 
 
-def test_fish_completes_what_is_typed(tmp_path):
+def complete_in_fish(tmp_path):
     """As at the Tab key: fish is asked what it would offer."""
-    if shutil.which("fish") is None:
-        pytest.skip("fish is not installed; what the command answers to it is tested above")
     command = installed(tmp_path / "folder")
     (tmp_path / "my hoop.yaml").write_text((SYSTEMS / "rotating_hoop.yaml").read_text(encoding="utf-8"))
     for name in ("my notes.txt", "other.yml", "my.csv"):
@@ -231,6 +236,16 @@ def test_fish_completes_what_is_typed(tmp_path):
     ]
     found = dict(zip(typed, offered, strict=True))
     assert found == typed, run.stderr
+
+
+IN_SHELLS = {"bash": complete_in_bash, "fish": complete_in_fish}
+TRIED = ["bash", *(shell for shell in ("fish",) if shutil.which(shell))]
+"""bash is required; other shells are tried where they are installed."""
+
+
+@pytest.mark.parametrize("shell", TRIED)
+def test_a_shell_completes_what_is_typed(tmp_path, shell):
+    IN_SHELLS[shell](tmp_path)
 
 
 def test_the_shells_are_registered():

@@ -8,11 +8,13 @@ from pathlib import Path
 
 import pytest
 
+from lagrange_cli.drawing.draw import draw
 from lagrange_cli.expression.vocabulary import CALLABLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.outputs.units import find_units
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.values import resolve_values
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -27,6 +29,7 @@ CONTORTED = (
 """Phrases, some of them quoted by readers who did not understand them, and their kind."""
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_what_is_made_from_the_commands_is_up_to_date():
     make = runpy.run_path(str(ROOT / "docs" / "make.py"))
     for path, text in make["made"]():
@@ -43,17 +46,22 @@ def test_the_page_of_the_output_file_names_every_output():
 def test_the_examples_of_the_system_file_are_system_files():
     page = (ROOT / "docs" / "system-file.md").read_text(encoding="utf-8")
     examples = re.findall(r"```yaml\n(.*?)```", page, re.DOTALL)
-    example, walls, ball, rotor, plane, family, chain, pieces, attraction, units, times = examples
+    example, walls, rod, top, ball, rotor, plane, family, drawn, others, *examples = examples
+    chain, pieces, attraction, units, times = examples
     assert read_spec(example, "example.yaml").name == "bead on a rotating hoop"
     walled = "parameters: {k: 1, m: 1, mu: 1, g: 1, F: 1}\ncoordinates: [x, y]\nmasses: {p: m}\n"
     assert read_spec(f"{walled}embedding: {{p: [x, y]}}\n{walls}", "walls.yaml").forces["generalized_forces"]
+    assert [*read_spec(top, "top.yaml").bodies] == ["top"]
     assert [*read_spec(ball, "ball.yaml").events] == ["floor", "top"]
     rod = "parameters: {K: 1, T: 1}\ncoordinates: [theta]\nlagrangian: theta_dot**2/2\n"
     assert [*read_spec(rod + rotor, "rotor.yaml").events] == ["kick"]
     assert [*read_spec(f"{walled}embedding: {{p: [x, y]}}\n{plane}", "plane.yaml").events] == ["section"]
+    spec = read_spec(f"{walled}embedding: {{p: [x, y]}}\n{others}", "others.yaml")
+    assert [*spec.transformations] == ["polar", "falling"]
     gas = "sizes: {N: 2}\ncoordinates: {x[i in range(N)]: {initial: 1}}\nmasses: {p[i in range(N)]: 1}\n"
     gas += "embedding: {p[i in range(N)]: x[i]}\n"
     assert [*read_spec(gas + family, "gas.yaml").events] == ["wall[0]", "wall[1]", "flash"]
+    assert draw(spec := read_spec(drawn, "drawn.yaml"), resolve_values(spec)).sliders["k"] == (1, 100)
     spec = read_spec(chain, "chain.yaml", {"N": "3"})
     assert [coordinate.name for coordinate in spec.coordinates] == ["theta[0]", "theta[1]", "theta[2]"]
     assert len(read_spec(chain + pieces, "chain.yaml").definitions) == 20

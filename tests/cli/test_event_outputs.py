@@ -146,6 +146,7 @@ def test_a_motion_that_an_event_stops_is_done(folder, capsys):
     assert "needs nothing more: stopped, event 'ground'" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("system", "stop", "patience"),
     [("table", 3, 1), ("table", 20, 7), ("rest", 20, 5), ("released", 0.9, 1)],
@@ -207,8 +208,10 @@ SWEPT = (
 )  # fmt: skip
 
 
-def test_a_sweep_holds_the_crossings_of_each_member(folder):
+def test_a_sweep_holds_the_crossings_of_each_member(folder, capsys):
     assert main([*SWEPT]) == 0
+    out, error = capsys.readouterr()
+    assert error == "a ball on a table that shakes: event 'never' did not occur in any member\n"
     with h5py.File("out.h5") as file:
         floor, post = file["events/floor"], file["events/post"]
         member, times = floor["member"][:], floor["t"][:]
@@ -218,6 +221,11 @@ def test_a_sweep_holds_the_crossings_of_each_member(folder):
         np.testing.assert_array_equal(post["i"], [0, 1] * 10)
         assert floor["q/u"].shape == (len(times), 2) and file["events/never/q/u"].shape == (0, 2)
         assert dict(floor.attrs)["when"] == "y - A*sin(w*t)"
+        counts = {name: len(group["t"]) for name, group in file["events"].items()}
+        assert json.loads(file.attrs["events"]) == {name: {"count": n} for name, n in counts.items()}
+    assert f"\n  events: floor {counts['floor']}, pushed {counts['pushed']}, post 20, never 0\n" in out
+    assert main([*SWEPT, "--resume", "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["events"]["post"] == {"count": 20}
     assert solve("table.yaml", "--set", "e=0.8", "--set", "y=1.5", "--stop", "6", "-o", "one.h5") == 0
     with h5py.File("one.h5") as file:
         np.testing.assert_allclose(times[member == 7], file["events/floor/t"], rtol=1e-13)
@@ -266,6 +274,7 @@ def test_members_that_events_stop_are_counted(folder, capsys):
     said = json.loads(capsys.readouterr().out)
     assert (said["status"], said["complete"], said["stopped"]) == ("complete", 1, 1)
     assert said["message"] == "1 of 2 members reached the end, events stopped 1"
+    assert said["events"] == {"ground": {"count": 1}}
     assert main([*run, "--force"]) == 0
     assert "\n  1 reached the end, 1 stopped\n" in capsys.readouterr().out
     with h5py.File("out.h5") as file:

@@ -40,6 +40,40 @@ def test_members_of_a_sweep_are_what_they_are_alone(sampled, tmp_path):
         assert np.abs(np.asarray(alone["diagnostics/ledger/h"])).max() < 1e-13
 
 
+LEAKING = """
+name: a cart that loses its load
+parameters: {load: 1, lost: LOST, k: 1}
+coordinates: {x: {initial: 1}, y[i in range(2)]: {initial: i}}
+definitions: {mass: load/2}
+masses: {cart: mass, other[i in range(2)]: i + mass}
+embedding: {cart: [x], other[i in range(2)]: ["y[i]"]}
+potential: k*x**2/2
+events: {rising: x_dot, loses: {when: x, action: {set: {load: load - lost}}}}
+"""
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_motion_ends_before_an_event_that_leaves_no_mass(precision, tmp_path):
+    said = "a mass is no longer greater than 0 at t = {}, where "
+    told = "(event 'loses' makes the mass of '{}' {}); let the action keep all masses greater than 0"
+    for lost, t, mass in (
+        ("1.5", "1.11072073", "-0.25"),
+        ("1", "1.11072073", "0"),
+        ("1/2", "2.68151706", "0"),
+    ):
+        (tmp_path / "leaking.yaml").write_text(LEAKING.replace("LOST", lost))
+        options = ["--stop", "10", "--precision", precision, "--force"]
+        done = lagrange("solve", "leaking.yaml", *options, cwd=tmp_path)
+        assert done.returncode == 4
+        assert said.format(t) in done.stderr and told.format("cart", mass) in done.stderr
+        with h5py.File(tmp_path / "leaking.h5") as file:
+            x = 1 - np.asarray(file["v/x"]) ** 2 / 2 if lost != "1/2" else np.zeros(0)
+            assert np.abs(np.asarray(file["q/x"])[: len(x)] ** 2 - x).max(initial=0.0) < 1e-15
+    done = lagrange("sweep", "leaking.yaml", "--over", "lost=0.1,2", "--stop", "4", cwd=tmp_path)
+    assert done.returncode == 4
+    assert "1 of 2 members failed; member 1 (lost = 2): a mass is no longer" in done.stderr
+
+
 @pytest.mark.parametrize(
     ("options", "said"),
     [

@@ -112,7 +112,7 @@ def test_what_is_said_of_many_members_stays_short(tmp_path):
     assert list(summary["p_drift"]) == [f"x[{i}]" for i in range(30)]
     check = lagrange("check", "free.yaml", cwd=tmp_path)
     assert "  coordinates: x[0..29]\n  cyclic: x[0..29]\n" in check.stdout
-    assert "and 11 more" in check.stdout
+    assert "and 12 more" in check.stdout
     facts = json.loads(lagrange("check", "free.yaml", "--json", "--size", "N=2", cwd=tmp_path).stdout)
     assert (facts["degrees_of_freedom"], facts["cyclic"]) == (2, ["x[0]", "x[1]"])
     assert [each["expression"] for each in facts["conserved"][:2]] == ["dL/dx_dot[0]", "dL/dx_dot[1]"]

@@ -10,9 +10,9 @@ import pytest
 
 import lagrange_cli
 from lagrange_cli.cli import console as report
-from lagrange_cli.cli import shipped
 from lagrange_cli.cli.main import COMMANDS, LazyGroup, main
 from lagrange_cli.errors import FileError, LagrangeError, MotionError, Problem, SpecError, UsageError
+from lagrange_cli.run import shipped
 from tests.support.command import SYSTEMS, environment, lagrange
 
 
@@ -90,7 +90,7 @@ def test_every_error_ends_as_a_message_and_its_status(error, status, message, mo
 def test_every_kind_of_error_has_a_status_of_its_own():
     kinds = LagrangeError.__subclasses__()
     assert {kind.exit_code for kind in kinds} == {2, 3, 4, 5}
-    assert len(kinds) == 8
+    assert len(kinds) == 11
 
 
 @pytest.mark.parametrize("error", [ZeroDivisionError("by zero"), RecursionError("deep"), LookupError("none")])

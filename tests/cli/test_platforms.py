@@ -56,7 +56,7 @@ def on(system, *commands, cwd):
     )
 
 
-@pytest.mark.exhaustive(keep=1)
+@pytest.mark.exhaustive(keep=0)
 @pytest.mark.parametrize("system", ["win32", "darwin"])
 def test_every_command_does_its_job(system, tmp_path):
     assert {command[0] for command in EVERYTHING} == {*COMMANDS, "interrupted"}

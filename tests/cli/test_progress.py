@@ -188,6 +188,32 @@ def test_a_line_fits_the_terminal(terminal, clock, monkeypatch, width, name):
     assert all(columns(piece) < widths[0] for piece in terminal.getvalue()[so_far:].split("\r"))
 
 
+def test_in_a_narrow_terminal_the_time_left_stays(terminal, clock, monkeypatch):
+    width = [80]
+    monkeypatch.setattr(terminal, "fileno", lambda: 2)
+    monkeypatch.setattr(progress.os, "get_terminal_size", lambda fd: os.terminal_size((width[0], 24)))
+    members = Counter("double pendulum", 4000, "members", quiet=False)
+    motion = Progress("double pendulum", 0.0, 2e6, quiet=False)
+    members.show(0)
+    motion.show(0.0)
+    for width[0], done in ((80, 1000), (62, 1001), (40, 1002), (24, 1003), (12, 1004)):
+        clock[0] += 10
+        members.show(done)
+        motion.show(500.0 * done)
+    assert lines(terminal) == [
+        "double pendulum:  25%  1000 of 4000 members, 100 per second, 30 s left",
+        "double pendulum:  25%  t = 500000 of 2e+06, 30 s left",
+        "double pendulum:  25%  1001 of 4000 members, 1 min 0 s left",
+        "double pendulum:  25%  t = 500500 of 2e+06, 1 min 0 s left",
+        "double pendulum:  25%, 1 min 30 s left",
+        "double pendulum:  25%, 1 min 30 s left",
+        "25%, 2 min 0 s left",
+        "25%, 2 min 0 s left",
+        "25%, 2 min",
+        "25%, 2 min",
+    ]
+
+
 def test_a_letter_takes_as_many_columns_as_it_is_wide():
     assert [columns(text) for text in ("θ", "振", "e\u0301", "ｗ", "")] == [1, 2, 1, 2, 0]
 
@@ -239,6 +265,7 @@ sys.exit(main(sys.argv[1:]))
 """The command, where every stage lasts until it has been shown."""
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.skipif(not hasattr(os, "openpty"), reason="no pseudo-terminals here")
 @pytest.mark.parametrize(
     ("command", "shown"),

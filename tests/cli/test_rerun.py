@@ -67,6 +67,20 @@ def test_one_of_a_link_to_the_file_is_replaced_too(folder):
     assert main(["solve", "there/pendulum.yaml"]) == 0
 
 
+@pytest.mark.parametrize(
+    "command", [("plot", "--stop", "1"), ("view",), ("animate", "--stop", "0.1", "-o", "a.gif")]
+)
+def test_pictures_and_pages_say_so_too(folder, capsys, command):
+    run = [command[0], "pendulum.yaml", *command[1:]]
+    assert main(run) == 0
+    assert "replaced" not in capsys.readouterr().out
+    edit()
+    assert main(run) == 0
+    assert "(replaced the result of an earlier run of this file)" in capsys.readouterr().out
+    assert main([*run, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["replaced"] is True
+
+
 def test_sweeps_likewise(folder, capsys):
     run = ["sweep", "pendulum.yaml", "--over", "m=1,2"]
     assert main(run) == 0

@@ -128,8 +128,9 @@ def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_aft
     assert os.listdir(folder) == ["out.h5"]
 
 
-def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_after):
-    run = (DOUBLE, "--stop", "-800", "--step", "0.01", "-o", "out.h5", *CONTINUED)
+@pytest.mark.parametrize("method", [("--stop", "-800"), ("--stop", "-200", "--method", "ias15")])
+def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_after, method):
+    run = (DOUBLE, *method, "--step", "0.01", "-o", "out.h5", *CONTINUED)
     expected = whole(folder, *run)
     interrupted_after(2)
     assert solve(*run) == 130
@@ -137,7 +138,7 @@ def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_af
     assert solve(*run, "--resume") == 0
     assert (folder / "out.h5").read_bytes() == expected
     with h5py.File("out.h5") as file:
-        assert file["t"][-1] == -800 and np.all(np.diff(file["t"][:]) < 0)
+        assert file["t"][-1] == float(method[1]) and np.all(np.diff(file["t"][:]) < 0)
 
 
 @pytest.mark.exhaustive(keep=1)

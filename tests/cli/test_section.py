@@ -8,10 +8,12 @@ import os
 from pathlib import Path
 
 import h5py
+import mpmath
 import numpy as np
 import pytest
 import xarray
 
+from lagrange_cli.integrate.methods import stepper
 from tests.cli.test_solve import datasets
 from tests.support.command import SYSTEMS, lagrange, lagrange_process
 
@@ -23,6 +25,20 @@ definitions: {both: x + x_dot}
 lagrangian: x_dot**2/2 - w**2*x**2/2
 time: {unit: s}
 solve: {stop: 2*pi/w, step: 0.1, method: DOP853}
+"""
+
+
+FLOOR = """
+name: a ball between springs that change, above a floor
+parameters: {g: 1, e: 1.0, k: 1}
+coordinates: {y: {initial: 1}, x: {initial: 0, velocity: 1.3}}
+masses: {ball: 1}
+embedding: {ball: [x, y]}
+potential: g*y + k*x**2/2
+events:
+  floor: {when: y, direction: falling, action: {set: {y_dot: -e*y_dot}}}
+  stiffer: {when: x_dot - 0.1, direction: rising, action: {set: {k: 2.5 - k}}}
+solve: {outputs: [q, v, h, ledger]}
 """
 
 
@@ -77,6 +93,35 @@ def test_a_sweep_has_its_dimensions_and_the_crossings(tmp_path, spring):
     assert told["message"] == "22 crossings by 6 members; 4 of them reached the stop time before the last one"
 
 
+LENGTHS = """
+parameters: {m: {value: 1, unit: kg}, k: {value: 3, unit: KUNIT}}
+coordinates: {x: {initial: 1, unit: m}}
+time: {unit: s}
+masses: {p: m}
+embedding: {p: [x]}
+potential: k*x**2/2
+"""
+
+
+@pytest.mark.parametrize(
+    ("unit", "where", "said"),
+    [
+        ("N/m", "x", ""),
+        (
+            "m",
+            "x",
+            "u.yaml: warning: the potential is in m^3, other energies in kg*m^2/s^2; nothing is converted, "
+            "'lagrange check' shows the place\n",
+        ),
+        ("N/m", "x + x_dot", "--where x + x_dot: warning: m and m/s are added; nothing is converted\n"),
+    ],
+)
+def test_units_that_contradict_each_other_are_said(tmp_path, unit, where, said):
+    (tmp_path / "u.yaml").write_text(LENGTHS.replace("KUNIT", unit))
+    run = lagrange("section", "u.yaml", "--where", where, "--crossings", "3", cwd=tmp_path)
+    assert (run.returncode, run.stderr) == (0, said)
+
+
 def test_a_stroboscopic_section_has_the_periods_of_its_members(tmp_path, spring):
     told = section(spring, "--every", "pi/(2*w)", "--crossings", "4", "--over", "w=1,3", cwd=tmp_path)
     assert told["every"] == "pi/(2*w)" and "where" not in told and told["crossings"] == 8
@@ -94,6 +139,15 @@ def test_the_same_section_has_the_same_bytes_whatever_the_jobs(tmp_path):
     assert (tmp_path / "a.h5").read_bytes() == (tmp_path / "b.h5").read_bytes()
 
 
+def test_the_same_section_has_the_same_bytes_however_fast_the_machine(tmp_path, monkeypatch):
+    """Compiled code returns when some time has passed; where a motion ends must not depend on that."""
+    run = (SYSTEMS / "spherical_pendulum.yaml", "--where", "theta_dot", "--crossings", "20")
+    for seconds in (1e-9, 1.0):
+        monkeypatch.setattr(stepper, "POLL_SECONDS", seconds)
+        section(*run, "--outputs", "action", "-o", f"{seconds}.h5", cwd=tmp_path)
+    assert (tmp_path / "1e-09.h5").read_bytes() == (tmp_path / "1.0.h5").read_bytes()
+
+
 def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "patience=100")
     told = section(spring, "--where", "x - 2", "--outputs", "q", cwd=tmp_path, status=4)
@@ -103,6 +157,26 @@ def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     assert "2 of 2 members failed; the first is member 0 (w = 1): no crossing was found" in told["message"]
     told = section(spring, "--where", "x - 2", "--force", "--stop", "9", cwd=tmp_path)
     assert told["message"] == "0 crossings; the motion reached the stop time before the last one"
+
+
+@pytest.mark.parametrize("sweep", [(), ("--over", "x=1,2")])
+def test_a_pole_too_weak_to_be_felt_is_not_passed(tmp_path, sweep):
+    system = "parameters: {e: 1e-18}\ncoordinates: {x: {initial: 1, velocity: -1}}\n"
+    (tmp_path / "weak.yaml").write_text(system + "lagrangian: x_dot**2/2 - e/x\n")
+    told = section("weak.yaml", "--where", "x + 1/2", "--direction", "either", "--stop", "5", *sweep,
+                   cwd=tmp_path)  # fmt: skip
+    assert (told["status"], told["crossings"]) == ("complete", 0)
+
+
+def test_an_energy_that_jumps_with_these_parameters_is_refused(tmp_path):
+    system = "parameters: {a: 1, b: 1}\ncoordinates: {x: {initial: 2, velocity: -2}}\n"
+    (tmp_path / "jump.yaml").write_text(system + "lagrangian: x_dot**2/2 - where(x > a, x - b, 0)\n")
+    asked = ("section", "jump.yaml", "--where", "x - 1/2", "--direction", "either", "--stop", "3")
+    assert lagrange(*asked, cwd=tmp_path).returncode == 0
+    for change in ("--set", "--over"):
+        run = lagrange(*asked, change, "b=0.5", "-o", "out.h5", cwd=tmp_path)
+        assert run.returncode == 3 and "'lagrangian' has a jump, where the force is infinite" in run.stderr
+        assert not (tmp_path / "out.h5").exists()
 
 
 FOLLOWED_ALONE = {
@@ -175,6 +249,23 @@ class Impatient:
         return self.asked > 2
 
 
+@pytest.mark.parametrize("sweep", [(), ("--over", "g=1,1.5")])
+@pytest.mark.parametrize("cut", [("--every", "0.3"), ("--where", "x", "--direction", "either")])
+def test_ledgers_of_a_section_contain_what_actions_have_changed(cut, sweep, tmp_path):
+    (tmp_path / "floor.yaml").write_text(FLOOR)
+    section("floor.yaml", *cut, *sweep, "--crossings", "40", "-o", "a.h5", cwd=tmp_path)
+    with h5py.File(tmp_path / "a.h5") as file:
+        found = {path: file[path][()] for path in ("diagnostics/h", "diagnostics/ledger/h", "q/x", "v/x")}
+        assert np.ptp(found["diagnostics/h"]) > 0.1
+        assert np.abs(found["diagnostics/ledger/h"]).max() < 1e-12
+    if cut[0] == "--every" and not sweep:
+        solved = lagrange("solve", "floor.yaml", "--stop", "12", "--step", "0.3", "-o", "b.h5", cwd=tmp_path)
+        assert solved.returncode == 0, solved.stderr
+        with h5py.File(tmp_path / "b.h5") as file:
+            for path, values in found.items():
+                assert np.abs(values - file[path][1:41]).max() < 1e-12, path
+
+
 @pytest.mark.parametrize("where", ["x", "abs(x) - 1/2"])
 def test_what_an_interrupted_motion_has_found_is_kept(where, tmp_path, spring, monkeypatch):
     monkeypatch.setattr("lagrange_cli.cli.commands.section.Interrupts", Impatient)
@@ -188,7 +279,35 @@ def test_what_an_interrupted_motion_has_found_is_kept(where, tmp_path, spring, m
         assert file.attrs["status"] == "interrupted"
 
 
+def long(file: h5py.File, path: str) -> list[mpmath.mpf]:
+    """Numbers of a double-double section."""
+    return [mpmath.mpf(float(x)) + float(rest) for x, rest in zip(file[path], file[f"low/{path}"])]
+
+
+def test_crossings_with_31_digits(tmp_path):
+    """x = A sin(w t + b) with w = 1/3: numbers as they are written, and times with their low parts."""
+    text = SPRING.replace("value: 1.0", "value: 1/3").replace("initial: 0.0", "initial: 0.1")
+    (tmp_path / "spring.yaml").write_text(text)
+    asked = ("spring.yaml", "--precision", "double-double", "--crossings", "20")
+    section(*asked, "--where", "x", "-o", "where.h5", cwd=tmp_path)
+    section(*asked, "--every", "1.7/w", "-o", "every.h5", cwd=tmp_path)
+    with mpmath.workdps(50):
+        w, size, b = mpmath.mpf(1) / 3, mpmath.hypot("0.1", 1), mpmath.atan2("0.1", 1)
+        with h5py.File(tmp_path / "where.h5") as file:
+            known = [(2 * mpmath.pi * (n + 1) - b) / w for n in range(20)]
+            assert max(abs(t / s - 1) for t, s in zip(long(file, "t"), known)) < 1e-30
+            assert max(map(abs, long(file, "q/x"))) < 1e-30 and file.attrs["h_drift"] < 1e-30
+        with h5py.File(tmp_path / "every.h5") as file:
+            known = [size * mpmath.sin(w * float(t) + b) for t in file["t"]]
+            assert max(abs(x - y) for x, y in zip(long(file, "q/x"), known)) < 1e-29
+            assert not file["low/t"][()].any()
+
+
 REFUSED = {
+    "members with 31 digits": (
+        ("--where", "x", "--over", "w=1,2", "--precision", "double-double"),
+        "--precision double-double follows one motion",
+    ),
     "neither": ((), "give one of --where EXPRESSION"),
     "both": (("--where", "x", "--every", "1"), "give one of --where EXPRESSION"),
     "a direction of time": (("--every", "1", "--direction", "rising"), "--direction belongs to --where"),
@@ -204,8 +323,7 @@ REFUSED = {
     "an infinite one": (("--every", "1/(w - 1)"), "--every 1/(w - 1): division by zero"),
     "of a member": (("--every", "w - 1", "--over", "w=2,1"), "a positive number, not 0 for member 1"),
     "too many": (("--where", "x", "--crossings", "10000000000"), "exceed the limit"),
-    "a table": (("--where", "x", "-o", "a.csv"), "a section is written as HDF5"),
-    "a stream": (("--where", "x", "-o", "-"), "a section cannot be written to standard output"),
+    "a stream": (("--where", "x", "-o", "-"), "HDF5 cannot go to standard output: add --format csv"),
     "what may hide": (("--where", "tanh(50*x)"), "zeros of this surface may hide in exp"),
     "a narrow one": (("--where", "1/(1 + 100*x**2) - 1/2"), "zeros of this surface may hide in exp"),
     "conserved": (("--where", "x**2*w**2 + x_dot**2 - w**2"), "no motion crosses this surface"),

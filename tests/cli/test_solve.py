@@ -108,13 +108,49 @@ def test_the_final_state_is_that_of_the_last_sample(tmp_path):
     assert f"theta_dot[1] = {answer['final']['v']['theta[1]']:.6g} (and 3 more coordinates)" in line
 
 
+def test_what_is_conserved_without_a_cyclic_coordinate(tmp_path):
+    """It is written, its drift is reported, and check tells the same names."""
+    system = SYSTEMS / "figure_eight.yaml"
+    answer = solve_json(system, "--stop", "2", "--samples", "5", "--outputs", "conserved", cwd=tmp_path)
+    names = ["P_x", "P_y", "L_z", "K_x", "K_y"]
+    assert list(answer["p_drift"]) == [f"conserved/{name}" for name in names]
+    assert max(answer["p_drift"].values()) < 1e-14
+    with h5py.File(tmp_path / "figure_eight.h5") as file:
+        assert set(file["diagnostics/conserved"]) >= {"h", *names}
+        assert file["diagnostics/conserved/L_z"].attrs["long_name"] == "L_z = sum of x*m*vy - y*m*vx"
+    told = json.loads(lagrange("check", "--json", system, cwd=tmp_path).stdout)
+    assert [each["quantity"] for each in told["conserved"]] == ["h", *names]
+    options = ("--over", "x_dot[0]=0.3,0.4", "--stop", "2", "--samples", "3", "--outputs", "conserved")
+    run = lagrange("sweep", system, *options, cwd=tmp_path)
+    assert run.returncode == 0 and ", L_z " in run.stdout
+
+
+def test_reactions_are_refused_where_the_force_is_not_known(tmp_path):
+    """Unless they are only among all."""
+    system = tmp_path / "a.yaml"
+    system.write_text(
+        "coordinates: {a: {initial: 1}}\nmasses: {bob: 1}\npositions: {bob: [sin(a), -cos(a)]}\n"
+        "potential: -9.81*cos(a)\nsolve: {stop: 1}\n"
+    )
+    run = lagrange("solve", system, "--outputs", "reactions", cwd=tmp_path)
+    assert run.returncode == 2 and not (tmp_path / "a.h5").exists()
+    assert run.stderr == (
+        "Error: no output 'reactions': the force on 'bob' is not known, since U contains the coordinate 'a'; "
+        "write it in positions, such as bob.x\n"
+    )
+    assert lagrange("solve", system, "--outputs", "all", cwd=tmp_path).returncode == 0
+    with h5py.File(tmp_path / "a.h5") as file:
+        assert "reactions" not in file and "positions" in file
+
+
 def test_all_outputs_of_a_system_of_particles(tmp_path):
     solve_json(PENDULUM, "--outputs", "all", "--samples", "5", cwd=tmp_path)
     with h5py.File(tmp_path / "pendulum.h5") as file:
         expected = {
             "t", "q/theta", "v/theta", "diagnostics/p/theta", "diagnostics/h", "diagnostics/T",
             "diagnostics/U", "diagnostics/energy", "diagnostics/ledger/h", "diagnostics/ledger/p/theta",
-            "diagnostics/action", "positions/bob",
+            "diagnostics/action", "positions/bob", "reactions/bob",
+            "diagnostics/conserved/h",
         }  # fmt: skip
         found = datasets(file)
         assert set(found) - {"x", "xy", "xyz"} == expected

@@ -396,6 +396,7 @@ for members in sys.argv[2:]:
 """
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_memory_does_not_grow_with_members_times_samples(tmp_path):
     run = subprocess.run(
         [sys.executable, "-c", MEMORY, str(HOOP), "300", "3000"],
@@ -430,3 +431,24 @@ def test_a_step_that_does_not_divide_the_time_is_followed_by_a_sample_at_the_end
     with h5py.File(tmp_path / "pendulum_sweep.h5") as file:
         np.testing.assert_allclose(file["t"], [0, 0.3, 0.6, 0.9, 1], rtol=1e-15)
         assert np.isfinite(file["q/theta"]).all()
+
+
+MISSED = {
+    "narrow": ("exp(-10**6*x**2)", "does not detect narrow forces hidden in exp"),
+    "kink": ("abs(x)", "does not find the instants when abs"),
+}
+
+
+@pytest.mark.parametrize("name", MISSED)
+@pytest.mark.parametrize("method", ["taylor", "DOP853"])
+def test_what_a_method_may_pass_over_is_said(tmp_path, name, method):
+    potential, said = MISSED[name]
+    system = f"coordinates: {{x: {{initial: -1, velocity: 1}}}}\nlagrangian: x_dot**2/2 - {potential}\n"
+    (tmp_path / "x.yaml").write_text(system)
+    asked = ("sweep", "x.yaml", "--over", "x=-1,-2", "--method", method, "--stop", "5", "-o", "out.h5")
+    run = lagrange(*asked, cwd=tmp_path)
+    assert run.returncode == 0 and (f"{method} {said}" in run.stderr) is (method == "DOP853")
+    told = sweep_json(*asked[1:], "--force", cwd=tmp_path)["warning"]
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file.attrs.get("warning") == told
+    assert run.stderr == ("" if told is None else f"x: warning: {told}\n")

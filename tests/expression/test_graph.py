@@ -189,6 +189,12 @@ def test_not_simplified_where_it_would_be_wrong_or_dearer(text: str, other: str)
         ("sqrt(2*x**2 + 2*y**2 - 4*x*y)", "x - y", "sqrt(2)"),
         ("sqrt(0.01 - 0.2*x + x**2)", "x - 0.1", "1"),
         ("sqrt(x**2 + y**2 + z**2 - 2*x*y + 2*x*z - 2*y*z)", "x - y + z", "1"),
+        ("sqrt(1 - cos(x))", "sin(x/2)", "sqrt(2)"),
+        ("sqrt(3*y + 3*cos(2*x)*y)", "cos(x)", "sqrt(6*y)"),
+        ("(cosh(x) - 1)**1.5", "sinh(x/2)", "sqrt(8)*sinh(x/2)**2"),
+        ("sqrt(z**2 - z**2*cos(x)**2)", "sin(x)", "abs(z)"),
+        ("sqrt(4 - 4*sin(x)**2)", "cos(x)", "2"),
+        ("sqrt(cosh(x)**2 - 1)", "sinh(x)", "1"),
     ],
 )
 def test_roots_of_squares_are_absolute_values(text: str, absolute: str, factor: str) -> None:
@@ -198,7 +204,15 @@ def test_roots_of_squares_are_absolute_values(text: str, absolute: str, factor: 
 
 
 @pytest.mark.parametrize(
-    "text", ["sqrt(x**2 + y**2)", "sqrt(x**2 + x*y + y**2)", "sqrt(1 - x**2)", "sqrt(x**3)"]
+    "text",
+    [
+        "sqrt(x**2 + y**2)",
+        "sqrt(x**2 + x*y + y**2)",
+        "sqrt(1 - x**2)",
+        "sqrt(x**3)",
+        "sqrt(2 - cos(x))",
+        "sqrt(1 + cosh(x))",
+    ],
 )
 def test_other_roots_stay(text: str) -> None:
     assert not any(node.kind is Kind.SWITCH for node in reachable([node_of(text)]))

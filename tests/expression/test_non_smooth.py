@@ -119,13 +119,15 @@ def test_constants_are_compared_where_sympy_can(text: str, kept: str) -> None:
 @given(texts(NAMES), VALUES, VALUES)
 def test_graph_sympy_and_numbers_agree(text: str, x: float, y: float) -> None:
     """And what is printed, in notations that can be read back."""
-    values, tree, numbers = {"x": x, "y": y}, parse(text), NumberAlgebra()
+    values, numbers = {"x": x, "y": y}, NumberAlgebra()
     try:
+        tree = parse(text)  # which refuses exponents that are not real, or large
         value = build(tree, values.__getitem__, numbers)
         beside = build(tree, {"x": x * (1 + 1e-9), "y": y * (1 - 1e-9)}.__getitem__, numbers)
     except (ExpressionError, ValueError):
         assume(False)
     assume(abs(value) < 1e4 and abs(value - beside) < 1e-5)  # no boundary near, and nothing steep
+    assume("atan2" not in text or abs(abs(value) - math.pi) > 1e-6)  # at its cut the sign of 0 decides
     graph, symbolic = GraphAlgebra(), SympyAlgebra()
     try:
         node = build(tree, graph.symbol, graph)

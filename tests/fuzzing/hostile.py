@@ -26,7 +26,7 @@ from tests.fuzzing import grammar, growth
 
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTED = (0, 2, 3, 4, 5)
-FORMS = ("lagrange", "explicit", "hamilton", "matrix")
+FORMS = ("lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic")
 FORMATS = ("text", "unicode", "latex", "json", "python")
 SECONDS, MEGABYTES = 60, 2000
 """What no command may need, of processor time and memory, to finish or refuse."""

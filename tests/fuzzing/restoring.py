@@ -18,7 +18,7 @@ import numpy as np
 
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.method import Snapshot
-from lagrange_cli.integrate.methods.taylor import Stepper
+from lagrange_cli.integrate.methods.stepper import Stepper
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import FULL, QUICK, Machine, compile_program
@@ -57,6 +57,9 @@ RANDOM = {"wedges": (WEDGES, 20.0), "wall": (WALL, 8.0), "driven": (DRIVEN, 400.
 """Texts with numbers to be drawn, and for how long they are followed."""
 NUMBERS = {"x": 1.3, "v": 0.3, "a": 0.5, "c": 0.2}
 """What is drawn from, give or take a third."""
+
+NOT_ALWAYS = "reactions", "multipliers"
+"""Outputs that are not defined for all systems."""
 
 
 @dataclass(frozen=True)
@@ -197,6 +200,7 @@ def random_case(chance: random.Random, kind: str | None = None) -> Case:
     if precision != "double":
         stop *= 0.1
     allowed = [one for one in OUTPUTS if spec_of(text).lagrangian is None or one not in PARTICLE_OUTPUTS]
+    allowed = [one for one in allowed if one not in NOT_ALWAYS]
     outputs = allowed if chance.random() < 0.3 else ["q", *chance.sample(allowed, chance.randint(0, 4))]
     samples, portable = int(10 ** chance.uniform(0.5, 3.3)), chance.random() < 0.2
     return Case(text, stop, samples, tuple(dict.fromkeys(outputs)), precision, portable)

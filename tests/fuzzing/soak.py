@@ -1,9 +1,9 @@
 """Kills runs at random moments and resumes them: ``python -m tests.fuzzing.soak [--kills 500] [--seed 1]``.
 
-System, outputs, samples, method, precision, checkpoints, direction and the rest are drawn at random; three of
-ten draws are sweeps. Each run is ended a few times, and gone on with until it has come to its end. After
-every kill, under the output's name stands a whole output or none; the last one must be that of a run that
-nobody disturbed, to the last byte.
+System, outputs, samples, method, precision, checkpoints, direction and the rest are drawn at random: motions,
+also with constraints, bodies and events, sweeps, and sections of one motion or of many. Each run is ended a
+few times, and continued until it has come to its end. After every kill, under the output's name stands a
+whole output or none; the last one must have the same bytes as that of an undisturbed run.
 """
 
 from __future__ import annotations
@@ -41,6 +41,14 @@ SECOND = {
     "pendulum": 120_000, "rotating_hoop": 40_000, "solar_system": 40_000, "spherical_pendulum": 25_000,
 }  # fmt: skip
 """What is followed, and for how long: about a second of work."""
+GUIDED = {
+    "andrews_squeezer": 3, "bicycle": 20, "car_axis": 80, "chain": 400, "chaplygin_sleigh": 3000,
+    "coin": 2000, "four_bar": 10_000, "free_top": 3000, "gyroscope": 1500, "lagrange_top": 1500,
+    "physical_pendulum": 3000, "rattleback": 3, "rolling_disc": 1500, "turntable_ball": 6000,
+}  # fmt: skip
+"""With constraints, also nonholonomic ones, and rigid bodies."""
+HAPPENING = {"bouncing_ball": 6, "kicked_rotor": 400, "incline": 5}
+"""With events that change the motion, impacts that accumulate, and friction."""
 DAMPED = "driven_damped_pendulum"
 """Drawn more often: it is chaotic, and has steps that are hardly foretold."""
 SWEPT = {
@@ -49,6 +57,13 @@ SWEPT = {
     "parabola_bead": ("x=0.1:1:{}", "x"),
 }  # fmt: skip
 """What is swept, over a grid and at random."""
+CROSSED = {
+    "henon_heiles": (("--where", "x"), "y0=-0.2:0.4:{}", 50_000),
+    "driven_damped_pendulum": (("--every", "2*pi/Omega"), "A=1:1.5:{}", 200_000),
+    "pendulum": (("--where", "theta", "--direction", "either"), "theta=0.1:2:{}", 60_000),
+    "spherical_pendulum": (("--where", "theta_dot"), "theta=0.3:1.2:{}", 20_000),
+}  # fmt: skip
+"""Sections: the surface, what is swept, and the crossings that take about a second."""
 OUTPUTS = ("q", "v", "p", "h", "T", "U", "energy", "positions", "ledger", "action")
 WITHOUT_PARTICLES = {"gauge_oscillator", "lattice"}
 
@@ -66,17 +81,24 @@ class Scene:
 
 def random_scene(chance: random.Random) -> Scene:
     """Any of them."""
-    return random_sweep(chance) if chance.random() < 0.3 else random_motion(chance)
+    draw = chance.choices((random_motion, random_sweep, random_section), (6, 2, 2))[0]
+    return draw(chance)
 
 
 def random_motion(chance: random.Random) -> Scene:
     """A motion that takes about a second."""
-    name = chance.choice([DAMPED, *SECOND])
-    stop, modes = SECOND[name] * chance.uniform(0.2, 1.0), ["motion"]
-    chosen = ["solve", str(SYSTEMS / f"{name}.yaml")]
-    if chance.random() < 0.12:
-        chosen += ["--method", chance.choice(("DOP853", "LSODA"))]
+    mode, known = chance.choices(
+        (("motion", SECOND), ("constraints", GUIDED), ("events", HAPPENING)), (3, 2, 1)
+    )[0]
+    name, modes = chance.choice([*known, DAMPED] if mode == "motion" else [*known]), [mode]
+    stop = known[name] * chance.uniform(0.2, 1.0)
+    chosen, free = ["solve", str(SYSTEMS / f"{name}.yaml")], mode == "motion"
+    if free and chance.random() < 0.12:
+        chosen += ["--method", chance.choice(("DOP853", "LSODA", "Radau", "RK45"))]
         stop, modes = stop / 1000, [*modes, "scipy"]
+    elif free and chance.random() < 0.2:
+        chosen += ["--method", "ias15"]
+        stop, modes = stop / 8, [*modes, "ias15"]
     else:
         if chance.random() < 0.2:
             chosen += ["--precision", "double-double"]
@@ -90,7 +112,7 @@ def random_motion(chance: random.Random) -> Scene:
     if chance.random() < 0.2:
         start = round(chance.uniform(-5, 5), 3)
         modes.append("start")
-    if chance.random() < 0.2 and name != DAMPED:  # which backward grows beyond all bounds
+    if chance.random() < 0.2 and free and name != DAMPED:  # which backward grows beyond all bounds
         stop, modes = -stop, [*modes, "backward"]
     chosen += ["--start", repr(start), f"--stop={start + stop!r}"]
     shorter: tuple[str, ...] = ()
@@ -125,11 +147,29 @@ def random_sweep(chance: random.Random) -> Scene:
     return Scene((*chosen, *random_checkpoints(chance)), f"{name}_sweep.h5", tuple(modes))
 
 
+def random_section(chance: random.Random) -> Scene:
+    """Crossings that take about a second, of one motion or of many."""
+    name = chance.choice(list(CROSSED))
+    surface, over, crossings = CROSSED[name]
+    modes, most = ["section"], int(crossings * chance.uniform(0.2, 1.0))
+    chosen = ["section", str(SYSTEMS / f"{name}.yaml"), *surface]
+    if chance.random() < 0.6:
+        members = int(10 ** chance.uniform(0.5, 2.5))
+        chosen += ["--over", over.format(members)]
+        modes, most = [*modes, "section of many"], max(3, most // members)
+    chosen += ["--crossings", str(most)]
+    if chance.random() < 0.5:
+        chosen += ["--outputs", random_outputs(chance, name)]
+    return Scene((*chosen, *random_checkpoints(chance)), f"{name}_section.h5", tuple(modes))
+
+
 def random_outputs(chance: random.Random, name: str) -> str:
     """Some, or all."""
     if chance.random() < 0.3:
         return "all"
     known = [one for one in OUTPUTS if name not in WITHOUT_PARTICLES or one not in PARTICLE_OUTPUTS]
+    if name in GUIDED or name in HAPPENING:
+        return ",".join(chance.sample(("q", "v", "p", "h", "ledger"), chance.randint(1, 5)))
     return ",".join(chance.sample(known, chance.randint(1, len(known))))
 
 

@@ -28,7 +28,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @settings(
-    max_examples=30, derandomize=True, deadline=None, database=None,
+    max_examples=12, derandomize=True, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
 )  # fmt: skip
 @given(st.integers(0, 2**63))
@@ -38,6 +38,7 @@ def test_whatever_the_file_says(folder, seed):
     assert set(os.listdir(folder)) <= {"input.yaml", "out.h5"}
 
 
+@pytest.mark.exhaustive(keep=0)
 @settings(
     max_examples=4, derandomize=True, deadline=None, database=None,
     suppress_health_check=[HealthCheck.function_scoped_fixture],
@@ -51,7 +52,7 @@ def test_what_grows(folder, seed):
     assert set(statuses) <= set(fuzz.DOCUMENTED)
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "path", sorted((fuzz.ROOT / "tests" / "fuzzing" / "corpus").glob("*.yaml")), ids=lambda path: path.stem
 )
@@ -124,3 +125,13 @@ def test_all_mistakes_of_a_file_at_once(folder, command):
     missing = {"equations": {"3:37"}, "sweep": {"3:37", "4:19"}}.get(command, set())
     assert status == 3
     assert found == [f"input.yaml:{place}" for place in places if place not in missing]
+
+
+def test_a_mass_below_zero_is_named_in_any_precision(folder, capsys):
+    (folder / "input.yaml").write_text(
+        "coordinates: {x: {initial: 1}}\nparameters: {m: -1/3}\nmasses: {a: m}\npositions: {a: [x]}\n"
+        "solve: {stop: 1}\n"
+    )
+    for precision in ("double", "double-double"):
+        assert main(["solve", "input.yaml", "--precision", precision]) == 3
+        assert "the value -0.333333 is not positive" in capsys.readouterr().err

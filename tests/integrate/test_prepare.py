@@ -1,6 +1,7 @@
 """Compiled programs from the cache: for which runs one serves, and that it is the same program."""
 
 import json
+import math
 import subprocess
 import sys
 import threading
@@ -15,6 +16,8 @@ from lagrange_cli.integrate.cache_entry import key_of, pack, unpack
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ensemble.method import Starts
 from lagrange_cli.integrate.ensemble.selection import ensemble_method
+from lagrange_cli.integrate.methods import recompilation
+from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.integrate.run import integrate
@@ -25,6 +28,7 @@ from lagrange_cli.records import fields_of, replace
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.structure import NUMBERS, OUTSIDE, structure
 from tests.support.command import PATIENCE, SYSTEMS, environment
+from tests.support.motion import NAMES
 from tests.support.systems import SIZES
 
 PENDULUM = (SYSTEMS / "pendulum.yaml").read_text()
@@ -55,10 +59,19 @@ def cache(tmp_path):
     return Cache(str(tmp_path / "cache"))
 
 
-@pytest.mark.exhaustive(keep=7)
-@pytest.mark.parametrize("method", ["taylor", "DOP853", "Radau"])
-@pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
-def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache):
+@pytest.mark.exhaustive(keep=3, most=30)
+@pytest.mark.parametrize(
+    ("path", "method"),
+    [
+        pytest.param(path, method, id=f"{path.stem}-{method}")
+        for path in sorted({*SYSTEMS.glob("*.yaml")} - {SYSTEMS / "bicycle.yaml"})
+        for method, row in METHODS.items()
+        if method in ("taylor", "DOP853", "Radau") and (row.constrains or path.stem in NAMES)
+    ],
+)
+def test_the_same_numbers_come_out_to_the_last_bit(path, method, cache, monkeypatch):
+    # better code for long runs is derived anew; on a busy machine any of these may be long
+    monkeypatch.setattr(recompilation, "PATIENCE", math.inf)
     spec = read_spec(path.read_bytes(), path.name, SIZES.get(path.stem))
     outputs = MANY if spec.lagrangian else MANY | {"positions", "energy"}
     run = Compilation(method, RUN.tolerance if method == "taylor" else 1e-8, outputs)

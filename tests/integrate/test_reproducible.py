@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress, Schedule
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.methods import taylor
+from lagrange_cli.integrate.methods import stepper, taylor
 from lagrange_cli.integrate.outcome import Outcome
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
@@ -43,8 +43,8 @@ class Run:
         begin: Progress | None = None
         with (
             mock.patch.object(taylor, "chunk_size", lambda width: size),
-            mock.patch.object(taylor, "POLL_SECONDS", 0.0),
-            mock.patch.object(taylor, "FEWEST", 1 if looks else 64),
+            mock.patch.object(stepper, "POLL_SECONDS", 0.0),
+            mock.patch.object(stepper, "FIRST", 1 if looks else 256),
         ):
             while True:
                 checkpointing = Checkpointing(begin, Schedule(1e9, 1e9), self.refuse)

@@ -173,3 +173,31 @@ def test_two_balls_that_collide_keep_energy_and_momentum_together():
         "p_d": ("hit",),
         "h": (),
     }
+
+
+@pytest.mark.parametrize(
+    ("force", "constraint", "phrase"),
+    [
+        ("", "", "explicitly; h is"),
+        ("generalized_forces: {x: -k*y_dot, y: k*x_dot}", "", "and the generalized forces do no work; h is"),
+        ("", "constraints: {c: x - y}", "and the forces of constraint do no work; h is"),
+        (
+            "generalized_forces: {x: -k*y_dot, y: k*x_dot}",
+            "constraints: {c: x - y}",
+            "and neither the generalized forces nor the forces of constraint do work; h is",
+        ),
+    ],
+)
+def test_the_reason_names_the_forces_that_there_are(force, constraint, phrase):
+    found = residual_of(f"""
+parameters: {{k: 2}}
+coordinates: {{x: {{initial: 0}}, y: {{initial: 0}}, z: {{initial: 0}}}}
+masses: {{p: 1}}
+positions: {{p: [x, y, z]}}
+{force}
+{constraint}
+""").conserved
+    because = {each.quantity: each.because for each in found}
+    assert phrase in because["h"]
+    acts = "neither a generalized force nor a force of constraint" if constraint else "no generalized force"
+    assert because["p_z"].endswith(f", and {acts} acts on it")

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
 import pytest
 
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.mechanics.derive import derive
+from lagrange_cli.mechanics.jumping_values import jumps_may_depend_on, may_jump
 from lagrange_cli.mechanics.jumps import refuse_jumps
 from tests.support.command import lagrange
 from tests.support.motion import model_of
@@ -110,6 +112,31 @@ def test_a_jump_with_the_parameters_of_a_run_is_refused(tmp_path, potential, jum
 
 
 @pytest.mark.parametrize(
+    ("potential", "name", "jumping"),
+    [
+        ("where(x > a, k*(x - b), 0)", "b", 1.5),
+        ("where(x > a, x**2 + y, b**2 + y)", "b", 1.001),
+        ("k*where(x**2 + y**2 > a**2, x**2 + y**2 - b**2, 0)", "b", 0.5),
+        ("where(x > a, k/(x + b), k/2/a)", "b", 2),
+        ("where(x > 0, b*(b - 1), 0)", "b", 2),
+        ("where(x > b, sin(k*x)**2 + cos(x*k)**2, a)", "a", 2),
+    ],
+)
+def test_no_member_of_an_ensemble_that_jumps_is_missed(potential, name, jumping):
+    model = model_of(RUN.replace("POTENTIAL", potential))
+    refuse_jumps(model)
+    assert jumps_may_depend_on(model, {name})
+    values = {"a": 1.0, "b": 1.0, "k": 2.0, name: np.ones(5000)}
+    values[name][4711] = jumping
+    assert may_jump(model, values, 5000).nonzero()[0].tolist() == [4711]
+
+
+@pytest.mark.parametrize("potential", ["max(0, x - a)**2", "k*where(x > b, (x - b)**3, 0)", "abs(x*a - b)"])
+def test_whether_an_energy_jumps_does_not_depend_on_where_its_kink_is(potential):
+    assert not jumps_may_depend_on(model_of(RUN.replace("POTENTIAL", potential)), {"a", "b", "k"})
+
+
+@pytest.mark.parametrize(
     "potential",
     [
         "where(x**2 + y**2 > a**2, sqrt(x**2 + y**2 - a**2), 0)",
@@ -121,3 +148,26 @@ def test_a_pole_or_a_kink_is_no_jump(tmp_path, potential):
     (tmp_path / "a.yaml").write_text(RUN.replace("POTENTIAL", potential))
     refused = lagrange("solve", "a.yaml", cwd=tmp_path)
     assert "has a jump" not in refused.stderr
+
+
+KICK = """
+parameters: {a: 1, b: 1, k: 2}
+coordinates: {x: {initial: 2, velocity: -0.3}}
+masses: {p: 1}
+embedding: {p: [x]}
+potential: "where(x > a, k*(x - b), 0)"
+events: {moves: {when: t - 0.1, action: {set: SET}}}
+"""
+
+
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+def test_a_motion_ends_before_an_action_that_makes_an_energy_jump(precision, tmp_path):
+    (tmp_path / "a.yaml").write_text(KICK.replace("SET", "{b: 0.5}"))
+    asked = ("--stop", "3", "--samples", "4", "--precision", precision)
+    done = lagrange("solve", "a.yaml", *asked, cwd=tmp_path)
+    assert done.returncode == 4
+    said = "an action would make an energy jump at t = 0.1, where "
+    assert said in done.stderr and "(event 'moves' lets 'potential' jump)" in done.stderr
+    (tmp_path / "b.yaml").write_text(KICK.replace("SET", "{a: 0.5, b: 0.5}"))
+    done = lagrange("solve", "b.yaml", *asked, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr

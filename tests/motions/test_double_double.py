@@ -207,6 +207,23 @@ lagrangian: x_dot**2/2 - 3/(1 + ((t - 5)/w)**2) + x_dot/(1 + ((x - 7/2)/w)**2)
     assert max(map(abs, found["diagnostics/ledger/h"])) < 1e-28
 
 
+@pytest.mark.parametrize(
+    "rest",
+    [
+        "coordinates: {a: {initial: 1.0}}\npositions: {bob: [sin(a), -cos(a)]}\n"
+        "observables: {s: a_dot**2 + 9*cos(a)}",
+        "coordinates: {x: {initial: sin(1.0)}, y: {initial: -cos(1.0)}}\npositions: {bob: [x, y]}\n"
+        "constraints: {rod: x**2 + y**2 - 1}\nobservables: {s: bob.vx**2 + bob.vy**2 - 9*y}",
+    ],
+)
+def test_the_tension_of_a_pendulum(tmp_path, rest):
+    system = f"masses: {{bob: 1.0}}\npotential: 9*bob.y\n{rest}\n"
+    outputs = "--outputs", "positions,reactions,observables"
+    _, found = solved(tmp_path, system, *LONG, "--stop", "3", "--samples", "7", *outputs)
+    pairs = zip(found["positions/bob"], [s for s in found["observables/s"] for _ in "xy"])
+    assert largest(found["reactions/bob"], [-s * x for x, s in pairs]) < 1e-28
+
+
 def test_a_coupled_motion_decays_to_nothing(tmp_path):
     """Below 1e-290 low parts lose their digits; the steps become no shorter for that."""
     system = """

@@ -92,6 +92,9 @@ def test_a_motion_that_turns_at_the_event_grazes_it():
     motion = follow(oscillator(0.0, 1.0, "x - 1", "rising"), 20.0, 5)
     happened = motion.outcome.happened["crossing"]
     assert happened.count == 0 or happened.grazing
+    motion = follow(oscillator(0.0, 1.0, "(x - 1/2)**2", "either", "stop"), 20.0, 5)
+    happened = motion.outcome.happened["crossing"]
+    assert happened.count == 0 or happened.grazing
 
 
 def test_a_motion_stops_at_an_event(source):
@@ -101,6 +104,9 @@ def test_a_motion_stops_at_an_event(source):
     assert motion.outcome.ending.status == "stopped"
     assert motion.outcome.t == pytest.approx(math.asin(c), rel=1e-14)
     assert motion.t[-1] <= motion.outcome.t < motion.t[-1] + 0.01
+    final = motion.outcome.final  # at the event, not at the last sample
+    assert final.t == motion.outcome.t and final.q["x"] == pytest.approx(c, rel=1e-14)
+    assert final.v["x"] == motion["events/crossing/v/x"][0]
     assert motion["events/crossing/t"] == pytest.approx([math.asin(c)], rel=1e-14)
 
 

@@ -62,6 +62,7 @@ def test_two_kinks_in_a_plane():
     assert motion.outcome.h_drift <= 1e-11
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_what_is_sampled_changes_nothing():
     """More samples than are handed over at once, and few: the same motion through the same kinks."""
     text = LINE.format(initial=1.3, velocity=0.1, potential="sqrt((p.x - 0.5)**2) + x**4/4")

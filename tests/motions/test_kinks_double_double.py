@@ -68,6 +68,7 @@ def test_two_kinks_in_a_plane(tmp_path):
     assert attributes["h_drift"] < 1e-26
 
 
+@pytest.mark.exhaustive(keep=0)
 def test_what_is_sampled_changes_nothing(tmp_path):
     """More samples than are handed over at once, and few: the same motion through the same kinks."""
     system = line("sqrt((p.x - 0.5)**2) + x**4/4", "1.3", "0.1")
@@ -145,7 +146,7 @@ lagrangian: (th_dot**2 + ph_dot**2*sin(th)**2)/2 + 9.81*cos(th)
     assert attributes["h_drift"] < 1e-29
 
 
-@pytest.mark.parametrize("power", ["1.5", "2.5"])
+@pytest.mark.parametrize("power", ["0.25", "0.5", "1.5", "2.5"])
 def test_a_contact_force_that_has_no_series_where_it_begins(tmp_path, power):
     """x'' = -7 u^p, u = max(0, x - 0.7): how long it stays is an integral over u."""
     system = f"""
@@ -160,6 +161,18 @@ def test_a_contact_force_that_has_no_series_where_it_begins(tmp_path, power):
     known = MP.mpf("0.7") - v * (found["t"][-1] - MP.mpf("0.7") / v - inside)
     assert abs(found["q/x"][-1] - known) < 1e-26
     assert abs(found["v/x"][-1] + v) < 1e-27
+
+
+@pytest.mark.parametrize("power", ["1.25", "pi/2"])
+def test_the_energy_of_a_spring_that_is_not_touched_is_known(tmp_path, power):
+    """A broken power of 0 is 0."""
+    system = f"""
+        coordinates: {{x: {{initial: 0, velocity: 1.2}}}}
+        lagrangian: x_dot**2/2 - 7*(-min(0, 0.7 - x))**({power})
+        """
+    attributes, found = solved(tmp_path, system, *LONG, "--stop", "2", "--samples", "5", "--outputs", "q,v,h")
+    assert attributes["h_drift"] < 1e-29
+    assert abs(found["v/x"][-1] + MP.mpf("1.2")) < 1e-28
 
 
 def test_the_last_sample_is_reached_from_a_time_with_a_low_part():
@@ -191,3 +204,13 @@ def test_no_zero_is_passed_over_where_another_argument_is_known_for_less_of_the_
     resolved = resolve_long_values(spec_of(text), {})
     ready = prepared(text, "taylor", 2.0**-100, ("q", "v"), precision="double-double")
     assert run(ready, resolved, 0.0, 3.5, 5)["v/x"][-1] == pytest.approx(1.4256, rel=1e-15)
+
+
+@pytest.mark.parametrize("width", ["0.002158", "0.0031"])
+def test_a_barrier_that_is_next_to_nothing_at_first(tmp_path, width):
+    """Steps are proven by the right constants, where a force is smaller than any normal number, too."""
+    text = f"parameters: {{a: 0.5148, w: {width}, B: 1.887}}\n"
+    text += LINE.format(initial="-1.0652", velocity="1.7314", potential="B*exp(-abs(p.x - a)/w)")
+    attributes, found = solved(tmp_path, text, *LONG, "--stop", "2.9375", "--samples", "3")
+    assert abs(found["v/x"][-1] + MP.mpf("1.7314")) < 1e-28
+    assert attributes["steps"] < 100

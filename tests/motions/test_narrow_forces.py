@@ -36,7 +36,7 @@ POTENTIALS = {
 """Each with its width and as a function of x over that."""
 
 
-@pytest.mark.exhaustive(keep=7)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("potential", POTENTIALS)
 @pytest.mark.parametrize("initial", [-1.0, -2.9])
 def test_a_particle_that_runs_over_a_narrow_potential(potential, initial):

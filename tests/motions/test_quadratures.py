@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 
+import h5py
 import mpmath
 import numpy as np
 import pytest
 
+from tests.support.command import lagrange
 from tests.support.motion import follow
 
 OUTPUTS = ("q", "v", "action", "ledger")
@@ -102,6 +104,29 @@ def test_behind_a_pole_an_integral_is_no_number():
     assert np.max(np.abs(action[before] - known)) <= 1e-13
     assert np.all(np.isnan(action[motion.t > 3.75]))
     assert np.max(np.abs(motion["q/x"] - motion.t)) <= 1e-14
+    assert motion.outcome.unknown == ("diagnostics/action",)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("precision", ["double", "double-double"])
+@pytest.mark.parametrize("width", [2e-4, 6e-3])
+@pytest.mark.parametrize(
+    ("pulse", "area"), [("1/cosh(U)**2", 2), ("exp(-U)/(1 + exp(-U))**2", 1), ("1 - tanh(U)**2", 2)]
+)
+def test_the_books_of_a_pulse_whose_exponentials_overflow(pulse, area, width, precision, tmp_path):
+    """Far from it they are greater than all doubles; the ledgers stay finite, as the motion does."""
+    text = f"""
+    lagrangian: x_dot**2/2
+    coordinates: {{x: {{initial: 0.3, velocity: 0.1}}}}
+    generalized_forces: {{x: 40*({pulse.replace("U", f"((t - 4.7)/{width})")})}}
+    """
+    (tmp_path / "pulse.yaml").write_text(text)
+    asked = ["--stop", "10", "--samples", "5", "--outputs", "v,ledger", "--precision", precision]
+    lagrange("solve", "pulse.yaml", "-o", "pulse.h5", *asked, cwd=tmp_path)
+    with h5py.File(tmp_path / "pulse.h5") as file:
+        assert file["v/x"][-1] == pytest.approx(0.1 + 40 * area * width, rel=1e-13)
+        for name in ("h", "p/x"):
+            assert np.max(np.abs(file[f"diagnostics/ledger/{name}"])) <= 1e-13
 
 
 def test_a_pulse_on_a_moving_pendulum():

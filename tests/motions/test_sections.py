@@ -124,7 +124,7 @@ def test_the_period_of_a_pendulum_is_an_elliptic_integral():
         assert np.abs(row / (period * np.arange(1, 26)) - 1).max() < 1e-12
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("seed", range(60))
 def test_roots_of_any_pattern_within_one_step(seed):
     """A free motion x = t takes steps without end, so that all roots of a polynomial in x lie in one."""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import random
 
+import mpmath
 import numpy as np
 import pytest
 
@@ -116,6 +117,40 @@ def test_what_such_a_resistance_has_stopped_is_moved_by_another_force():
     assert motion.outcome.ending is Ending.COMPLETE
     root = math.sqrt(motion["v/x"][-1])
     assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)
+
+
+@pytest.mark.parametrize("side", [1, -1])
+def test_dry_friction_beside_such_a_resistance_lets_go(side):
+    """From rest v' = 0.3 - 0.8 s, s = sqrt(v): t = -2 s/0.8 - 0.6/0.64 log(1 - 0.8 s/0.3), on both sides."""
+    force = f"{side}*0.4 - 0.1*sign(x_dot) - 0.8*sqrt(abs(x_dot))*sign(x_dot)"
+    motion = follow(line(1.0, 0.0, "0", force), 2.0, 3)
+    assert motion.outcome.ending is Ending.COMPLETE
+    root = math.sqrt(side * motion["v/x"][-1])
+    assert -2 * root / 0.8 - 0.6 / 0.64 * math.log(1 - 0.8 * root / 0.3) == pytest.approx(2.0, rel=1e-11)
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("power", [0.1, 0.25, 0.5, 0.75, 1.3])
+@pytest.mark.parametrize("spelling", ["max(0, x - {a})", "(abs(x - {a}) + x - {a})/2"])
+def test_a_contact_force_that_has_no_series_where_it_begins(power, spelling, source):
+    """x'' = -k u^p, u = max(0, x - a): how long it stays is a beta function."""
+    a, v, k = source.uniform(0.3, 2), source.uniform(0.5, 2), 10 ** source.uniform(0, 2)
+    motion = follow(line(0.0, v, "0", f"-{k!r}*({spelling.format(a=repr(a))})**{power}"), 10.0, 2)
+    assert motion.outcome.ending is Ending.COMPLETE
+    n = power + 1
+    deepest = (v * v * n / (2 * k)) ** (1 / n)
+    inside = 2 * deepest / v * float(mpmath.beta(1 / n, 0.5)) / n
+    assert motion["v/x"][-1] == pytest.approx(-v, rel=2e-12)
+    assert motion["q/x"][-1] == pytest.approx(a - v * (10 - a / v - inside), rel=2e-12)
+
+
+def test_a_root_of_a_square_that_is_a_function_is_a_kink():
+    """sqrt(1 - cos(x)) is sqrt(2) |sin(x/2)|; v is never lost where x is 0."""
+    motion = follow(line(0.5, -1.0, "sqrt(1 - cos(x))"), 20.0, 81)
+    same = follow(line(0.5, -1.0, "sqrt(2)*abs(sin(x/2))"), 20.0, 81)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.count_nonzero(np.diff(np.sign(motion["q/x"]))) > 3
+    assert motion["q/x"] == pytest.approx(same["q/x"], rel=0, abs=1e-12)
 
 
 def test_a_condition_on_an_angle_changes_at_the_cut(source):

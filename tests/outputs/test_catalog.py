@@ -16,19 +16,35 @@ masses: {bob: m}
 positions: {bob: [x, 0*x]}
 potential: k*x**2/2
 observables: {height: 2*x}
+constraints: {rod: x**2}
+"""
+BODY = """\
+bodies:
+  top: {mass: m, position: [x, 0, 0], solid: {sphere: 0.1}, orientation: {euler: [x, 1, 0]}}
 """
 
 
 @pytest.mark.parametrize("name", OUTPUTS)
 def test_an_output_makes_the_datasets_that_its_row_names_and_each_has_a_unit(name):
-    spec = read_spec(TEXT, "a.yaml")
-    made = [one.path for one in make_plan(residual_of(TEXT), frozenset({name})).recording.datasets]
-    owner = {"positions": "bob", "observables": "height"}.get(name, "x")
-    patterns = OUTPUTS[name].datasets.replace("NAME", owner).replace("PARTICLE", owner).split()
+    text = TEXT + BODY if OUTPUTS[name].section == "bodies" else TEXT
+    spec = read_spec(text, "a.yaml")
+    made = [one.path for one in make_plan(residual_of(text), frozenset({name})).recording.datasets]
+    owner = {"observables": "height", "multipliers": "rod", "constraints": "rod", "conserved": "h"}.get(
+        name, "x"
+    )
+    patterns = (
+        OUTPUTS[name]
+        .datasets.replace("NAME", owner)
+        .replace("PARTICLE", "bob")
+        .replace("BODY", "top")
+        .split()
+    )
     assert [f"/{path}" for path in made] == patterns
-    assert set(made) <= set(find_units(spec).texts)
+    plain = {"orientations/top"}  # a matrix of numbers without a unit
+    assert set(made) - plain <= set(find_units(spec).texts)
 
 
 def test_the_sets_of_outputs_follow_from_the_rows():
     assert DEFAULT_OUTPUTS == ("q", "v", "p", "h")
-    assert {"T", "U", "energy", "positions"} == PARTICLE_OUTPUTS
+    of_bodies = {"angular_velocities", "angular_momenta", "rotational_energies", "orientations"}
+    assert {"T", "U", "energy", "positions", "reactions"} | of_bodies == PARTICLE_OUTPUTS

@@ -52,10 +52,16 @@ ENDS = {
         20**1.5 * FREE_FALL / math.sqrt(2),
     ),
     "escape": (line(2, "x_dot**2/2 + 2*x**3", 1), "x grows beyond all bounds", 1.0),
+    "beside what stays 0": (
+        line(1, "x_dot**2/2 + 1e-12/(1 - x) - 10*max(0, x - 3)**1.5"),
+        "the denominator 1 - x reaches 0 in 1e-12/(1 - x) (line 2)",
+        1.0,
+    ),
     "start": (line(0, "x_dot**2/2 - 1/x"), "the denominator x reaches 0 in 1/x (line 2)", 0.0),
 }
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("precision", ["double", "double-double"])
 @pytest.mark.parametrize("case", ENDS)
 def test_the_expression_that_ends_a_motion_is_named(case, precision, tmp_path):

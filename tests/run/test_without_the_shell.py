@@ -18,6 +18,7 @@ from lagrange_cli.run.motion import Motion, read_motion
 from lagrange_cli.run.request import Request
 from lagrange_cli.run.solve import solve
 from lagrange_cli.run.sweep import sweep
+from lagrange_cli.spec.spec import SolveDefaults
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.work_precision.measure import Rules
 from tests.support.command import SYSTEMS, environment
@@ -60,6 +61,19 @@ class Watcher:
 
 def motion() -> Motion:
     return read_motion(PENDULUM, "pendulum.yaml", REQUEST)
+
+
+@pytest.mark.parametrize(("asked", "empty"), [("h,multipliers,angular_momenta", 2), ("all", 0)])
+def test_what_a_system_has_nothing_of_is_told_if_it_was_asked_for_by_name(tmp_path, asked, empty):
+    options = SolveDefaults(stop=2.0, outputs=tuple(asked.split(",")))
+    request, watcher = Request(options), Watcher()
+    target = find_target(str(tmp_path / "a.h5"), force=False)
+    solve(read_motion(PENDULUM, "pendulum.yaml", request), target, request, watcher.monitor())
+    lines = [
+        "pendulum: warning: output 'angular_momenta' is empty, as the file has no bodies",
+        "pendulum: warning: output 'multipliers' is empty, as the file has no constraints",
+    ]
+    assert watcher.told == lines[:empty]
 
 
 def test_a_motion_is_solved(tmp_path):

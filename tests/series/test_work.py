@@ -16,17 +16,22 @@ CEILINGS = {
     "double_pendulum": (8, 7800),  # sines and cosines, and two products for each angle
     "driven_damped_pendulum": (2, 1450),
     "figure_eight": (18, 13_000),  # six for each of the three pairs
+    "foucault_gyroscope": (3, 1850),
     "fpu_chain": (32, 26_500),  # a square for each spring
     "free_particles": (24, 17_500),  # eight for each of the three pairs
     "gauge_oscillator": (0, 200),  # it is the harmonic oscillator
+    "gravity_gradient": (7, 3900),
     "harmonic_oscillator": (0, 195),
     "henon_heiles": (3, 2000),
     "incline": (0, 10),
     "kicked_rotor": (0, 200),
+    "kovalevskaya_top": (28, 14_600),
+    "lagrange_top": (7, 5000),
     "lattice": (40, 28_500),  # sine and cosine of each angle
     "n_pendulum": (20, 19_000),  # four for each bob
     "parabola_bead": (2, 1700),
     "pendulum": (2, 1250),
+    "physical_pendulum": (2, 1050),
     "rotating_hoop": (3, 1800),
     "rotating_rod": (0, 195),
     "solar_system": (288, 170_000),  # eight for each of the 36 pairs

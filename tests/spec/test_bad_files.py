@@ -9,6 +9,7 @@ import pytest
 from lagrange_cli.errors import SpecError
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
 from tests.support.files import PENDULUM, changed, problems, underlined
 
 POTENTIAL = "m*g*bob.y"
@@ -155,9 +156,64 @@ BAD = [
     ("name: pendulum", "time: {units: d}", [(1, "units", "unknown key 'units' in time", "'unit'")]),
     ("name: pendulum", "time: {unit: {d: 1}}", [(1, "{", "unit of time must be a text", "")]),
     ("unit: m", 'unit: "\\0"', [(4, "\\", "contains the character NUL", "leave it out")]),
-    ("name: pendulum", "solv: {stop: 0}", [(0, "", "stops where", ""), (1, "solv", "unknown", "")]),
-    ("name: pendulum", "solve: {stoop: 0}", [(1, "solve", "stops", ""), (1, "stoop", "unknown key", "")]),
-    ("name: pendulum", "time: s\nsolve: {unti: d}", [(2, "solve", "'d' in", ""), (2, "unti", "unknown", "")]),
+    ("name: pendulum", "solv: {stop: 0}", [(1, "solv", "unknown", ""), (1, "0", "stops where", "")]),
+    ("name: pendulum", "solve: {stoop: 0}", [(1, "stoop", "unknown key", ""), (1, "0", "stops", "")]),
+    ("name: pendulum", "time: s\nsolve: {unti: d}", [(2, "unti", "unknown", ""), (2, "d", "'d' in", "")]),
+    ("name: pendulum", "solve: {tolerence: 0}", [(1, "tolerence", "unknown", ""), (1, "0", "greater", "")]),
+    ("name: pendulum", "solve: {tolerance: 0}", [(1, "0", "must be greater", "tolerance: 1e-12")]),
+    # a word that is far from every key is none of them, and an abbreviation is one
+    ("name", "camera", [(1, "camera", "unknown key", "under 'draw'")]),
+    ("name: pendulum", "inertia: [1, 1, 1]", [(1, "inertia", "unknown key", "to a body")]),
+    ("name: pendulum", "sweep: {m: 1}", [(1, "sweep", "unknown key", "'lagrange sweep FILE --over")]),
+    ("name: pendulum", "units: {t: d}", [(1, "units", "unknown key", "'time: {unit: s}'")]),
+    ("unit: m", "dimension: m", [(4, "dimension", "unknown key", "known: value, unit")]),
+    ("unit: m", "desc: m", [(4, "desc", "unknown key", "did you mean 'description'?")]),
+    ("name: pendulum", "solve: {t_span: [0, 1]}", [(1, "t_span", "unknown key", "'start: 0' and 'stop")]),
+    ("name: pendulum", "draw: {radius: 2}", [(1, "radius", "unknown key", "by their masses")]),
+    ("name: pendulum", "draw: {camera: {zoom: 2}}", [(1, "zoom", "unknown key", "write 'bounds:")]),
+    # the missing signs of products, between all that they stand between
+    (POTENTIAL, "m g bob.y", [(12, "m g", "missing operator", "write m*g*bob.y")]),
+    (POTENTIAL, "m g cos(theta)", [(12, "m g", "missing operator", "write m*g*cos(theta)")]),
+    (POTENTIAL, "m g theta(t)", [(12, "m g", "", "write m*g*theta"), (12, "theta(t)", "", "no '(t)'")]),
+    (POTENTIAL, "bob.y g", [(12, "y g", "missing operator", "write bob.y*g")]),
+    # constraints
+    (POTENTIAL, "g*rod.tension\nconstraints: {rod: theta}", [
+        (12, "rod.tension", "the constraint 'rod' has no component 'tension'", "write rod.multiplier"),
+    ]),
+    # equations
+    ("name: pendulum", "constraints: {c: bob.x^2 = l^2 - l, d: 0 == theta, e: 0 = theta = l}", [
+        (1, "bob.x^2 = l^2 - l", "stays 0, not an equation", "write bob.x**2 - (l**2 - l)"),
+        (1, "^", "", "write **"), (1, "^", "", "write **"),
+        (1, "0 == theta", "constraint 'd' is an expression that stays 0", "write theta"),
+        (1, "0 = theta = l", "not an equation", "write one constraint for each"),
+    ]),
+    ("name: pendulum", "constraints: {c: theta < 1}", [(1, "theta < 1", "not an inequality", "a wall is")]),
+    ("name: pendulum", "nonholonomic: {c: l*theta_dot = vv}", [
+        (1, "l*theta_dot = vv", "not an equation", "write l*theta_dot - vv"), (1, "vv", "unknown name", ""),
+    ]),
+    ("name: pendulum", "sizes: {N: 1}\nconstraints: {c: 'where(N == 1, theta, 0)'}", []),
+    (POTENTIAL, "g*lambda_rod\nconstraints: {rod: theta}", [(12, "lambda_rod", "", "rod.multiplier")]),
+    (POTENTIAL, "gg\nconstraints: {a: l, b: t}\nnonholonomic: {c: theta}", [
+        (12, "gg", "unknown name", ""),
+        (13, "l", "constraint 'a' contains no coordinate", ""),
+        (13, "t", "constraint 'b' contains no coordinate", ""),
+        (14, "theta", "'c' contains no velocity", "'constraints'"),
+    ]),
+    (POTENTIAL, "g\ntorques: {bob: [0, 0, 1]}", [(13, "bob", "unknown body 'bob'", "'bob' is a particle")]),
+    # bodies
+    (EMBEDDING, EMBEDDING + """
+bodies:
+  a: {mass: m, solid: {ball: l}, position: [0, 0, 0], orientation: {angles: [theta, 0, 0], order: zzx}}
+  b: {mass: m, I: [1, 1, 1], position: [0, 0, 0], quaternion: [1, 0, 0, 0]}
+""", [
+        (13, "ball", "unknown solid 'ball'", "write {sphere: r}"),
+        (13, "angles", "unknown key 'angles' in orientation", "write 'euler'"),
+        (13, "order", "unknown key 'order'", "write 'sequence'"),
+        (13, "zzx", "no sequence of axes", "zxz"),
+        (14, "b", "has no orientation", ""),
+        (14, "I", "unknown key 'I'", "write 'inertia'"),
+        (14, "quaternion", "unknown key 'quaternion'", "write 'orientation: {quaternion:"),
+    ]),
     # what people write elsewhere
     ("parameters:", "constants:", [(2, "constants", "unknown key 'constants'", "write 'parameters'")]),
     ("coordinates:", "variables:", [(6, "variables", "unknown key", "write 'coordinates'")]),
@@ -193,10 +249,6 @@ BAD = [
         (12, "thta", "unknown name 'thta'", "'theta'"), (12, "^", "unknown operator '^'", "write **"),
         (12, "omg", "unknown name 'omg'", "add it to the parameters: 'omg: 1.0'"),
     ]),
-    # what is still to come
-    ("name: pendulum", "bodies: {}", [(1, "bodies", "'bodies' is not supported yet", "")]),
-    ("name: pendulum", "constraints: {}", [(1, "constraints", "'constraints' is not supported yet", "")]),
-    ("name: pendulum", "nonholonomic: {}", [(1, "nonholonomic", "'nonholonomic' is not supported yet", "")]),
     # YAML
     ("  m: 1", "\tm: 1", [(3, "\t", "YAML syntax error", "tab")]),
     ("  m: 1", "  m: 1: 2", [(3, ":", "YAML syntax error", "key: value")]),
@@ -263,6 +315,11 @@ def test_all_mistakes_are_shown_at_once_and_in_order() -> None:
     ]  # fmt: skip
 
 
+def test_a_position_that_is_wrong_hides_no_wrong_component() -> None:
+    text = changed("-l*cos(theta)]", "-l*cos(teta)]").replace("bob.y", "bob.h")
+    assert [underlined(problem) for problem in problems(text)] == ["teta", "bob.h"]
+
+
 def test_a_mistake_in_a_definition_is_said_once() -> None:
     text = changed("potential:", "definitions: {a: 2theta, b: a + 1, c: b.x}\npotential: a + b + c +")
     assert [underlined(problem) for problem in problems(text)] == ["2theta"]
@@ -305,6 +362,7 @@ def test_exponents_are_bounded_through_definitions() -> None:
     assert underlined(problem) == "theta**n"
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("step", "last"), [("sin(d{})", 101), ("d{}*theta + 1", 51), ("1/(1 + d{})", 51)])
 def test_definitions_nested_too_deep_are_refused(step: str, last: int) -> None:
     nested = "".join(f"  d{n + 1}: {step.format(n)}\n" for n in range(3000))
@@ -376,3 +434,52 @@ def test_members_of_a_list_are_shown_for_a_name_with_a_number() -> None:
         "unknown name 'm1' in mass of 'bob'",
         "the members are m[0] to m[1]",
     )
+
+
+BODY = """\
+coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+masses: {bob: 1}
+positions: {bob: [x, 0, 0]}
+bodies:
+  top: {mass: 1, position: [0, 0, 0], inertia: [1, 2, 2.5], orientation: {quaternion: [w, x, y, z]}}
+potential: x
+"""
+
+
+@pytest.mark.parametrize(
+    ("given", "instead", "message"),
+    [
+        ("[1, 2, 2.5]", "[1, 2, 3.5]", "the value 3.5 exceeds 1 + 2 in inertia of body 'top'"),
+        ("[1, 2, 2.5]", "[1, -2, 2]", "the value -2 is not positive in inertia"),
+        ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.2, 1, 0], [0, 0, 1]]", "not symmetric: I12 = 0.1, but I21 = 0.2"),
+        ("[1, 2, 2.5]", "[[1, 0, 0], [0, 1, 2], [0, 2, 1]]", "not positive definite"),
+        ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.1, 1, 0], [0, 0, 3]]", "no body has these principal moments"),
+        ("[1, 2, 2.5]", "[1, 2]", "must be a list of 3 components, not 2"),
+        ("[1, 2, 2.5]", "[1, 2, x]", "the coordinate 'x' cannot be used in inertia"),
+        ("inertia: [1, 2, 2.5]", "solid: {ball: 2}", "unknown solid 'ball'"),
+        ("inertia: [1, 2, 2.5]", "solid: {box: 2}", "the box of body 'top' must be a list of 3"),
+        ("inertia: [1, 2, 2.5]", "solid: {sphere: -2}", "the value -2 is not positive in sphere"),
+        (", orientation: {quaternion: [w, x, y, z]}", "", "body 'top' has no orientation"),
+        ("[w, x, y, z]", "[w, x, y]", "must be a list of 4 components, not 3"),
+        ("quaternion: [w, x, y, z]", "euler: [x, y, z], sequence: zzx", "'zzx' is no sequence of axes"),
+        ("quaternion: [w, x, y, z]", "matrix: [[1, 2, 3], [1, 2, 3]]", "must have 3 rows, not 2"),
+        ("potential: x", "potential: bob.at(1, 0, 0).x", "the particle 'bob' is no rigid body"),
+        (
+            "potential: x",
+            "potential: top.at(1, 0).x",
+            "arguments for 'top.at': 2 instead of 3",
+        ),
+        ("potential: x", "potential: top.at(1, 0, 0).w", "a point of a body has no component 'w'"),
+        ("potential: x", "potential: bob.w1", "the particle 'bob' is no rigid body"),
+        ("positions: {bob", "positions: {top: [x, 0, 0], bob", "the body 'top' has the name of a particle"),
+        ("potential: x", "torques: {bob: [0, 0, 1]}", "unknown body 'bob' in torques"),
+        ("position: [0, 0, 0]", "position: [0, 0]", "the position of body 'top' has 2 components, not 3"),
+    ],
+)
+def test_a_wrong_body(given, instead, message):
+    assert given in BODY
+    with pytest.raises(SpecError) as caught:
+        resolve_values(read_spec(BODY.replace(given, instead), "body.yaml"))
+    found = [one.message for one in caught.value.problems]
+    assert sum(message in one for one in found) == 1, found
+    assert all(one.line for one in caught.value.problems)

@@ -17,6 +17,7 @@ from lagrange_cli.spec.read import read_spec
 from tests.support.command import SYSTEMS
 from tests.support.files import changed
 
+PENDULUM = read_spec((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml")
 REALS = st.floats(-1e3, 1e3) | st.floats(allow_nan=False, allow_infinity=False)
 INTRICATE = changed(
     "m: 1", "m: 1 + l**2*(l**0.5 + g/3)/g - 2**l\n  w: -atan2(sin(g), l)*exp(1/l) + tanh(l - g) - log(l)/7"
@@ -38,6 +39,15 @@ def test_each_member_has_the_numbers_that_it_would_have_alone() -> None:
         assert bits(ensemble.parameters[name]) == bits([one.parameters[name] for one in alone])
     assert bits(ensemble.q[0]) == bits([one.q[0] for one in alone])
     assert bits(ensemble.v[0]) == bits([one.v[0] for one in alone])
+
+
+@pytest.mark.parametrize(("column", "usual", "unusual"), [("l", 1.0, 1e-18), ("theta_dot", 0.1, -1e10)])
+def test_members_that_are_looked_at_are_the_smallest_and_the_fastest(column, usual, unusual) -> None:
+    values = np.full(300, usual)
+    values[141] = unusual
+    ensemble = resolve_ensemble(PENDULUM, {}, {column: values})
+    several = [one.parameters.get(column, one.v[0]) for one in ensemble.several()]
+    assert unusual in several and len(several) <= 64
 
 
 def test_what_does_not_differ_is_one_number() -> None:

@@ -111,6 +111,7 @@ BAD = [
     # what is watched
     ("y < 0", [("y < 0", "event 'f' is where an expression becomes 0", "when: y' and 'direction: falling")]),
     ("{when: y < 0}", [("y < 0", "not a condition", "'when: y' and 'direction: falling'")]),
+    ("{when: y <}", [("y <", "not a condition", "'when: y' and 'direction: falling'")]),
     ("{when: 0 < y}", [("0 < y", "not a condition", "'when: y' and 'direction: rising'")]),
     ("{when: y >= 1 + e}", [("y >= 1 + e", "", "'when: y - (1 + e)' and 'direction: rising'")]),
     ("{when: y == 0}", [("y == 0", "", "write 'when: y'")]),

@@ -237,6 +237,7 @@ def test_no_file_does_worse_than_a_spec_error(data: bytes | str) -> None:
         assert str(error)
 
 
+@pytest.mark.exhaustive(keep=0)
 @settings(max_examples=300, deadline=None)
 @given(st.integers(0, len(PENDULUM)), st.integers(0, 8), st.text(max_size=4) | FRAGMENTS)
 def test_no_typing_slip_does_worse_than_a_spec_error(start: int, length: int, typed: str) -> None:
@@ -269,7 +270,7 @@ def test_every_key_has_a_meaning_and_no_word_stands_for_two(table):
     assert all(row.meaning for row in table.rows)
     also = [word for row in table.rows for word in row.also.split()]
     assert len({*also}) == len(also)
-    assert not {*also} & {*table.by_word} and not {*table.later} & {*also, *table.by_word}
+    assert not {*also} & {*table.by_word}
     assert all(table.meant(word)[0] == row.key for row in table.rows for word in row.also.split())
 
 

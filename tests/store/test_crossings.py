@@ -142,8 +142,9 @@ def test_the_bytes_do_not_depend_on_how_much_is_appended_at_a_time(tmp_path, sma
     assert written(tmp_path / "a.h5", cuts, sense=sense) == written(tmp_path / "b.h5", sense=sense)
 
 
+@pytest.mark.exhaustive(keep=0)
 @given(CUTS, st.sampled_from([1.0, -1.0]), st.sampled_from(["killed", "interrupted", "further"]))
-@settings(examples(40), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
+@settings(examples(12), suppress_health_check=[HealthCheck.function_scoped_fixture], deadline=None)
 def test_what_an_earlier_run_left_is_taken_over_to_the_same_bytes(tmp_path, small, cuts, sense, how):
     """The run is cut off, goes on, is cut off again and so on. What ``further`` continues from is trimmed to
     the numbers of samples and crossings at a time before its end."""

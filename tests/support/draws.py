@@ -2,8 +2,8 @@
 
 ``@pytest.mark.exhaustive(keep=4)`` marks a suite of too many cases for every day. Usually four of them are
 run, other ones each time; the last lines of the run give the seed, and ``--seed`` repeats the draw.
-``-m exhaustive`` runs all cases of all such suites (or ``most`` of them). A case that is named on the command
-line is always run.
+``-m exhaustive`` runs all cases of all such suites (or ``most`` of them), and with ``--most 10`` ten of each.
+A case that is named on the command line is always run.
 """
 
 from __future__ import annotations
@@ -31,8 +31,10 @@ def examples(count: int) -> settings:
     return settings(max_examples=count * THOROUGH if _thorough else count)
 
 
-def sampled(items: Sequence[pytest.Item], seed: int, everything: bool) -> list[pytest.Item]:
-    """The items without the cases of exhaustive suites that are not drawn."""
+def sampled(
+    items: Sequence[pytest.Item], seed: int, everything: bool, most: int | None = None
+) -> list[pytest.Item]:
+    """The items without the cases of exhaustive suites that are not drawn; ``most`` of each at most."""
     suites: dict[str, list[pytest.Item]] = {}
     for item in items:
         if item.get_closest_marker(MARKER) is not None:
@@ -42,6 +44,7 @@ def sampled(items: Sequence[pytest.Item], seed: int, everything: bool) -> list[p
         marker = cases[0].get_closest_marker(MARKER)
         assert marker is not None
         count = marker.kwargs.get("most", len(cases)) if everything else marker.kwargs.get("keep", 1)
+        count = count if most is None else min(count, most)
         drawn = random.Random(f"{seed} {name}").sample(cases, min(count, len(cases)))
         left_out |= {*cases} - {*drawn}
     return [item for item in items if item not in left_out]

@@ -37,7 +37,13 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
 
 SYSTEMS = Path(__file__).resolve().parents[2] / "systems"
-NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
+BINDING = "\nconstraints:", "\nnonholonomic:", "quaternion:"
+CONSTRAINED = [
+    path.stem for path in sorted(SYSTEMS.glob("*.yaml")) if any(word in path.read_text() for word in BINDING)
+]
+"""The shipped systems with multipliers."""
+NAMES = sorted({path.stem for path in SYSTEMS.glob("*.yaml")} - {*CONSTRAINED})
+"""The shipped systems in independent coordinates."""
 FULL = 2.0**-52
 """The tolerance of a run that asks for none."""
 DEFAULT = ("q", "v", "p", "h")

@@ -29,7 +29,10 @@ lagrangian: >
 observables: {far: sin(1e15*x), power: (3+x)**(y+0.1), steep: exp(800*sin(x) + 700)}
 solve: {stop: 1}
 """
-SHORT = {"solar_system": "--stop 200", "fpu_chain": "--stop 20"}
+SHORT = {
+    "solar_system": "--stop 200", "fpu_chain": "--stop 20", "foucault_gyroscope": "--stop 0.5",
+    "kovalevskaya_top": "--stop 1", "lagrange_top": "--stop 0.5", "double_pendulum": "--stop 10",
+}  # fmt: skip
 """Motions that would take long with an fma in software."""
 
 

@@ -3,24 +3,28 @@
 from __future__ import annotations
 
 import random
+from contextlib import suppress
 from functools import cache
 from textwrap import dedent
 
 import mpmath
 import sympy
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.model.build import build_model
 from lagrange_cli.model.model import Model
+from lagrange_cli.run.reactions import with_reactions
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.symbolic.derive import derive_equations
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.notations import identifiers
 from tests.support.command import SYSTEMS
+from tests.support.motion import NAMES as NAMES
 
-NAMES = sorted(path.stem for path in SYSTEMS.glob("*.yaml"))
 SIZES = {
+    "chain": {"N": "2"},
     "n_pendulum": {"N": "2"},
     "fpu_chain": {"N": "2", "modes": "2"},
     "lattice": {"N": "3", "M": "1"},
@@ -45,6 +49,16 @@ def model_of(name: str) -> Model[sympy.Expr]:
 def equations_of(name: str) -> Equations:
     """Its equations."""
     return derive_equations(model_of(name))
+
+
+@cache
+def equations_with(name: str, form: str) -> Equations:
+    """Its equations with what a form needs besides, if there is such."""
+    equations = equations_of(name)
+    if form == "reactions":
+        with suppress(UsageError):
+            return with_reactions(spec_of(name), equations)
+    return equations
 
 
 def derived(text: str) -> Equations:
@@ -91,3 +105,14 @@ def agree_at_random(left: sympy.Expr, right: sympy.Expr, digits: int = 25) -> bo
             if abs(found - known) > max(1, abs(known)) * mpmath.mpf(10) ** -digits:
                 return False
     return True
+
+
+def has_form(equations: Equations, form: str) -> bool:
+    """Whether a system has a form of the equations, that of reactions with what ``equations_with`` adds."""
+    if form == "explicit":
+        return equations.accelerations is not None
+    if form == "hamilton":
+        return all(any(entry != 0 for entry in row) for row in equations.mass_matrix)
+    if form == "reactions":
+        return bool(equations.reactions)
+    return form != "vakonomic" or any(not each.holonomic for each in equations.constraints)

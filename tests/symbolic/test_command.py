@@ -65,13 +65,14 @@ def test_an_explicit_form_that_cannot_be_read_names_the_matrix(tmp_path):
             f"  b{k}:\n    - {x}\n    - {y}\n" for k, (x, y) in enumerate(zip(chain, heights, strict=True))
         )
     )
-    for form in ("explicit", "hamilton"):
-        run = lagrange("equations", "chain.yaml", "--form", form, cwd=tmp_path)
-        assert run.returncode == 2 and "--form matrix" in run.stderr
+    run = lagrange("equations", "chain.yaml", "--form", "explicit", cwd=tmp_path)
+    assert run.returncode == 2 and "--form matrix" in run.stderr
+    run = lagrange("equations", "chain.yaml", "--form", "hamilton", cwd=tmp_path)
+    assert run.returncode == 0 and "Momenta, which determine the velocities" in run.stdout
     assert lagrange("equations", "chain.yaml", "--form", "matrix", cwd=tmp_path).returncode == 0
 
 
-@pytest.mark.exhaustive(keep=6)
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_printed_is_what_is_integrated(name, capsys):
     sizes = [f"--size={size}={number}" for size, number in SIZES.get(name, {}).items()]

@@ -1,10 +1,14 @@
 """Hamilton's form is Lagrange's, written in p."""
 
+import numpy as np
 import pytest
 import sympy
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.symbolic.data import as_data
 from lagrange_cli.symbolic.hamilton import hamilton_form
+from lagrange_cli.symbolic.layouts import as_text
+from lagrange_cli.symbolic.source import as_python
 from tests.support.systems import NAMES, agree_at_random, derived, equations_of, same
 
 
@@ -44,3 +48,26 @@ def test_a_name_that_a_momentum_needs():
     clash = derived("parameters: {p_x: 1}\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - p_x*x\n")
     with pytest.raises(UsageError, match="p_x"):
         hamilton_form(clash)
+
+
+@pytest.mark.exhaustive(keep=0)
+def test_what_is_too_long_is_written_in_steps():
+    """Of a quaternion's momenta: they determine the velocities, and change as the equations of motion say."""
+    module = {}
+    parameters = {"m": 0.1, "g": 9.81, "l": 0.2, "I1": 0.3, "I3": 0.2, "spin": 1.0}
+    exec(as_python(equations_of("gyroscope"), "hamilton", parameters), module)
+    q, v, step = (0.5, -0.3, 0.7, 0.4), (0.2, 0.9, -0.4, 0.3), 1e-5
+    p, a = module["momenta"](0.0, q, v), module["accelerations"](0.0, q, v)
+    assert module["velocities"](0.0, q, p) == pytest.approx(v, rel=1e-13)
+    assert module["hamiltonian"](0.0, q, p) == pytest.approx(module["energy_function"](0.0, q, v), rel=1e-13)
+
+    def later(e):
+        there = [x + e * y + e**2 / 2 * z for x, y, z in zip(q, v, a)]
+        return np.array(module["momenta"](0.0, there, [y + e * z for y, z in zip(v, a)]))
+
+    rates = (later(step) - later(-step)) / (2 * step)
+    assert module["momentum_rates"](0.0, q, p) == pytest.approx(list(rates), abs=1e-7)
+    written = as_text(equations_of("gyroscope"), "hamilton")
+    assert "Momenta, which determine the velocities" in written and "p_w_dot = " in written
+    data = as_data(equations_of("gyroscope"), "hamilton", parameters)
+    assert data["hamiltonian"] and data["canonical_equations"]["velocities"] is None

@@ -72,7 +72,7 @@ def pushed(
                 x.append(p.x0 + p.v0 * t + t * sums[0] - sums[1])
                 v.append(p.v0 + sums[0])
         size = integral(lambda s: abs(f(s)), times[0], times[-1], places)
-        size += ROUNDED * max(abs(f(s)) * abs(s) for s in places if 0 <= s <= times[-1])
+        size += ROUNDED * max((abs(f(s)) * abs(s) for s in places if 0 <= s <= times[-1]), default=0)
         return Truth({"q/x": x, "v/x": v}, sizes={"v/x": size, "q/x": size * times[-1]})
 
     return reference
@@ -178,7 +178,8 @@ def high_power(d: Draw) -> Case:
                 else:
                     v[i] += scale * t
                     x[i] += scale * t**2 / 2
-        return Truth({"q/x": x, "v/x": v})
+        pulse = MP.sqrt(2 * MP.pi / n) / p.w  # of odd powers, which may take back all at the samples
+        return Truth({"q/x": x, "v/x": v}, sizes={"v/x": pulse, "q/x": pulse / p.w})
 
     return line(d, reference, 100, **push(d, f"{function}({w}*t + {phi})**{n}"))
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, System, Truth
 from benchmarks.truth.families.line import force_or_potential, in_pieces, line, sixteenths
-from benchmarks.truth.reference import Course, Exit, Linear, pieces, to
+from benchmarks.truth.reference import Exit, Linear, bracketed, pieces, to
 
 
 def below(place: Number, mode: Any) -> Exit:
@@ -238,14 +238,20 @@ def power_of_distance(d: Draw) -> Case:
     def reference(p: Numbers, times: Sequence[Number]) -> Truth:
         m = MP.mpf(n)
         top = MP.sqrt(2 * p.k * p.x0**m)
-        quarter = p.x0 / top * MP.beta(1 / m, MP.mpf(1) / 2) / m * 1
+
+        def since_centre(way: Number) -> Number:  # int_0^s du / sqrt(1 - u^m)
+            return way * MP.hyp2f1(MP.mpf(1) / 2, 1 / m, 1 + 1 / m, way**m)
+
+        quarter = p.x0 / top * MP.beta(1 / m, MP.mpf(1) / 2) / m
         x, v = [], []
         for t in times:
             number = int(MP.floor((t + quarter) / (2 * quarter)))
-            course = Course(lambda s: p.k * abs(s) ** m, MP.mpf(0), top, turn=p.x0)
-            at, speed = course.at(t + quarter - 2 * quarter * number)
-            x.append(at if number % 2 == 0 else -at)
-            v.append(speed if number % 2 == 0 else -speed)
+            after = t - 2 * quarter * number  # the turn
+            away = (quarter - abs(after)) * top / p.x0
+            way = bracketed(lambda s: away - since_centre(s), MP.mpf(0), MP.mpf(1)) if after else MP.mpf(1)  # noqa: B023
+            sign = -1 if number % 2 else 1
+            x.append(sign * way * p.x0)
+            v.append((-sign if after > 0 else sign) * top * MP.sqrt(1 - way**m))
         return Truth({"q/x": x, "v/x": v})
 
     return line(d, reference, 10, h=True, potential=[f"{k}*({d.absolute('x')})**{n}"], v="0")

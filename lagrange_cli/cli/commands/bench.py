@@ -113,15 +113,15 @@ def bench(
 
         check_picture(plot)
 
-    from lagrange_cli.cli.report.work_precision import as_object, as_text, curves_of
     from lagrange_cli.run.bench import count, entries_of, rank_methods
+    from lagrange_cli.run.ranking import as_object, as_text, curves_of
     from lagrange_cli.spec.values import resolve_values
     from lagrange_cli.work_precision.measure import Rules
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, values = read_system(system, given, resolve_values, waiting.stage)
     names = [resolve_method(name.strip()) for name in methods.split(",")] if methods else None
-    entries = entries_of(names, tolerances, len(spec.coordinates))
+    entries = entries_of(names, tolerances, len(spec.coordinates), constrained=bool(spec.all_constraints))
     progress = MeasuringProgress(spec.name, quiet=given.quiet)
     with Interrupts() as interrupted:
         ranking = rank_methods(
@@ -134,12 +134,14 @@ def bench(
             waiting.stage,
             progress.show,
             interrupted,
+            given.overrides,
         )
     progress.clear()
     if given.as_json:
         emit_json(as_object(ranking))
     elif not given.quiet:
-        left_out = [] if methods is not None else left_out_of(entries, len(spec.coordinates))
+        constrained = bool(spec.all_constraints)
+        left_out = [] if methods or constrained else left_out_of(entries, len(spec.coordinates))
         emit("\n".join((as_text(ranking), *left_out)))
     if plot is not None:
         write_picture(plot, curves_of(ranking))

@@ -13,6 +13,7 @@ from lagrange_cli.cli.source import read_system
 from lagrange_cli.run.equations import FORMATS, FORMS
 
 if TYPE_CHECKING:
+    from lagrange_cli.run.coordinates import Covariance
     from lagrange_cli.symbolic.verify import Verification
 
 DIFFERS = 4
@@ -32,7 +33,16 @@ DIFFERS = 4
     type=click.Choice(FORMS),
     default="lagrange",
     show_default=True,
-    help="What to print: everything, the accelerations q_ddot alone, Hamilton's equations, or M a = f.",
+    help="What to print: everything, the accelerations q_ddot alone, Hamilton's equations, M a = f, the "
+    "forces of constraint on particles, or what Hamilton's principle would make of nonholonomic constraints, "
+    "which is not the motion (vakonomic).",
+)
+@click.option(
+    "--coordinates",
+    metavar="NAME",
+    default="",
+    help="Derive the equations in the coordinates of the transformation NAME of the file, and compare them "
+    "with those in the file's own coordinates.",
 )
 @click.option(
     "--verify",
@@ -43,7 +53,14 @@ DIFFERS = 4
     f"{DIFFERS} if they differ by more than 1e-12.",
 )
 @given_options
-def equations(systems: tuple[str, ...], format_: str | None, form: str, verifying: bool, given: Given) -> int:
+def equations(
+    systems: tuple[str, ...],
+    format_: str | None,
+    form: str,
+    coordinates: str,
+    verifying: bool,
+    given: Given,
+) -> int:
     """Print the Lagrangian, the equations of motion, momenta, energy function and conserved quantities.
 
     \b
@@ -57,7 +74,7 @@ def equations(systems: tuple[str, ...], format_: str | None, form: str, verifyin
     many = len(systems) > 1 and chosen != "json"
 
     def show(system: str) -> int:
-        status = show_system(system, given, chosen, form, verifying=verifying)
+        status = show_system(system, given, chosen, form, coordinates, verifying=verifying)
         if many and system != systems[-1]:
             emit("")
         return status
@@ -65,27 +82,40 @@ def equations(systems: tuple[str, ...], format_: str | None, form: str, verifyin
     return run_each(systems, show, as_json=chosen == "json")
 
 
-def show_system(system: str, given: Given, format_: str, form: str, *, verifying: bool) -> int:
+def show_system(
+    system: str, given: Given, format_: str, form: str, coordinates: str, *, verifying: bool
+) -> int:
     """Print one system's equations; returns the exit status."""
     from lagrange_cli.run.equations import as_data, as_written, derive, verify_system
     from lagrange_cli.spec.values import resolve_parameters
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
-    derived = derive(spec, waiting.stage)
+    derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
     with waiting.stage("verify"):
         verification = verify_system(derived, given.overrides) if verifying else None
     if format_ == "json":
         with waiting.stage("print"):
             data = as_data(derived, form, parameters)
-        emit_json(data | verdict(verification))
+        emit_json(data | covariant(derived.covariance) | verdict(verification))
     else:
         with waiting.stage("print"):
             text = as_written(derived, format_, form, parameters)
-        if verification is not None and not (given.quiet and verification.agrees):
-            text += f"\n\n{comment(format_)}{verification}"
+        for compared in (derived.covariance, verification):
+            if compared is not None and not (given.quiet and compared.agrees):
+                text += f"\n\n{comment(format_)}{compared}"
         emit(text)
-    return 0 if verification is None or verification.agrees else DIFFERS
+    agrees = all(one is None or one.agrees for one in (derived.covariance, verification))
+    return 0 if agrees else DIFFERS
+
+
+def covariant(found: Covariance | None) -> dict[str, Any]:
+    """The comparison with the file's coordinates for ``--json``."""
+    if found is None:
+        return {}
+    return {
+        "covariance": {"difference": found.difference, "states": found.states, "agrees": found.agrees},
+    }
 
 
 def comment(format_: str) -> str:

@@ -1,4 +1,4 @@
-"""``lagrange section``: where motions cross a surface, written to one HDF5 file."""
+"""``lagrange section``: where motions cross a surface, written to one HDF5 file, or as a table."""
 
 from __future__ import annotations
 
@@ -8,24 +8,26 @@ from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli.commands.sweep import processors
-from lagrange_cli.cli.console import STANDARD_INPUT, complain, display_name, run_each, stem
+from lagrange_cli.cli.console import complain, display_name, run_each, stem
+from lagrange_cli.cli.options.completion import expression
 from lagrange_cli.cli.options.draws import draw_options
-from lagrange_cli.cli.options.run import list_of_outputs, run_options
+from lagrange_cli.cli.options.run import format_option, list_of_outputs, precision_option, run_options
 from lagrange_cli.cli.options.shared import system_argument
-from lagrange_cli.cli.output import Invocation, find_output, format_of, output_name
+from lagrange_cli.cli.output import Invocation, find_output, output_name, standard_output, with_format
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
+from lagrange_cli.records import replace
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, Stage, ignore
-from lagrange_cli.run.request import HDF5
+from lagrange_cli.run.processors import processors
+from lagrange_cli.run.request import CSV
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.options.members import Draws
+    from lagrange_cli.run.draws import Draws
     from lagrange_cli.run.ensemble import Ensemble
-    from lagrange_cli.run.section import Asked
+    from lagrange_cli.run.section_request import Asked
 
 CROSSINGS = 1000
 DIRECTIONS = "rising", "falling", "either"
@@ -36,11 +38,13 @@ DIRECTIONS = "rising", "falling", "either"
 @click.option(
     "--where",
     metavar="EXPRESSION",
+    shell_complete=expression("coordinates", "parameters"),
     help="The surface: where this expression in coordinates, velocities (theta_dot), t and parameters is 0.",
 )
 @click.option(
     "--every",
     metavar="PERIOD",
+    shell_complete=expression("parameters"),
     help="A stroboscopic section in place of --where: the states at multiples of this time after the start, "
     "a number or an expression in parameters (2*pi/omega).",
 )
@@ -60,13 +64,17 @@ DIRECTIONS = "rising", "falling", "either"
 @click.option(
     "--stop",
     metavar="TIME",
+    shell_complete=expression("parameters"),
     help="The time at which a motion ends, however few crossings it has: a number, or an expression in "
     "parameters. If it is before the start, the motion is followed backward [none].",
 )
+@precision_option
+@format_option
 @run_options(
-    output="The file to write [SYSTEM_section.h5 in the current directory].",
+    output="The file to write [SYSTEM_section.h5 in the current directory]; - is standard output, with "
+    "--format csv.",
     outputs=f"What to write at each crossing, as {list_of_outputs()}.",
-    without=("stop", "samples", "step", "method", "proven", "resume", "checkpoint", "checkpoint-count"),
+    without=("stop", "samples", "step", "method", "proven"),
 )
 def section(
     system: str,
@@ -77,8 +85,11 @@ def section(
     crossings: int,
     draws: Draws,
     jobs: int | None,
+    precision: str,
+    asked_format: str | None,
 ) -> int:
-    """Find where motions of a system cross a surface, and write these states to one HDF5 file.
+    """Find where motions of a system cross a surface, and write these states to one HDF5 file, or to a table
+    as CSV if there is one motion.
 
     The motion is that of the file, or there are many, which differ in parameters or initial values as those
     of 'lagrange sweep' do. No crossing is missed, and each is found to the precision of the motion.
@@ -88,13 +99,19 @@ def section(
     lagrange section henon_heiles.yaml --where x --over y0=-0.2:0.4:31
     lagrange section driven_damped_pendulum.yaml --every 2*pi/Omega --over A=1:1.5:500
     """
-    from lagrange_cli.run.section import Asked
+    from lagrange_cli.run.section_request import Asked
 
     if (where is None) == (every is None):
         raise UsageError("give one of --where EXPRESSION, as in --where x, and --every PERIOD")
     if every is not None and direction is not None:
         raise UsageError("--direction belongs to --where: leave it out with --every")
     cut = Asked(where or "", every or "", direction or DIRECTIONS[0], crossings)
+    asked = with_format(asked, asked_format)
+    asked = replace(asked, request=replace(asked.request, precision=precision))
+    if asked.request.format == CSV and draws.any:
+        raise UsageError(
+            "sections of many motions are written as HDF5: give --output a name that ends in .h5"
+        )
     threads = processors() if jobs is None else jobs
     return run_each((system,), lambda one: take(one, asked, cut, draws, threads), as_json=asked.as_json)
 
@@ -103,21 +120,22 @@ def take(system: str, asked: Invocation, cut: Asked, draws: Draws, threads: int)
     """Read, derive, compile, follow and write; returns the exit status."""
     began = time.process_time()
     watch = Stopwatch(Waiting(stem(system), quiet=asked.quiet).stage)
-    with watch.stage("import"):
-        if format_of(asked.output) != HDF5:
-            raise UsageError("a section is written as HDF5: give --output a name that ends in .h5")
-        if asked.streams:
-            raise UsageError("a section cannot be written to standard output: give --output a name")
     ensemble = read_section(system, asked, cut, draws, watch.stage)
     with watch.stage("import"):
+        from lagrange_cli.cli.report.motion import say_finished
         from lagrange_cli.cli.report.section import say_crossed
         from lagrange_cli.run.section import take_section
 
         given = {"command": "'lagrange section'", **draws.options_given(), **given_of(cut)}
-        target = find_output(system, output_name(system, asked.output, "_section"), asked, given)
+        target = find_output(
+            system, output_name(system, asked.output, "_section", asked.request.format), asked, given
+        )
     progress = partial(Counter, ensemble.spec.name, ensemble.values.members, "motions", quiet=asked.quiet)
     monitor = Monitor(watch.stage, progress, ignore if asked.quiet else complain, Interrupts)
-    crossed = take_section(ensemble, target, asked.request, monitor, threads=threads)
+    stream = standard_output() if asked.streams else None
+    crossed = take_section(ensemble, target, asked.request, monitor, threads=threads, stream=stream)
+    if crossed.start.finished is not None:
+        return say_finished(crossed.start.finished, target.shown, watch.report(), asked)
     return say_crossed(crossed, watch.report(), began, asked)
 
 
@@ -129,13 +147,12 @@ def given_of(cut: Asked) -> dict[str, str]:
 
 def read_section(system: str, asked: Invocation, cut: Asked, draws: Draws, stage: Stage) -> Ensemble:
     """The system, the numbers of its motions, and how they are to be cut."""
-    if draws.table == system == STANDARD_INPUT:
-        raise UsageError("the system and the table cannot both come from standard input")
+    draws.check_input(system)
     request, content = asked.request, read_bytes(system)
     with stage("import"):
-        from lagrange_cli.cli.options.members import draw_members
         from lagrange_cli.run.derive import read_run
-        from lagrange_cli.run.section import make_section
+        from lagrange_cli.run.draws import draw_members
+        from lagrange_cli.run.section_request import make_section
     with stage("parse"):
         spec, _ = read_run(content, display_name(system), request.sizes, lambda spec, problems: None)
         members = draw_members(spec, draws, request.overrides) if draws.any else None

@@ -2,27 +2,25 @@
 
 from __future__ import annotations
 
-import sys
 import time
 from functools import partial
-from typing import TYPE_CHECKING, BinaryIO
+from typing import TYPE_CHECKING
 
 import click
 
 from lagrange_cli.cli.console import complain, discard_output, display_name, run_each, stem
 from lagrange_cli.cli.options.certify import certify_options, options_given
-from lagrange_cli.cli.options.run import list_of_outputs, run_options
+from lagrange_cli.cli.options.run import format_option, list_of_outputs, precision_option, run_options
 from lagrange_cli.cli.options.shared import systems_argument
-from lagrange_cli.cli.output import Invocation, find_output, format_of, output_name
+from lagrange_cli.cli.output import Invocation, find_output, output_name, standard_output, with_format
 from lagrange_cli.cli.progress import Progress, Waiting
 from lagrange_cli.cli.report.motion import say_finished, say_solved
 from lagrange_cli.cli.source import read_bytes
-from lagrange_cli.errors import FileError, UsageError
-from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
+from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import replace
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, ignore
-from lagrange_cli.run.request import CSV, FORMATS
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
@@ -37,24 +35,13 @@ if TYPE_CHECKING:
     default=1,
     help="The number of systems to solve in parallel, each in its own process [1].",
 )
-@click.option(
-    "--precision",
-    type=click.Choice(PRECISIONS),
-    default=DOUBLE,
-    help="The arithmetic: double has about 16 digits; double-double has 31 and takes "
-    f"{DOUBLE_DOUBLE_COST} times as long [{DOUBLE}].",
-)
+@precision_option
 @click.option(
     "--portable",
     is_flag=True,
     help="Give the same bits on every machine, whatever its processor and its C library.",
 )
-@click.option(
-    "--format",
-    "asked_format",
-    type=click.Choice(FORMATS),
-    help="The format of the output [csv if the name of the output ends in .csv, else hdf5].",
-)
+@format_option
 @run_options(
     output="The file to write [SYSTEM.h5 in the current directory]; - is standard output, with --format csv.",
     outputs=f"What to write, as {list_of_outputs()}.",
@@ -74,12 +61,10 @@ def solve(
     SYSTEM.yaml may be - for standard input (written to stdin.h5). Options override the section 'solve' of the
     file.
     """
-    form = format_of(asked.output, asked_format)
-    request = replace(asked.request, precision=precision, portable=portable, format=form)
+    asked = with_format(asked, asked_format)
+    request = replace(asked.request, precision=precision, portable=portable)
     asked = replace(asked, request=request)
     refuse_shared_outputs(systems, asked)
-    if form == CSV:
-        check_table(asked)
     if demand is not None and precision != DOUBLE:
         raise UsageError(f"--certify needs precision {DOUBLE}: leave out one of the two")
     if demand is not None and portable:
@@ -100,14 +85,6 @@ def refuse_shared_outputs(systems: tuple[str, ...], asked: Invocation) -> None:
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"two of the systems would be written to {name}: solve them one by one")
-
-
-def check_table(asked: Invocation) -> None:
-    """Refuse what a table cannot have."""
-    if asked.request.resume:
-        raise UsageError("--resume needs an HDF5 output: a CSV file stores no checkpoint")
-    if asked.streams and asked.as_json:
-        raise UsageError("--json and the table would both go to standard output: give --output a name")
 
 
 def solve_system(system: str, asked: Invocation, demand: Demand | None = None) -> int:
@@ -133,10 +110,3 @@ def solve_system(system: str, asked: Invocation, demand: Demand | None = None) -
         discard_output()
         return 0
     return say_solved(solved, solved.outcome, watch.report(), began, asked, demand)
-
-
-def standard_output() -> BinaryIO:
-    """Standard output for a table; raises ``FileError`` where there is none."""
-    if sys.stdout is None or sys.stdout.closed:
-        raise FileError("standard output is closed: give --output a name")
-    return sys.stdout.buffer

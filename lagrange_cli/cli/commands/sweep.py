@@ -2,28 +2,27 @@
 
 from __future__ import annotations
 
-import os
 import time
 from functools import partial
 from typing import TYPE_CHECKING
 
 import click
 
-from lagrange_cli.cli.console import STANDARD_INPUT, complain, display_name, run_each, stem
+from lagrange_cli.cli.console import complain, display_name, run_each, stem
 from lagrange_cli.cli.options.draws import draw_options
 from lagrange_cli.cli.options.run import list_of_outputs, run_options
 from lagrange_cli.cli.options.shared import system_argument
-from lagrange_cli.cli.output import Invocation, find_output, format_of, output_name
+from lagrange_cli.cli.output import Invocation, find_output, output_name, refuse_tables
 from lagrange_cli.cli.progress import Counter, Waiting
 from lagrange_cli.cli.source import read_bytes
 from lagrange_cli.errors import UsageError
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.monitor import Monitor, Stage, ignore
-from lagrange_cli.run.request import HDF5
+from lagrange_cli.run.processors import processors
 from lagrange_cli.run.timings import Stopwatch
 
 if TYPE_CHECKING:
-    from lagrange_cli.cli.options.members import Draws
+    from lagrange_cli.run.draws import Draws
     from lagrange_cli.run.ensemble import Ensemble
 
 
@@ -56,22 +55,12 @@ def sweep(
     return run_each((system,), lambda one: sweep_system(one, asked, draws, threads), as_json=asked.as_json)
 
 
-def processors() -> int:
-    """How many processors this process may use."""
-    if hasattr(os, "sched_getaffinity"):
-        return len(os.sched_getaffinity(0))
-    return os.cpu_count() or 1
-
-
 def sweep_system(system: str, asked: Invocation, draws: Draws, threads: int) -> int:
     """Read, derive, compile, integrate and write an ensemble; returns the exit status."""
     began = time.process_time()
     watch = Stopwatch(Waiting(stem(system), quiet=asked.quiet).stage)
     with watch.stage("import"):
-        if format_of(asked.output) != HDF5:
-            raise UsageError("a sweep is written as HDF5: give --output a name that ends in .h5")
-        if asked.streams:
-            raise UsageError("a sweep cannot be written to standard output: give --output a name")
+        refuse_tables(asked, "sweep")
     ensemble = read_ensemble(system, asked, draws, watch.stage)
     with watch.stage("import"):
         from lagrange_cli.cli.report.ensemble import say_swept
@@ -96,12 +85,11 @@ def read_ensemble(system: str, asked: Invocation, draws: Draws, stage: Stage) ->
         raise UsageError(
             "without --outputs only the end of each motion is written: add --outputs q,v to write samples"
         )
-    if draws.table == system == STANDARD_INPUT:
-        raise UsageError("the system and the table cannot both come from standard input")
+    draws.check_input(system)
     content = read_bytes(system)
     with stage("import"):
-        from lagrange_cli.cli.options.members import draw_members
         from lagrange_cli.run.derive import read_run
+        from lagrange_cli.run.draws import draw_members
         from lagrange_cli.run.ensemble import make_ensemble
     with stage("parse"):
         spec, _ = read_run(content, display_name(system), request.sizes, lambda spec, problems: None)

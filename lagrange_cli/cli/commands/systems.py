@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import click
 
-from lagrange_cli.cli import shipped
 from lagrange_cli.cli.console import emit
 from lagrange_cli.cli.options.completion import word
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.run import shipped
 
 
 @click.command("systems")

@@ -1,4 +1,4 @@
-"""``solve --certify``: its options."""
+"""``--certify`` and its options."""
 
 from __future__ import annotations
 
@@ -44,8 +44,9 @@ def certify_options(command: Command) -> Command:
 
     @wraps(command)
     def gathered(
-        certify: bool, digits: float | None, target_error: float | None, asked: Invocation, **given: Any
-    ) -> Any:
+        certify: bool, digits: float | None, target_error: float | None, asked: Invocation | None = None,
+        **given: Any,
+    ) -> Any:  # fmt: skip
         demand = None
         if target_error is not None and not target_error > 0:
             raise UsageError(f"the target error must be a positive number, not {target_error:g}")
@@ -53,11 +54,11 @@ def certify_options(command: Command) -> Command:
             from lagrange_cli.run.certify import Demand
 
             demand = Demand(DIGITS if digits is None else digits, target_error)
-            if asked.request.resume:
+            if asked is not None and asked.request.resume:
                 raise UsageError(
                     "a run with --certify writes no checkpoints: --force in place of --resume starts it again"
                 )
-        return command(asked=asked, demand=demand, **given)
+        return command(demand=demand, **({} if asked is None else {"asked": asked}), **given)
 
     decorated: Any = gathered
     for option in reversed(OPTIONS):

@@ -7,6 +7,7 @@ that goes wrong is said.
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from typing import TYPE_CHECKING
@@ -83,6 +84,22 @@ def names(*sections: str) -> Complete:
             with suppress(Exception):
                 found |= dict.fromkeys(names_in(system, sections))
         return [item(name) for name in found if name.startswith(incomplete)]
+
+    return complete
+
+
+def expression(*sections: str) -> Complete:
+    """An expression, whose last word is one of the names in these sections."""
+
+    def complete(
+        context: click.Context, parameter: click.Parameter, incomplete: str
+    ) -> list[CompletionItem[str]]:
+        typed = re.search(r"(?<!\w)([^\W\d]\w*)?$", incomplete)
+        if typed is None:  # a number
+            return []
+        before = incomplete[: typed.start()]
+        found = names(*sections)(context, parameter, incomplete[len(before) :])
+        return [item(before + one.value.removesuffix("=")) for one in found]
 
     return complete
 

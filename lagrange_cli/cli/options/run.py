@@ -8,21 +8,28 @@ from typing import Any
 
 import click
 
-from lagrange_cli.cli.options.completion import comma_list, files, word
+from lagrange_cli.cli.options.completion import comma_list, expression, files, word
 from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
 from lagrange_cli.cli.output import Invocation
 from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
+from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS
-from lagrange_cli.run.request import COUNT, SECONDS, TIMES, Request
+from lagrange_cli.run.request import COUNT, FORMATS, SECONDS, TIMES, Request
 from lagrange_cli.run.settings import ALL, DEFAULT_SAMPLES
 from lagrange_cli.spec.spec import SolveDefaults
 
 OPTIONS: Mapping[str, Callable[[Command], Command]] = {
-    "start": click.option("--start", metavar="TIME", help="The time at which the motion begins [0]."),
+    "start": click.option(
+        "--start",
+        metavar="TIME",
+        shell_complete=expression("parameters"),
+        help="The time at which the motion begins [0].",
+    ),
     "stop": click.option(
         "--stop",
         metavar="TIME",
+        shell_complete=expression("parameters"),
         help="The time at which the motion ends: a number, or an expression in parameters (10*2*pi/omega). "
         "If it is before the start, the motion is integrated backward.",
     ),
@@ -32,6 +39,7 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     "step": click.option(
         "--step",
         metavar="TIME",
+        shell_complete=expression("parameters"),
         help="The time between samples, in place of their number. The last sample is at the stop time.",
     ),
     "tolerance": click.option(
@@ -49,12 +57,19 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
         help="Prove that each step satisfies the equations all through, also where nothing can hide. Without "
         "it, this is done for systems in which a narrow force may hide.",
     ),
+    "project-initial": click.option(
+        "--project-initial",
+        "projected",
+        is_flag=True,
+        help="Move the initial state to the nearest one that satisfies the constraints, however far that is. "
+        "Without it, values are moved by 1e-6 of their scale at most.",
+    ),
     "resume": click.option(
         "--resume",
         is_flag=True,
-        help="Continue an earlier run that was killed or interrupted, or extend one to a later --stop. The "
-        "result has the same bytes as that of an uninterrupted run. Without an earlier run, start at the "
-        "beginning.",
+        help="Continue an earlier run that was killed or interrupted; 'lagrange solve' also extends one to a "
+        "later --stop. The result has the same bytes as that of an uninterrupted run. Without an earlier "
+        "run, start at the beginning.",
     ),
     "checkpoint": click.option(
         "--checkpoint",
@@ -84,6 +99,21 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
 """By name."""
 
 
+precision_option = click.option(
+    "--precision",
+    type=click.Choice(PRECISIONS),
+    default=DOUBLE,
+    help="The arithmetic: double has about 16 digits; double-double has 31 and takes "
+    f"{DOUBLE_DOUBLE_COST} times as long [{DOUBLE}].",
+)
+format_option = click.option(
+    "--format",
+    "asked_format",
+    type=click.Choice(FORMATS),
+    help="The format of the output [csv if the name of the output ends in .csv, else hdf5].",
+)
+
+
 def run_options(output: str, outputs: str, without: Sequence[str] = ()) -> Callable[[Command], Command]:
     """The options of every command that integrates; the command gets them as one ``asked``.
 
@@ -95,7 +125,8 @@ def run_options(output: str, outputs: str, without: Sequence[str] = ()) -> Calla
         def gathered(
             output: str | None, force: bool, no_cache: bool, timings: bool, overrides: dict[str, str],
             sizes: dict[str, str], as_json: bool, quiet: bool, resume: bool = False,
-            checkpoint: float = SECONDS, checkpoint_count: int = COUNT, proven: bool = False, **given: Any,
+            checkpoint: float = SECONDS, checkpoint_count: int = COUNT, proven: bool = False,
+            projected: bool = False, **given: Any,
         ) -> Any:  # fmt: skip
             names = ("samples", "method", "tolerance", "outputs")
             times = {name: text for name in TIMES if (text := given.pop(name, None)) is not None}
@@ -112,6 +143,7 @@ def run_options(output: str, outputs: str, without: Sequence[str] = ()) -> Calla
                 checkpoint=checkpoint,
                 checkpoint_count=checkpoint_count,
                 proven=proven,
+                projected=projected,
             )
             asked = Invocation(request, output, force=force, as_json=as_json, quiet=quiet, timings=timings)
             return command(asked=asked, **given)

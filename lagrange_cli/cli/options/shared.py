@@ -69,17 +69,37 @@ class Given:
     quiet: bool
 
 
+SIZE = click.option(
+    "--size",
+    "sizes",
+    metavar="NAME=N",
+    multiple=True,
+    callback=parse_overrides,
+    shell_complete=names("sizes"),
+    help="Change a size that the file declares, as in N=50; repeatable.",
+)
+
+
 def given_options(command: Command) -> Command:
     """The shared options as one ``given``."""
+    return given_with(SIZE)(command)
 
-    @wraps(command)
-    def gathered(
-        overrides: dict[str, str], sizes: dict[str, str], as_json: bool, quiet: bool, **own: Any
-    ) -> Any:
-        return command(given=Given(overrides, sizes, as_json, quiet), **own)
 
-    decorated: Any = shared_options(gathered)
-    return decorated  # type: ignore[no-any-return]
+def given_with(size: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """The shared options as one ``given``, with another option ``--size`` that gives ``sizes``."""
+
+    def decorated(command: Command) -> Command:
+        @wraps(command)
+        def gathered(
+            overrides: dict[str, str], sizes: dict[str, str], as_json: bool, quiet: bool, **own: Any
+        ) -> Any:
+            return command(given=Given(overrides, sizes, as_json, quiet), **own)
+
+        options: Any = shared_options
+        found: Command = options(gathered, size)
+        return found
+
+    return decorated
 
 
 def system_argument(command: Command) -> Command:
@@ -94,7 +114,7 @@ def systems_argument(command: Command) -> Command:
     )(command)
 
 
-def shared_options(command: Command) -> Command:
+def shared_options(command: Command, size: Callable[[Command], Command] = SIZE) -> Command:
     """``--set`` as ``overrides``, ``--size`` as ``sizes``, ``--json`` as ``as_json``, and ``--quiet``."""
     for option in reversed(
         (
@@ -108,15 +128,7 @@ def shared_options(command: Command) -> Command:
                 help="Change a parameter or an initial value (theta, theta_dot); repeatable. "
                 "VALUE is a number or an expression in parameters.",
             ),
-            click.option(
-                "--size",
-                "sizes",
-                metavar="NAME=N",
-                multiple=True,
-                callback=parse_overrides,
-                shell_complete=names("sizes"),
-                help="Change a size that the file declares, as in N=50; repeatable.",
-            ),
+            size,
             click.option(
                 "--json",
                 "as_json",

@@ -5,12 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.motion import Seconds, drifts_shown, wrote
-from lagrange_cli.run.ensemble import sentence
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_shown, wrote
+from lagrange_cli.run.attributes import doubt_of_all
+from lagrange_cli.run.ensemble import events_counted, how_they_ended
 
 if TYPE_CHECKING:
     from lagrange_cli.cli.output import Invocation
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+    from lagrange_cli.run.ensemble import Ensemble
+    from lagrange_cli.run.resume import Start
     from lagrange_cli.run.sweep import Swept
 
 STATUSES = ("complete", "stopped", "failed", "interrupted")
@@ -30,19 +33,41 @@ def say_swept(
             emit(as_table(seconds, began, cached=swept.cached))
     if outcome.status != "complete":
         way_on = "; --resume continues with the others" if outcome.status == "interrupted" else ""
-        complain(f"{swept.ensemble.spec.name}: {sentence(swept.ensemble, outcome)}{way_on}")
+        complain(f"{swept.ensemble.spec.name}: {how_they_ended(swept.ensemble, outcome)}{way_on}")
+    warn(swept.ensemble, outcome, asked)
+    for name, count in swept.events.items():
+        if not count and not asked.quiet:
+            complain(f"{swept.ensemble.spec.name}: event '{name}' did not occur in any member")
     return EXIT_STATUS[outcome.status]
+
+
+def warn(ensemble: Ensemble, outcome: EnsembleOutcome, asked: Invocation) -> None:
+    """Say what is doubtful about the result."""
+    warning = doubt_of_all(outcome, ensemble.settings)
+    if warning is not None and not asked.quiet:
+        complain(f"{ensemble.spec.name}: warning: {warning}")
 
 
 def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[str, Any]:
     """The ensemble for ``--json``."""
     ensemble, start = swept.ensemble, swept.start
     return {
+        **figures(ensemble, start, outcome, how_they_ended(ensemble, outcome)),
+        "events": events_counted(swept.events),
+        "resumed_from": start.reached,
+        "seconds": seconds,
+    }
+
+
+def figures(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, message: str) -> dict[str, Any]:
+    """What is said of any ensemble in the object for ``--json``."""
+    return {
         "name": ensemble.spec.name,
         "output": start.target.shown,
         "replaced": start.replaced,
         "status": outcome.status,
-        "message": sentence(ensemble, outcome),
+        "message": message,
+        "warning": doubt_of_all(outcome, ensemble.settings),
         "members": ensemble.values.members,
         **{status: outcome.count(status) for status in STATUSES},
         "method": ensemble.settings.method,
@@ -50,8 +75,6 @@ def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[
         "steps": outcome.steps,
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
-        "resumed_from": start.reached,
-        "seconds": seconds,
     }
 
 
@@ -71,6 +94,7 @@ def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
             f"  {', '.join(ended)}",
             f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} "
             f"in total, method {settings.method}",
+            *events_shown(events_counted(swept.events)),
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             wrote(start, seconds["total"]),
         )

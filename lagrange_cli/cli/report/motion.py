@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import json
+import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
+from lagrange_cli.cli.console import EXIT_STATUS, REPLACED, complain, count_of, emit, emit_json
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.run.attributes import doubt, events_told, final_state
@@ -57,6 +58,11 @@ def say_solved(
         resumable = outcome.progress is not None and asked.request.format == HDF5
         way_on = "; --resume continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
+    if not asked.quiet:
+        from lagrange_cli.run.start import notes as notes_of_start
+
+        for note in notes_of_start(solved.motion.begin):
+            complain(f"{name}: {note}")
     if outcome.happened and not asked.quiet:
         from lagrange_cli.run.events import notes
 
@@ -77,8 +83,8 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
         names = ("name", "status", "message", "members", "method", "tolerance", "steps", "h_drift")
         listed = {name: told[name] for name in names if name in told}
         where = {"output": shown, "p_drift": json.loads(told["p_drift"]), "resumed_from": None}
-        ends = {} if "members" in told else {"t": found.t, "final": final, "events": events}
-        emit_json({**listed, **where, **ends, "seconds": seconds})
+        ends = {} if "members" in told else {"t": found.t, "final": final}
+        emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
     elif not asked.quiet:
         said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
         emit("\n".join([said, *final_shown(final), *events_shown(events)]))
@@ -104,10 +110,27 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "h_drift": outcome.h_drift,
         "p_drift": dict(outcome.p_drift),
         "events": events_told(outcome),
+        **(constraints_told(solved, outcome) if solved.motion.spec.all_constraints else {}),
         **estimated(outcome),
         "resumed_from": start.reached,
         "seconds": seconds,
     }
+
+
+def constraints_told(solved: Solved, outcome: Outcome) -> dict[str, Any]:
+    """What constraints did, for ``--json``."""
+    moved = {"projections": outcome.projections, "singular": list(outcome.singular)}
+    return {"initial": solved.motion.begin.as_data(), **moved}
+
+
+def constraints_shown(outcome: Outcome) -> list[str]:
+    """The line of the summary that says how the motion was kept to its constraints."""
+    said = [f"moved back to the constraints {count_of(outcome.projections, 'time')}"]
+    if outcome.singular:
+        shown = ", ".join(f"{t:.6g}" for t in outcome.singular[:MOST_EVENTS])
+        more = ", ..." if len(outcome.singular) > MOST_EVENTS else ""
+        said.append(f"{count_of(len(outcome.singular), 'singular configuration')} passed, t = {shown}{more}")
+    return [f"  {'; '.join(said)}"]
 
 
 def final_shown(final: Mapping[str, Any] | None) -> list[str]:
@@ -135,7 +158,8 @@ def events_shown(events: Mapping[str, Any]) -> list[str]:
         return []
     shown = sorted(events.items(), key=lambda one: -one[1]["count"])[:MOST_EVENTS]
     said = [
-        f"{name} {one['count']}" + (f" (last at t = {one['last']:.6g})" if one["count"] else "")
+        f"{name} {one['count']}"
+        + (f" (last at t = {one['last']:.6g})" if one.get("last") is not None else "")
         for name, one in shown
     ]
     more = len(events) - len(shown)
@@ -153,13 +177,14 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
     start, spec, settings = solved.start, solved.motion.spec, solved.motion.settings
     return "\n".join(
         (
-            f"{spec.name}: {count_of(len(spec.coordinates), 'degree')} of freedom",
+            f"{spec.name}: {count_of(spec.degrees_of_freedom, 'degree')} of freedom",
             *went_on(start, settings),
             f"  {ended(outcome)}",
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
             f"method {settings.method}",
             *final_shown(final_state(outcome)),
             *events_shown(events_told(outcome)),
+            *(constraints_shown(outcome) if spec.all_constraints else []),
             f"  {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             *estimate_shown(outcome, demand),
             wrote(start, seconds["total"]),
@@ -206,18 +231,21 @@ def went_on(start: Start, settings: Settings) -> list[str]:
 
 def wrote(start: Start, seconds: float) -> str:
     """The line of the summary that says what is written."""
-    replaced = " (replaced the result of an earlier run of this file)" if start.replaced else ""
-    return f"  wrote {start.target.shown} in {seconds:.3f} s{replaced}"
+    return f"  wrote {start.target.shown} in {seconds:.3f} s{REPLACED if start.replaced else ''}"
 
 
 def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:
-    """The drifts in the summary; of many momenta only the largest."""
+    """The drifts in the summary; of many momenta only the largest. ``p_drift`` is by coordinate, or by the
+    dataset of another conserved quantity."""
     drifts = {} if h_drift is None else {"h": h_drift}
-    momenta = {f"p_{coordinate}": drift for coordinate, drift in p_drift}
+    momenta = {one.rpartition("/")[2] if "/" in one else f"p_{one}": drift for one, drift in p_drift}
     if len(momenta) <= MOST_DRIFTS:
         drifts |= momenta
     else:
         name = max(momenta, key=lambda one: momenta[one])
-        drifts[f"largest of {len(momenta)} momenta, {name}"] = momenta[name]
-    shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items())
-    return f"drift: {shown or 'not computed, as nothing that is written is conserved'}"
+        kind = "momenta" if all(one.startswith("p_") for one in momenta) else "conserved quantities"
+        drifts[f"largest of {len(momenta)} {kind}, {name}"] = momenta[name]
+    if not drifts:
+        return "drift: not computed, as nothing that is written is conserved"
+    shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items() if not math.isnan(drift))
+    return f"drift: {shown or 'not known, as there are no samples'}"

@@ -15,7 +15,8 @@ from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Work
 from lagrange_cli.integrate.method import End, Method
 from lagrange_cli.integrate.methods.backward import Backward
-from lagrange_cli.integrate.methods.taylor import Beside, TaylorMethod
+from lagrange_cli.integrate.methods.stepper import Beside
+from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import CONSTANTS

@@ -12,13 +12,14 @@ import numpy as np
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.ensemble.batches import joined, unfinished
 from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Section, Starts
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.events import Change
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import sentence
-from lagrange_cli.integrate.samples import Samples
+from lagrange_cli.integrate.samples import LOW, Samples, samples_of
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 
@@ -35,6 +36,8 @@ MEMORY = 16 * 2**20
 """Bytes of initial values that are laid out at a time, and of what has ended before it is written."""
 OFTEN = 1.0
 """Seconds after which what has ended is written, however little it is."""
+LOW_TIME = f"{LOW}t"
+"""The low parts of the times of a section."""
 FEWEST = 512
 """Members that are laid out at least, however large they are."""
 
@@ -74,9 +77,13 @@ def follow_ensemble(
     for start in range(0, values.members, size):
         part = slice(start, min(start + size, values.members))
         emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
-        parameters = table([values.parameters[name] for name in program.parameters], part)
-        states = table([*values.q, *values.v, *(0.0 for _ in program.integrals)], part)
+        parameters = table(
+            [one.parameters[name] for one in values.parts for name in program.parameters], part
+        )
+        zeros = [0.0] * len(program.integrals)
+        states = table([x for one in values.parts for x in (*one.q, *one.v, *zeros)], part)
         datasets.open(start, parameters, states)
+        datasets.refuse([member for member in values.refused if part.start <= member < part.stop])
         missing = datasets.missing()
         if going and len(missing):
 
@@ -137,15 +144,16 @@ class EnsembleDatasets:
         self._endings = np.full(members, UNFINISHED, dtype=np.int8)
         self._failed: tuple[int, str] | None = None
         self._steps = 0
-        self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
+        self._drift = dict.fromkeys(prepared.recording.conserved, np.nan)
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
         self._most = max(1, MEMORY // (8 * width * count))
 
     def restore(self, outcome: EnsembleOutcome) -> None:
         """Go on where another run has come to."""
         self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
-        drifts = {"h": outcome.h_drift, **{f"p_{name}": x for name, x in outcome.p_drift.items()}}
-        self._drift = {name: drifts.get(name) or 0.0 for name in self._drift}
+        drifts = {f"p_{name}": drift for name, drift in outcome.p_drift.items()}
+        drifts |= {} if outcome.h_drift is None else {"h": outcome.h_drift}
+        self._drift = {name: drifts.get(name, np.nan) for name in self._drift}
 
     def open(self, first: int, parameters: Array, states: Array) -> None:
         """Go on with the members from ``first``: their parameters (b, P) and states (b, rows)."""
@@ -153,6 +161,19 @@ class EnsembleDatasets:
         self._missing = self.missing()
         self._batches: list[Batch] = []
         self._gathered, self._due = 0, time.monotonic() + OFTEN
+
+    def refuse(self, members: Sequence[int]) -> None:
+        """Take note of members that do not begin, as their initial values do not satisfy the constraints."""
+        index = np.intersect1d(np.array(members, dtype=np.int64) - self._first, self._missing)
+        if len(index):
+            samples = None if self._times is None else len(self._times)
+            if self._section is not None:
+                samples = self._section.count
+            batch = unfinished(index, self._states.shape[1], samples, self._section is not None)
+            batch = replace(batch, ending=[Ending.INCONSISTENT] * len(index))
+            self._note(batch)
+            self._write(batch)
+            self._missing = self.missing()
 
     def missing(self) -> Index:
         """Those of the members from ``first`` that have not ended, counted from there."""
@@ -199,6 +220,9 @@ class EnsembleDatasets:
 
     def _write(self, batch: Batch) -> None:
         """Make datasets of members that have ended, and emit them."""
+        if self._machine.program.parts > 1:
+            self._write_exact(batch)
+            return
         program, count = self._machine.program, len(batch.index)
         names, parameters = program.observed, self._parameters[batch.index]
         starts = self._states[batch.index, :, None]
@@ -235,13 +259,38 @@ class EnsembleDatasets:
             **({} if batch.times is None else {"crossings": batch.reached, "t": batch.times}),
             **{path: values.reshape(*shape, *values.shape[1:]) for path, values in series.items()},
         }
+        known = batch.known(n)
         for name in self._drift:
             row = names.index(name)
             with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
-                change = np.fmax.reduce(np.abs(observed[:, row] - first[:, row]), axis=1)
+                changes = np.abs(observed[:, row] - first[:, row])
+            changes[np.isnan(changes) & known] = np.inf
+            change = np.fmax.reduce(changes, axis=1)
             found[drift_path(name)] = change
             self._drift[name] = float(np.fmax.reduce(change, initial=self._drift[name]))
         self._emit(batch.index + self._first, {**found, **self._crossings(batch)})
+
+    def _write_exact(self, batch: Batch) -> None:
+        """The same of the only motion of a section, in numbers of several parts."""
+        assert batch.samples is not None and batch.times is not None
+        chunks: list[dict[str, Any]] = []
+        samples = samples_of(self._prepared)(self._prepared, self._parameters[0], chunks.append)
+        count = int(batch.reached[0])
+        crossed = [one for log in batch.logs for one in log.crossings]
+        times, lows = batch.times[0, :count], np.zeros(count)
+        if crossed and self._section is not None and self._section.periods is None:
+            lows = np.concatenate([one.low for one in crossed])[:count]
+        for one in (change for log in batch.logs for change in log.changes):
+            samples.change(replace(one, sample=one.sample + 1))
+        states = np.concatenate([self._states[0][:, None], batch.samples[0][:, :count]], axis=1)
+        samples.accept(np.array([self._start, *times]), states)
+        h, momenta = samples.drifts()
+        found = {f"p_{name}": drift for name, drift in momenta.items()} | ({} if h is None else {"h": h})
+        self._drift = {name: found.get(name, np.nan) for name in self._drift}
+        made = {path: rows[None, 1:] for path, rows in {**chunks[0], LOW_TIME: np.append(0.0, lows)}.items()}
+        status = np.array([ending.status.encode() for ending in batch.ending], dtype=STATUS)
+        ended = {"t_end": batch.t, "steps": batch.steps, "status": status, "crossings": batch.reached}
+        self._emit(batch.index + self._first, {**ended, **made})
 
     def _crossings(self, batch: Batch) -> dict[str, Any]:
         """The datasets of the crossings of events, of all these members together."""
@@ -273,8 +322,9 @@ class EnsembleDatasets:
         """What is observed of a member that actions have changed, and what each quantity is measured from:
         (names, n)."""
         samples, n = Samples(self._prepared, parameters, lambda chunk: None), len(times)
-        if self._times is None:  # all has changed before its end
-            changes = [replace(one, sample=1) for one in changes]
+        if self._times is None:  # the start comes before the crossings of a section, or the end
+            section = self._section is not None
+            changes = [replace(one, sample=one.sample + 1 if section else 1) for one in changes]
             times, states = np.array([self._start, *times]), np.concatenate([start, states], axis=1)
         for one in changes:
             samples.change(one)
@@ -285,7 +335,10 @@ class EnsembleDatasets:
     def outcome(self) -> EnsembleOutcome:
         """What came of all members."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
-        return EnsembleOutcome(self._endings, self._failed, self._steps, self._drift.get("h"), momenta)
+        missed = self._recording.undetected
+        return EnsembleOutcome(
+            self._endings, self._failed, self._steps, self._drift.get("h"), momenta, missed
+        )
 
 
 def rows(array: Array) -> list[int]:
@@ -297,38 +350,3 @@ def rows(array: Array) -> list[int]:
 def drift_path(name: str) -> str:
     """The dataset of a conserved quantity's drift: that of ``p_theta`` is ``diagnostics/drift/p/theta``."""
     return f"diagnostics/drift/{name.replace('_', '/', 1) if name.startswith('p_') else name}"
-
-
-def joined(batches: Sequence[Batch], interrupted: bool = False) -> Batch:
-    """One batch of several, without the members that were interrupted on the way, unless these are kept."""
-    samples = [batch.samples for batch in batches if batch.samples is not None]
-    times = [batch.times for batch in batches if batch.times is not None]
-    endings = [ending for batch in batches for ending in batch.ending]
-    ended = np.array([interrupted or ending is not Ending.INTERRUPTED for ending in endings])
-    arrays = {
-        name: np.concatenate([getattr(batch, name) for batch in batches])[ended]
-        for name in ("index", "t", "state", "steps", "reached")
-    }
-    logs = [log for batch in batches for log in batch.logs]
-    return Batch(
-        logs=[log for log, here in zip(logs, ended) if here],
-        ending=[ending for ending, here in zip(endings, ended) if here],
-        samples=np.concatenate(samples)[ended] if samples else None,
-        times=np.concatenate(times)[ended] if times else None,
-        **arrays,
-    )
-
-
-def unfinished(index: Index, width: int, samples: int | None, section: bool = False) -> Batch:
-    """Members that never came to an end: nan throughout."""
-    count = len(index)
-    return Batch(
-        index=index,
-        ending=[Ending.INTERRUPTED] * count,
-        t=np.full(count, np.nan),
-        state=np.full((count, width), np.nan),
-        steps=np.zeros(count, dtype=np.int64),
-        samples=None if samples is None else np.full((count, width, samples), np.nan),
-        reached=np.zeros(count, dtype=np.int64),
-        times=np.full((count, samples), np.nan) if section and samples else None,
-    )

@@ -12,10 +12,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.integrate.arrays import aligned
+from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Accept, Batch, Section, Starts
+from lagrange_cli.integrate.ensemble.method import Accept, Batch, Kept, Section, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
-from lagrange_cli.integrate.method import Method
+from lagrange_cli.integrate.method import Method, Unfit
 from lagrange_cli.integrate.methods.backward import reversed_state, reversed_time, reversed_times
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
@@ -27,8 +28,11 @@ from lagrange_cli.native.interface import (
     LIMIT,
     NEXT,
     PATIENCE,
+    SECTION,
+    STROBE,
     Interface,
     Stop,
+    lane_places,
 )
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import SURFACE
@@ -39,6 +43,8 @@ MOMENT = 0.001
 """Seconds that a thread waits for room for more samples."""
 MEMORY, LARGEST = 2**25, 2**28
 """Bytes of the samples of members on their way; up to the latter, where each lane needs room for one."""
+PACK = "lanes"
+"""The name of what lanes work on, where a motion is kept."""
 PARTS = 4
 """The room for samples holds so many batches: members end in it while others are given away."""
 
@@ -51,22 +57,24 @@ class LanesMethod:
 
     Each is the same whatever runs beside it.
     Those that lanes do not bring to their ends are followed by the method that ``alone`` makes. Code for
-    motions that are followed ``backward`` is of the reversed equations.
+    motions that are followed ``backward`` is of the reversed equations. The only motion of a section may be
+    kept on its way, by ``checkpointing``.
     """
 
     machine: Machine
     alone: Callable[[], Method]
     backward: bool = False
+    checkpointing: Checkpointing[Kept] | None = None
 
     def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
-        members = Members(self.machine, self._seen(starts), threads)
-        workers = [
-            threading.Thread(target=members.work, daemon=True)
-            for _ in range(min(threads, -(-len(starts) // LANES)))
-        ]
-        for worker in workers:
-            worker.start()
+        keeping = self.checkpointing
+        if keeping is not None and keeping.begin is not None and PACK not in keeping.begin:
+            return self._alone(np.arange(1), starts, accept, interrupt, threads)
+        members = Members(self.machine, self._seen(starts), threads, keeping is not None)
+        if keeping is not None and keeping.begin is not None:
+            members.restore(keeping.begin)
+        workers = started(members, min(threads, -(-len(starts) // LANES)))
         stopped = False
         try:
             while not stopped and members.done + len(members.left) < len(starts):
@@ -76,10 +84,16 @@ class LanesMethod:
                 for batch in members.ended():
                     accept(self._seen(batch))
                 stopped = interrupt(members.done) and members.done < len(starts)
+                if keeping is not None and not stopped and keeping.due(members.steps):
+                    end(members, workers)
+                    if members.on_the_way:
+                        keeping.keep(members.kept(), members.steps)
+                        members.go_on()
+                    workers = started(members, 1)
         finally:
-            members.halt()
-            for worker in workers:
-                worker.join()
+            end(members, workers)
+        if keeping is not None and stopped and members.on_the_way:
+            keeping.keep(members.kept(), members.steps)
         for batch in members.ended():
             accept(self._seen(batch))
         if stopped or not members.left:
@@ -106,7 +120,7 @@ class LanesMethod:
             from lagrange_cli.integrate.ensemble.section import SectionOneByOne
 
             events = (SURFACE,) if starts.section.periods is None else ()
-            method = SectionOneByOne(self.alone(), parallel=True, events=events)
+            method = SectionOneByOne(self.alone(), True, events, self.checkpointing)
         return method.follow(
             starts.only(index),
             lambda batch: accept(replace(batch, index=index[batch.index])),
@@ -118,7 +132,7 @@ class LanesMethod:
 class Members:
     """The arrays that ``@follow`` works on, and which of the members have been given away."""
 
-    def __init__(self, machine: Machine, starts: Starts, threads: int) -> None:
+    def __init__(self, machine: Machine, starts: Starts, threads: int, kept: bool = False) -> None:
         assert machine.follow is not None
         (count, rows), times, section = starts.states.shape, starts.times, starts.section
         sampled = starts.sampled or section is not None
@@ -137,6 +151,8 @@ class Members:
         self._results = np.empty((count, rows + BEYOND))
         self._reasons, self._given = np.zeros(count, dtype=np.int8), np.zeros(count, dtype=bool)
         self._queue = queue_of(self._slots, section)
+        self._pack = aligned(machine.program.lanes) if kept else None
+        """What the only motion is followed in, if it may be kept."""
         self._first = 0
         """The first member that has not been given away."""
         self.left: list[int] = []
@@ -154,7 +170,7 @@ class Members:
 
     def work(self) -> None:
         """Integrate members until none is left: the work of a thread."""
-        pack = aligned(self._machine.program.lanes)
+        pack = aligned(self._machine.program.lanes) if self._pack is None else self._pack
         while not self._queue[HALT]:
             self._follow(
                 pack.ctypes.data, self._parameters.ctypes.data, self._states.ctypes.data,
@@ -165,6 +181,54 @@ class Members:
             if self._queue[NEXT] >= len(self._states):
                 return
             time.sleep(MOMENT)
+
+    @property
+    def _places(self) -> dict[str, int]:
+        """Where the numbers of the only motion are: in the first lane."""
+        assert self._section is not None
+        kind = SECTION if self._section.periods is None else STROBE
+        return {
+            name: LANES * place
+            for name, place in lane_places(self._machine.program.state.width, kind).items()
+        }
+
+    def _numbers(self) -> NDArray[np.int64]:
+        assert self._pack is not None
+        return self._pack.view(np.int64)
+
+    @property
+    def steps(self) -> int:
+        """Those that the only motion has taken."""
+        return int(self._numbers()[self._places["steps"]])
+
+    @property
+    def on_the_way(self) -> bool:
+        """Whether the only motion was halted before its end, and can go on."""
+        return bool(self._reasons[0] == 1 + Stop.SAMPLES) and not self.done
+
+    def go_on(self) -> None:
+        """Let it."""
+        self._reasons[0] = self._queue[HALT] = 0
+
+    def kept(self) -> Kept:
+        """What it can be continued from."""
+        assert self._pack is not None and self._samples is not None
+        reached = int(self._numbers()[self._places["reached"]])
+        return {PACK: self._pack.copy(), "states": self._samples[0, :, :reached].copy()}
+
+    def restore(self, kept: Kept) -> None:
+        """Continue it from there; raises ``Unfit``. No number in it leads beyond the arrays."""
+        pack, samples, places = kept[PACK], kept.get("states"), self._places
+        assert self._pack is not None and self._samples is not None
+        fits = samples is not None and samples.ndim == 2 and len(samples) == self._samples.shape[1]
+        if samples is None or not fits or pack.shape != self._pack.shape or samples.shape[1] > self._count:
+            raise Unfit
+        self._pack[:], self._samples[0, :, : samples.shape[1]] = pack, samples
+        numbers = self._numbers()
+        numbers[places["member"]], numbers[places["active"]] = 0, 1
+        numbers[places["finishing"]] &= 1
+        numbers[places["reached"]] = samples.shape[1]
+        self._queue[NEXT] = 1
 
     def ended(self) -> Iterator[Batch]:
         """Members that have ended since the last time; the room that their samples took is free then."""
@@ -216,6 +280,21 @@ class Members:
             elif not close(t[i], self._times):
                 ending[i] = Ending.NO_CROSSING
         return replace(batch, t=t, state=state, ending=ending, samples=states, times=times)
+
+
+def started(members: Members, count: int) -> list[threading.Thread]:
+    """So many threads at work."""
+    workers = [threading.Thread(target=members.work, daemon=True) for _ in range(count)]
+    for worker in workers:
+        worker.start()
+    return workers
+
+
+def end(members: Members, workers: list[threading.Thread]) -> None:
+    """Let them end after their present step."""
+    members.halt()
+    for worker in workers:
+        worker.join()
 
 
 def close(t: float, times: Times) -> bool:

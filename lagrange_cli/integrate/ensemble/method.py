@@ -3,7 +3,7 @@ members."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Protocol, TypeAlias
 
 import numpy as np
@@ -58,8 +58,22 @@ class Batch:
     logs: Sequence[MemberLog] = ()
     times: Array | None = None
 
+    def known(self, count: int) -> NDArray[np.bool_]:
+        """Which of so many samples, or ends, hold values (b, count)."""
+        ended = np.array([one not in (Ending.INTERRUPTED, Ending.INCONSISTENT) for one in self.ending])
+        reached = ended.astype(np.int64) if self.samples is None else self.reached
+        return np.arange(count) < reached[:, None]
+
 
 Accept: TypeAlias = Callable[[Batch], None]
+Kept: TypeAlias = Mapping[str, Array]
+"""What the only motion of a section is continued from, to the same bits: arrays by name. The ``states``
+(rows, n) are those of its crossings so far."""
+
+
+def reached_in(kept: Kept) -> int:
+    """How many crossings a motion has that was kept."""
+    return int(kept["states"].shape[1])
 
 
 @dataclass(frozen=True)

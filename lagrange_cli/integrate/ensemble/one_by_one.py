@@ -32,7 +32,7 @@ class OneByOne:
 
     def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
-        if self.parallel and threads > 1:
+        if self.parallel and threads > 1 and len(starts) > 1:
             return self._side_by_side(starts, accept, interrupt, threads)
         for member in range(len(starts)):
 

@@ -26,7 +26,8 @@ class EnsembleOutcome:
     """The result of an ensemble.
 
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
-    to its end, and how that went; drifts are the largest of all members, as in ``Outcome``.
+    to its end, and how that went; drifts are the largest of all members, and ``undetected`` what the method
+    may pass over, as in ``Outcome``.
     """
 
     endings: NDArray[np.int8]
@@ -34,6 +35,7 @@ class EnsembleOutcome:
     steps: int
     h_drift: float | None
     p_drift: Mapping[str, float]
+    undetected: tuple[str, ...] = ()
 
     def as_data(self) -> dict[str, Any]:
         """All but the endings, in terms of JSON (with NaN and infinities)."""

@@ -6,20 +6,22 @@ The surface is the last event of the program, whose crossings are recorded; what
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble.method import Batch, MemberLog, Section, Starts
+from lagrange_cli.integrate.ensemble.method import Batch, Kept, MemberLog, Section, Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
 from lagrange_cli.integrate.events import Change, Crossings
-from lagrange_cli.integrate.method import CheckpointSink
+from lagrange_cli.integrate.method import CheckpointSink, Snapshot, Unfit
 from lagrange_cli.integrate.times import Times
-from lagrange_cli.records import replace
-from lagrange_cli.spec.spec import SURFACE
+from lagrange_cli.records import dataclass, replace
 
+EVERY = 256
+"""At multiples of so many steps it is asked whether a motion has crossed often enough."""
 FAR = 2.0**40
 """A motion without a stop time ends here, and in units of its start."""
 
@@ -27,11 +29,11 @@ FAR = 2.0**40
 class SectionLog(MemberLog):
     """Crossings of the last event, of which ``count`` are enough; and the changes before each."""
 
-    def __init__(self, names: tuple[str, ...], section: Section) -> None:
+    def __init__(self, names: tuple[str, ...], section: Section, due: Callable[[int], bool]) -> None:
         super().__init__(names)
-        self._surface, self._section = len(names) - 1, section
+        self._surface, self._section, self._due = len(names) - 1, section, due
         self.found = 0
-        self._steps = self._since = 0
+        self._steps = self._since = self._seen = 0
 
     def crossed(self, crossings: Crossings) -> None:
         own = crossings.events == self._surface
@@ -39,15 +41,22 @@ class SectionLog(MemberLog):
             taken = {name: getattr(crossings, name)[own] for name in ("events", "t", "low", "grazing")}
             self.crossings.append(Crossings(states=crossings.states[own], **taken))
             self.found += int(own.sum())
-            self._since = self._steps
 
     def changed(self, change: Change) -> None:
         self.changes.append(replace(change, sample=self.found))
 
     def stepped(self, steps: int) -> bool:
-        """So many steps have been taken; no snapshot is wanted."""
+        """So many steps have been taken; whether a snapshot is wanted."""
         self._steps = steps
-        return False
+        if self._asked and self.found > self._seen:
+            self._since, self._seen = steps, self.found
+        return self._due(steps)
+
+    @property
+    def _asked(self) -> bool:
+        """Whether it is asked now if the motion goes on. Compiled code returns when some time has passed, so
+        the answer counts at some steps only: else the end would depend on the time."""
+        return self._steps % EVERY == 0
 
     @property
     def enough(self) -> bool:
@@ -55,9 +64,34 @@ class SectionLog(MemberLog):
         return self.found >= self._section.count
 
     @property
-    def lost(self) -> bool:
-        """Whether there has been none for too many steps."""
-        return self._steps - self._since > self._section.patience
+    def over(self) -> bool:
+        """Whether all have been found, or there has been none for too many steps."""
+        return self._asked and (self.enough or self._steps - self._since > self._section.patience)
+
+    def kept(self) -> dict[str, Array]:
+        """What has been found so far."""
+        count = np.array([self._steps, self._since, self._seen], dtype=np.float64)
+        found = {"t": np.zeros(0), "low": np.zeros(0), "states": np.zeros((0, 0))}
+        if self.crossings:
+            found = {name: np.concatenate([getattr(one, name) for one in self.crossings]).T for name in found}
+        return {"counts": count, **found, **kept_changes(self.changes)}
+
+    def restore(self, kept: Kept, rows: int) -> None:
+        """Go on with it; raises ``Unfit``."""
+        counts, t, low, states = (array_of(kept, name) for name in ("counts", "t", "low", "states"))
+        if (
+            counts.shape != (3,)
+            or t.ndim != 1
+            or low.shape != t.shape
+            or (len(t) and states.shape != (rows, len(t)))
+        ):
+            raise Unfit
+        self._steps, self._since, self._seen = (whole(x) for x in counts)
+        self.found = len(t)
+        if self.found:
+            surface, none = np.full(self.found, self._surface), np.zeros(self.found, dtype=bool)
+            self.crossings = [Crossings(surface, t, low, states.T, none)]
+        self.changes = restored_changes(kept, rows)
 
     def samples(self, rows: int) -> tuple[Array, Array]:
         """Times (n,) and states (rows, n), nan behind the last crossing."""
@@ -70,24 +104,39 @@ class SectionLog(MemberLog):
         return times, states
 
 
+@dataclass(frozen=True)
 class SectionOneByOne(OneByOne):
-    """Follows one member after another through a section. The last of ``events`` is the surface."""
+    """Follows one member after another through a section. The last of ``events`` is the surface. The only
+    motion may be kept on its way, by ``checkpointing``."""
+
+    checkpointing: Checkpointing[Kept] | None = None
 
     def _one(self, member: int, starts: Starts, interrupt: Callable[[float], bool]) -> Batch:
         section = starts.section
         assert section is not None
         if section.periods is not None:
             return self._strobed(member, starts, float(section.periods[member]), interrupt)
-        state, log, cut = starts.states[member], SectionLog(self.events, section), False
+        keeping = self.checkpointing
+        begin, due = (None, never) if keeping is None else (keeping.begin, keeping.due)
+        state, log, cut = starts.states[member], SectionLog(self.events, section, due), False
+        if begin is not None:
+            log.restore(begin, len(state))
+
+        def keep(snapshot: Snapshot) -> None:
+            if keeping is not None:
+                keeping.keep({**kept_snapshot(snapshot), **log.kept()}, snapshot.steps)
 
         def stop(t: float) -> bool:
             nonlocal cut
             cut = interrupt(t)
-            return cut or log.enough or log.lost
+            return cut or log.over
 
-        times, steps = until(starts.times), CheckpointSink(None, log.stepped, lambda snapshot: None)
+        times = until(starts.times)
+        steps = CheckpointSink(self._begun(begin, times), log.stepped, keep, every=EVERY)
         given = starts.parameters[member], state, times, lambda when, chunk: None, stop
         end = self.method.follow(*given, steps, log)
+        if cut and end.snapshot is not None:
+            keep(end.snapshot)
         when, states = log.samples(len(state))
         endless = math.isinf(starts.times.stop)
         t, at, ending = end.t, end.state, end.ending
@@ -102,6 +151,8 @@ class SectionOneByOne(OneByOne):
     ) -> Batch:
         section, state, log = starts.section, starts.states[member], MemberLog(self.events)
         assert section is not None
+        keeping = self.checkpointing
+        begin, due = (None, never) if keeping is None else (keeping.begin, keeping.due)
         start, step = starts.times.start, math.copysign(period, starts.times.stop - starts.times.start)
         room = (starts.times.stop - start) / step
         count = section.count if room >= section.count else math.floor(room)
@@ -110,18 +161,39 @@ class SectionOneByOne(OneByOne):
         )
         samples, reached = np.full((len(state), section.count + 1), np.nan), 0
 
-        def keep(when: Array, chunk: Array) -> None:
+        def accept(when: Array, chunk: Array) -> None:
             nonlocal reached
             samples[:, reached : reached + len(when)] = chunk
             reached += len(when)
 
-        end = self.method.follow(starts.parameters[member], state, times, keep, interrupt, events=log)
+        def keep(snapshot: Snapshot) -> None:
+            if keeping is not None:
+                so_far = {"states": samples[:, 1:reached], **kept_changes(log.changes)}
+                keeping.keep({**kept_snapshot(snapshot), **so_far}, snapshot.steps)
+
+        begun = self._begun(begin, times)
+        if begin is not None and begun is not None:
+            states = array_of(begin, "states")
+            reached = begun.samples
+            if states.shape != (len(state), max(0, reached - 1)):
+                raise Unfit
+            samples[:, 1 : 1 + states.shape[1]] = states
+            log.changes = restored_changes(begin, len(state))
+        steps = CheckpointSink(begun, due, keep)
+        given = starts.parameters[member], state, times, accept, interrupt
+        end = self.method.follow(*given, steps, log)
+        if end.ending is Ending.INTERRUPTED and end.snapshot is not None:
+            keep(end.snapshot)
         if not count:
             samples[:], reached = np.nan, 1
         log.changes = [replace(one, sample=max(0, one.sample - 1)) for one in log.changes]
         when = np.full(section.count, np.nan)
         when[: reached - 1] = times.chunk(1, section.count)[: reached - 1]
         return self._batch(member, end.ending, end.t, end.state, end.steps, when, samples[:, 1:], log)
+
+    def _begun(self, begin: Kept | None, times: Times) -> Snapshot | None:
+        """Where a motion begins that was kept on its way; raises ``Unfit``."""
+        return None if begin is None else restored_snapshot(begin, times)
 
     def _batch(
         self,
@@ -142,9 +214,69 @@ class SectionOneByOne(OneByOne):
             steps=np.array([steps], dtype=np.int64),
             samples=samples[None],
             reached=np.array([np.count_nonzero(~np.isnan(times))], dtype=np.int64),
-            logs=[log] if len(self.events) > (SURFACE in self.events) else [],
+            logs=[log],
             times=times[None],
         )
+
+
+def never(steps: int) -> bool:
+    """No snapshot is wanted."""
+    return False
+
+
+def array_of(kept: Kept, name: str) -> Array:
+    """One of what was kept; raises ``Unfit``."""
+    found = kept.get(name)
+    if found is None or found.dtype != np.float64:
+        raise Unfit
+    return found
+
+
+def whole(number: float) -> int:
+    """A whole number; raises ``Unfit``."""
+    if not (0.0 <= number < 2.0**53 and number == int(number)):
+        raise Unfit
+    return int(number)
+
+
+def kept_snapshot(snapshot: Snapshot) -> dict[str, Array]:
+    """A method's snapshot as arrays."""
+    numbers = (snapshot.t, snapshot.steps, snapshot.samples, snapshot.limited, *snapshot.actions)
+    return {"memory": snapshot.memory, "snapshot": np.array(numbers, dtype=np.float64)}
+
+
+def restored_snapshot(kept: Kept, times: Times) -> Snapshot:
+    """The same of arrays; raises ``Unfit``."""
+    memory, numbers = array_of(kept, "memory"), array_of(kept, "snapshot")
+    if memory.ndim != 1 or numbers.ndim != 1 or len(numbers) < 4 or not np.isfinite(numbers[:4]).all():
+        raise Unfit
+    t, steps, samples, limited, *actions = numbers.tolist()
+    if not min(times.start, times.stop) <= t <= max(times.start, times.stop) or samples > times.count:
+        raise Unfit
+    return Snapshot(memory, t, whole(steps), whole(samples), bool(limited), tuple(actions))
+
+
+def kept_changes(changes: Sequence[Change]) -> dict[str, Array]:
+    """What actions have changed, as arrays: a row for each."""
+    when = [(one.sample, one.t) for one in changes]
+    states = [np.concatenate([one.before, one.after]) for one in changes]
+    parameters = [np.concatenate(one.parameters) for one in changes]
+    found = {"changed_at": when, "changed_states": states, "changed_parameters": parameters}
+    return {name: np.array(rows, dtype=np.float64) for name, rows in found.items() if rows}
+
+
+def restored_changes(kept: Kept, rows: int) -> list[Change]:
+    """The same of arrays; raises ``Unfit``."""
+    if "changed_at" not in kept:
+        return []
+    when, states, parameters = (array_of(kept, f"changed_{one}") for one in ("at", "states", "parameters"))
+    if when.shape != (len(when), 2) or states.shape != (len(when), 2 * rows) or len(parameters) != len(when):
+        raise Unfit
+    middle = parameters.shape[1] // 2
+    return [
+        Change(whole(sample), float(t), state[:rows], state[rows:], (own[:middle], own[middle:]))
+        for (sample, t), state, own in zip(when, states, parameters)
+    ]
 
 
 def until(times: Times) -> Times:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.integrate.events import EventSink
+    from lagrange_cli.integrate.events import EventSink, Judge
 
 GRAZING = 2.0**-46
 """An argument that goes beyond 0 by no more than this part of its terms may not do so at all."""
@@ -45,7 +45,13 @@ class Happenings:
     """The events of a motion that begins at ``start``; ``trial`` and ``info`` are arrays of compiled code."""
 
     def __init__(
-        self, sides: Sides, trial: Array, info: NDArray[np.int64], start: float, sink: EventSink
+        self,
+        sides: Sides,
+        trial: Array,
+        info: NDArray[np.int64],
+        start: float,
+        sink: EventSink,
+        jumping: Judge,
     ) -> None:
         self._sides, self._trial, self._info, self._start = sides, trial, info, start
         self._program, self._layout, self._guards = sides.program, sides.layout, sides.guards.guards
@@ -53,6 +59,7 @@ class Happenings:
         self._sink, self._resting = sink, Resting(sides, start)
         self._count, self._most = sink.before, limit("events")
         self._same, self._latest = 0, -np.inf
+        self._jumping = jumping
 
     def begin(self) -> Finished | None:
         """Choose the sides where the motion begins: a zero there is no event."""
@@ -152,9 +159,11 @@ class Happenings:
         states = memories[:, np.concatenate([start + sides.outer for start in starts])]
         with np.errstate(divide="ignore", invalid="ignore"):
             beyond = rates**2 / (4.0 * np.abs(bends))
-        grazing = beyond <= GRAZING * np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
+            over = np.abs(bends) * memories[:, layout.at(Clock.LENGTH)] ** 2  # what cancels along the step
+        sizes = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
+        grazing = beyond <= GRAZING * np.fmax(over, sizes)
         for k in np.flatnonzero(grazing):
-            grazing[k] = beyond[k] <= GRAZING * sides.act_on(states[k])[1][events[k], 0]
+            grazing[k] = beyond[k] <= GRAZING * np.fmax(over[k], sides.act_on(states[k])[1][events[k], 0])
         self._sink.crossed(Crossings(events, t, low, states, grazing))
         self._count += len(events)
         if self._count > self._most:
@@ -167,8 +176,23 @@ class Happenings:
         parameters, before = sides.parameters(), sides.state(sides.memory)
         length, side = float(sides.memory[self._layout.at(Clock.STEP)]), sides.side(event)
         rows, (values, _) = sides.all_coefficients(), sides.act_on(before)
+        memory = sides.memory.copy()
         if not sides.put(event, values):
             return Finished(Ending.NOT_A_NUMBER, f"the action of event {self._names[event]!r}")
+        if not sides.close(event):
+            sides.memory[:] = memory
+            sides.settling.prepare()
+            return Finished(Ending.OFF_CONSTRAINTS, f"event {self._names[event]!r}")
+        lost = self._without_mass()
+        if lost:
+            sides.memory[:] = memory
+            sides.settling.prepare()
+            return Finished(Ending.NO_MASS, f"event {self._names[event]!r} makes {lost}")
+        jumps = "" if np.array_equal(parameters, sides.parameters()) else self._jumping(sides.parameters())
+        if jumps:
+            sides.memory[:] = memory
+            sides.settling.prepare()
+            return Finished(Ending.JUMP, f"event {self._names[event]!r} lets {jumps!r} jump")
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
         for e, (row, after, (_, rate)) in enumerate(zip(rows, sides.all_coefficients(), sizes)):
@@ -186,6 +210,11 @@ class Happenings:
         changed = parameters, sides.parameters()
         self._sink.changed(Change(sample, now, before, sides.state(sides.memory), changed))
         return ended
+
+    def _without_mass(self) -> str:
+        """The first mass that actions have made 0 or negative, or nothing."""
+        masses = zip(self._program.masses, self._sides.masses()) if self._program.masses else ()
+        return next((f"the mass of {name!r} {mass:.6g}" for name, mass in masses if not mass > 0.0), "")
 
     def _recurs(self, event: int, now: float) -> Finished | None:
         """Whether actions go on for ever while time does not."""

@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from lagrange_cli.integrate.methods.crossing import Crossing
+from lagrange_cli.integrate.methods.modes import SMALLEST
 from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.state import CHANGES, Clock
+from lagrange_cli.native.state import BEGINNING, CHANGES, Clock
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -23,18 +25,8 @@ ROUNDING = 2.0**-44
 """A derivative that is so small beside the terms of the others is rounding."""
 HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
-DERIVATIVES = 6
-"""Derivatives of u that are looked at."""
-WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4)]
-"""The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
-double-double. (There the longest come first: proofs of steps know of u no more than a double.)"""
-FELT = 2.0**-50, 2.0**-98
-"""The change of velocities that is not felt on such a way."""
-BRIEF = 2.0**-20
-"""What is a short part of all the time since t = 0."""
-BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
-"""What is forgotten where other equations begin to hold."""
-SMALLEST, JUMP = 2.0**-1022, 2.0**-20
+JUMP = 2.0**-20
+"""An argument on the wrong side that is this part of its change in a step has not come through 0."""
 SOON = 2.0**-30
 """What becomes 0 within this part of the time is brought to rest."""
 ATTEMPTS = 8
@@ -43,33 +35,12 @@ ROUNDS = 8
 """How often all modes are computed again, for each guard, until they agree."""
 
 
-class Settling:
-    """The modes in the memory of a motion's state, and their choice.
-
-    ``constants``, ``memory`` and ``work`` are the arrays that compiled code works on. The modes and marks of
-    events and contacts follow those of the switches (``happenings``).
-    """
+class Settling(Crossing):
+    """The choice of the modes of switches."""
 
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
-        self.machine = machine
-        program = machine.program
-        self.constants, self.memory, self._work = constants, memory, work
-        self._layout, self._rows = program.inner, program.rows_of_guards
-        first, count = self._rows.mode(self._layout), self._rows.count
-        self.modes = memory[first : first + count]
-        marks = self._rows.fresh(self._layout)
-        self.marks = memory[marks : marks + count]
-        self.count = len(program.guards)
+        super().__init__(machine, constants, memory, work)
         self._attempts, self._latest = 0, np.nan
-        self._crossed: tuple[float, ...] = ()
-
-    def set_parameters(self, parameters: Array) -> None:
-        """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
-        parts = self.machine.program.given
-        settings = self.memory[self._layout.settings]
-        width = self._rows.parameters + self._rows.count
-        for part, given in enumerate(parameters.reshape(parts, -1)):
-            settings[part * width : part * width + self._rows.parameters] = given
 
     def begin(self, parameters: Array) -> None:
         """Choose the modes of all switches where the motion begins."""
@@ -157,89 +128,6 @@ class Settling:
         self.memory[:] = memory
         return False
 
-    def cross(self) -> bool:
-        """Take the motion a little way across u = 0, where u has a power that has no series there, as
-        |u|^1.5; whether that could be done. The force must change too little on this way to be felt.
-
-        It is taken with the acceleration on the side from which the motion comes, or on that to which it goes
-        if it begins at u = 0 where the force jumps.
-        """
-        now = tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
-        if now == self._crossed:
-            return False
-        self._crossed = now
-        self._series()
-        free = [j for j in range(self.count) if self.modes[j] != 0.0]
-        u = {j: self._coefficients(self._rows.first + j)[:2] for j in free}
-        marked = [j for j in range(self.count) if self.marks[j] > 0.0]
-        ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
-        if marked:
-            j, side = marked[0], float(self.modes[marked[0]]) or 1.0
-            tried = (-side, side), (side, side), (-side, -side)
-            return any(self._crossed_by(j, 0.0, *modes) for modes in tried)
-        if not ahead:
-            return False
-        j = min(ahead, key=lambda j: abs(ahead[j]))
-        return self._crossed_by(j, abs(float(ahead[j])), float(self.modes[j]), -float(self.modes[j]))
-
-    def _crossed_by(self, j: int, left: float, begin: float, mode: float) -> bool:
-        """Move on by the time ``left`` until u = 0, and a little more, to where the mode is right, with the
-        accelerations of the one to ``begin`` with."""
-        layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
-        q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
-        self.modes[j] = begin
-        self._series()
-        v = max(v, self._speed())
-        if not v > 0.0:
-            self.memory[:] = memory
-            return False
-        usual = max(q / v, abs(memory[layout.time]) * BRIEF)
-        for way in WAYS[parts - 1]:
-            self.memory[:] = memory
-            self.modes[j] = begin
-            if self._moved(left + float(usual) * way, mode, j):
-                self.marks[:] = 0.0
-                for number in BEGINNING:
-                    self.memory[layout.at(number)] = 0.0
-                return True
-        self.memory[:] = memory
-        return False
-
-    def _moved(self, length: float, mode: float, j: int) -> bool:
-        """Move by a time so short that the force hardly changes, and set the mode; whether it does not."""
-        layout = self._layout
-        self._series()
-        before = np.array(
-            [self._coefficients(row)[0] for row in range(layout.rates.start, layout.rates.stop)]
-        )
-        high, low = (self.memory[layout.part(part)] for part in (0, 1))
-        speeds = np.concatenate([high[layout.v], before])
-        speeds[layout.q] += before[: layout.degrees] * length / 2
-        change = speeds * length
-        total = high + change
-        low += change - (total - high)
-        high[:] = total
-        time = self.memory[layout.at(Clock.TIME) : layout.at(Clock.TIME_LOW) + 1]
-        later = time[0] + length
-        time[:] = later, time[1] + (length - (later - time[0]))
-        self.modes[j] = mode
-        self._series()
-        if not self._coefficients(self._rows.first + j)[0] * mode > 0.0:
-            return False
-        series = [self._coefficients(row) for row in range(layout.v.start, layout.v.stop)]
-        after = np.array([one[0] for one in series])
-        felt = np.abs(after - before[: layout.degrees]) * length
-        least = FELT[self.machine.program.parts - 1] * max(np.max(np.abs(high[layout.v])), self._speed())
-        return bool(np.all(np.isfinite(series)) and np.all(felt <= least))
-
-    def _speed(self) -> float:
-        """The speed that the motion gets from rest on a way as long as its coordinates."""
-        high, layout = self.memory[self._layout.part(0)], self._layout
-        rows = range(layout.v.start, layout.v.stop)
-        accelerations = np.abs([self._coefficients(row)[0] for row in rows])
-        known = accelerations[np.isfinite(accelerations)]
-        return float(np.sqrt(np.max(known, initial=0.0) * np.max(np.abs(high[layout.q]))))
-
     def _choose(self, guards: Sequence[int], first: dict[int, float], *, held: bool = True) -> bool:
         """Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried
         ``first``, or the other one."""
@@ -293,50 +181,13 @@ class Settling:
             self.memory[self._layout.part(1)][self._layout.v] = 0.0
             self.memory[self._layout.at(Clock.PASSES)] = 0.0
 
-    def mark(self, guards: Sequence[int]) -> None:
-        """The arguments of these are 0 now."""
-        self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
-
-    def prepare(self) -> None:
-        """Compute the constants of the equations from parameters and modes."""
-        settings = self.memory[self._layout.settings]
-        self.machine.prepare(settings.ctypes.data, self.constants.ctypes.data)
-
-    def _series(self) -> Array:
-        """The series from here on; the rates of velocities and integrals."""
-        self.prepare()
-        self._work[:] = 0.0  # what is not finite would spread
-        rates = np.empty(self._layout.rows)
-        self.machine.accelerate(
-            self.constants.ctypes.data,
-            float(self.memory[self._layout.time]),
-            self.memory.ctypes.data,
-            self._work.ctypes.data,
-            rates.ctypes.data,
-        )
-        return rates
-
-    def _arguments(self) -> Array:
-        """The values of all guards' arguments."""
-        self._series()
-        return np.array([self._coefficients(self._rows.first + j)[0] for j in range(self.count)])
-
-    def _coefficients(self, row: int) -> Array:
-        """The first derivatives of what a row is the quadrature of, divided by factorials, from the value
-        on."""
-        first, step, term = self.machine.program.series_at
-        place = first + row * step
-        orders = np.arange(1, DERIVATIVES + 2)
-        found: Array = self._work[place + orders * term] * orders
-        return found
-
-    def coefficients_of(self, *rows: int) -> list[Array]:
-        """Those of rows where the motion is now."""
-        self._series()
-        return [self._coefficients(row) for row in rows]
-
     def _multiplier(self, j: int) -> float:
-        return float(self._coefficients(self._rows.guards[j].multiplier)[0])
+        guard = self._rows.guards[j]
+        if not guard.limit:
+            return float(self._coefficients(guard.multiplier)[0])
+        above, below = (float(self._coefficients(row)[0]) for row in (guard.limit, guard.limit + 1))
+        whole = above + below
+        return (above - below) / whole if whole != 0.0 else np.inf
 
     def _holding(self, j: int) -> float:
         """The size of the multiplier, infinite where the motion passes u = 0 with a velocity."""
@@ -357,10 +208,3 @@ class Settling:
             if not abs(one) <= ROUNDING * scale[m]:
                 return bool(one * self.modes[j] > 0.0)
         return bool(np.all(np.isfinite(u)))
-
-    def scale(self) -> Array:
-        """The largest coefficients of each order among velocities: what rounding of a derivative is measured
-        by."""
-        rows = range(self._layout.v.start, self._layout.v.stop)
-        found: Array = np.max(np.abs([np.r_[0.0, self._coefficients(row)] for row in rows]), axis=0)
-        return found

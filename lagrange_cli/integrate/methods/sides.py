@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.events import parameters_in
-from lagrange_cli.integrate.methods.settling import BEGINNING, ROUNDING
-from lagrange_cli.native.state import Clock
+from lagrange_cli.integrate.methods.impulses import Impulses
+from lagrange_cli.integrate.methods.settling import ROUNDING
+from lagrange_cli.native.state import BEGINNING, Clock
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -71,16 +72,25 @@ class Sides:
     def act_on(self, state: Array) -> tuple[Array, Array]:
         """What actions set, were they all done now (parts, values), and the sizes of arguments
         (events, 2)."""
+        rows = self._acted(state)
+        count, events = len(self.program.changed), len(self.program.events)
+        return rows[:, :count], rows[0, count : count + 2 * events].reshape(events, 2)
+
+    def masses(self) -> Array:
+        """Those that actions change, as they are now."""
+        rows = self._acted(self.state(self.memory))
+        return rows[0, rows.shape[1] - len(self.program.masses) :]
+
+    def _acted(self, state: Array) -> Array:
+        """All that ``@act`` computes (parts, values)."""
         machine, program = self.settling.machine, self.program
         assert machine.act is not None
-        count, events = len(program.changed), len(program.events)
-        found = np.empty(program.parts * (count + 2 * events))
+        found = np.empty(program.parts * program.acted)
         when = self.memory[[self.layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
         self.settling.prepare()
         place = self.settling.constants.ctypes.data
         machine.act(place, when.ctypes.data, state.ctypes.data, found.ctypes.data, 1, 1)
-        rows = found.reshape(program.parts, -1)
-        return rows[:, :count], rows[0, count:].reshape(events, 2)
+        return found.reshape(program.parts, -1)
 
     def put(self, event: int, values: Array) -> bool:
         """Set what an action sets to ``values``, which ``act_on`` gave; whether these are finite."""
@@ -100,6 +110,11 @@ class Sides:
                 memory[[first + part * width for part in range(program.parts)]] = values[:, i]
         self.begin_anew()
         return True
+
+    def close(self, event: int) -> bool:
+        """Let the forces of constraint act after an action; whether that leads to the constraints."""
+        changed = {place for e, place in self.program.changed if e == event}
+        return Impulses(self.settling).close(self.state(self.memory), self.outer, changed)
 
     def begin_anew(self) -> None:
         """Forget what was known of the motion before: momenta follow from velocities."""

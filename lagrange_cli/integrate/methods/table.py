@@ -15,6 +15,7 @@ class Needs(Enum):
     """What the program of a method has to offer."""
 
     SERIES = "series"  # whole steps: Taylor series of q, with the control of their size
+    STEPS = "steps"  # whole steps: polynomials through accelerations, with the control of their size
     RATES = "rates"  # the accelerations
     JACOBIAN = "jacobian"  # and their derivatives by q and q_dot
 
@@ -27,7 +28,7 @@ class MethodRow:
     steps of one that ``proves`` them do not pass over forces that act for a short time only. A ``portable``
     method gives the same bits on every machine. A ``parallel`` one spends its time in compiled code, so that
     several motions are followed at once. Whether a run can be resumed is no property of the row: a method
-    that gives no snapshots is started again.
+    that gives no snapshots is started again. One that ``constrains`` keeps motions to constraints.
     """
 
     name: str
@@ -38,6 +39,7 @@ class MethodRow:
     portable: bool = False
     parallel: bool = False
     finds_events: bool = False
+    constrains: bool = False
 
 
 TAYLOR = "taylor"
@@ -58,6 +60,15 @@ METHODS = {
             portable=True,
             parallel=True,
             finds_events=True,
+            constrains=True,
+        ),
+        MethodRow(
+            "ias15",
+            "taylor",
+            Needs.STEPS,
+            {DOUBLE: (FULL_PRECISION, FULL_PRECISION)},
+            portable=True,
+            parallel=True,
         ),
         MethodRow("DOP853", "scipy", Needs.RATES, OF_SCIPY),
         MethodRow("Radau", "scipy", Needs.JACOBIAN, OF_SCIPY),

@@ -18,13 +18,15 @@ if TYPE_CHECKING:
 class Action(Generic[E]):
     """What acts on the system besides its potential: Q_k = sum_i F_i . dr_i/dq_k + (given) - dD/dq_dot_k.
 
-    ``on_particles`` has the components of F_i by particle, ``generalized`` what is given by coordinate, and
-    ``dissipation`` is Rayleigh's function D, None where there is none.
+    ``on_particles`` has the components of F_i by particle, ``generalized`` what is given by coordinate,
+    ``dissipation`` is Rayleigh's function D, None where there is none, and ``torques`` has the components of
+    torques in space by body.
     """
 
     on_particles: Mapping[str, tuple[E, ...]] = field(default_factory=dict)
     generalized: Mapping[str, E] = field(default_factory=dict)
     dissipation: E | None = None
+    torques: Mapping[str, tuple[E, ...]] = field(default_factory=dict)
 
 
 class Quantities(Protocol):

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from lagrange_cli.model.forces import applied, dissipation, generalized
+from lagrange_cli.model.forces import applied, dissipation, generalized, torques
 from lagrange_cli.model.forces.law import Law
 
 FORCES: dict[str, Law] = {
     "forces": applied,
     "generalized_forces": generalized,
     "dissipation": dissipation,
+    "torques": torques,
 }

@@ -48,6 +48,8 @@ class Machine:
     observe: Callable[..., None]
     linearize: Callable[..., None] | None
     act: Callable[..., None] | None
+    project: Callable[..., None] | None
+    constrain: Callable[..., None] | None
     advance: Callable[..., int] | None
     accelerate: Callable[..., int]
     follow: Callable[..., None] | None
@@ -56,7 +58,7 @@ class Machine:
 def first_level(program: Program) -> int:
     """The level to compile ``program`` with first, however long the run is."""
     large = LARGE if program.order >= STEPPING else LARGE_RATES
-    return QUICK if len(program.text) > large else FULL
+    return QUICK if len(program.text) - program.tables > large else FULL
 
 
 def worth_improving(code: bytes) -> bool:
@@ -100,6 +102,8 @@ def load_machine(code: bytes, program: Interface) -> Machine:
         observe=function("observe", None, pointer, pointer, pointer, pointer, integer, integer),
         linearize=function("linearize", None, pointer, pointer, pointer, pointer, integer, integer),
         act=function("act", None, pointer, pointer, pointer, pointer, integer, integer),
+        project=function("project", None, pointer, pointer),
+        constrain=function("constrain", None, pointer, pointer, pointer, pointer, integer, integer),
         advance=function(
             "advance", integer, pointer, pointer, pointer, pointer, real, pointer, integer, pointer,
             integer, integer, integer, pointer,

@@ -18,6 +18,8 @@ LARGEST_ANGLE = 2.0**40
 """Beyond it there is no sine: few digits would be left of the angle, and four doubles of pi no longer do."""
 SERIES = 31
 """The last power of sine's series that counts below pi/4."""
+LOWERED = 512
+"""Numbers above 2^512 are divided by it for their logarithm."""
 
 MINUS_ONE, INFINITY = literal(-1.0), literal(float("inf"))
 PI = Fraction("3.141592653589793238462643383279502884197169399375105820974944592307816406286208998628")
@@ -99,15 +101,23 @@ def _exp(e: DoubleDoubleBody, x: Pair) -> Pair:
 
 
 def _log(e: DoubleDoubleBody, x: Pair) -> Pair:
-    first = Pair(e, e.intrinsic("log", x.high), None)
-    rest = x * e.apply("exp", -first) - e.pair(1)
+    large = e.compare("ogt", x.high, 2.0**LOWERED)  # else the low part of 1/x would underflow
+    lowered = e.choose(large, x.scaled(literal(2.0**-LOWERED)), x)
+    first = Pair(e, e.intrinsic("log", lowered.high), None)
+    rest = lowered * e.apply("exp", -first) - e.pair(1)
     made = first + (rest - (rest * rest).scaled(literal(0.5)))
+    made = e.choose(large, made + e.pair(LOWERED * LN2), made)
     finite = e.compare("olt", e.magnitude(first.high), INFINITY)
     return e.choose(finite, made, first)
 
 
 def _pow(e: DoubleDoubleBody, x: Pair, y: Pair) -> Pair:
-    return e.apply("exp", y * e.apply("log", x))
+    made = e.apply("exp", y * e.apply("log", x))
+    zero, above, below = (
+        e.compare(*one) for one in (("oeq", x.high, None), ("ogt", y.high, None), ("olt", y.high, None))
+    )
+    of_zero = e.choose(above, e.pair(0), e.choose(below, Pair(e, INFINITY, None), e.pair(1)))
+    return e.choose(zero, of_zero, made)
 
 
 def _atan2(e: DoubleDoubleBody, y: Pair, x: Pair) -> Pair:

@@ -50,9 +50,11 @@ def sine_and_cosine(lanes: int) -> str:
 
 
 def definitions(text: str) -> str:
-    """The functions that ``text`` calls."""
-    called = set(re.findall(rf"@({'|'.join(FUNCTIONS)})\.(\d+)\(", text))
+    """The functions that ``text`` calls and lacks."""
+    head = rf"@({'|'.join(FUNCTIONS)})\.(\d+)\("
+    called = set(re.findall(head, text))
     called |= {(name, "1") for name, _ in called}
+    called -= set(re.findall(rf"^define .*{head}", text, re.MULTILINE))
     return "".join(definition(name, int(lanes)) for name, lanes in sorted(called))
 
 

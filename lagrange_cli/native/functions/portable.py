@@ -33,7 +33,11 @@ CALLED = re.compile(r"@([\w.]+)\(")
 
 def portable(text: str) -> str:
     """``text``, a program's, with functions of its own, so that every machine computes the same bits."""
-    text = fused(text)
+    return self_contained(fused(text))
+
+
+def self_contained(text: str) -> str:
+    """``text``, a program's, without calls of the C library: the functions that it calls come with it."""
     known = library()
     text = ELEMENTARY.sub(lambda found: LIBM.sub(_beyond, found[0]), text)
     text = LIBM.sub(_own, "\n".join(together(text.split("\n"))))

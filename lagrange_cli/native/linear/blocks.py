@@ -11,15 +11,14 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Generic, Protocol
 
+from lagrange_cli.native.linear.pivots import FLOOR
+from lagrange_cli.native.linear.saddle import factor_loose_saddle, factor_saddle
 from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
 from lagrange_cli.records import dataclass, field
 
+ANY_SIZE = 1 << 40
 UNROLLED = {"definite": 12, "general": 5}
 """Rows of a block up to which its elimination is written out."""
-
-FLOOR = 128.0
-"""Units of rounding: a pivot smaller than this part of its diagonal entry is nothing else, and the matrix is
-singular."""
 
 
 class Factored(Protocol[V]):
@@ -54,8 +53,14 @@ class Factorization(Generic[V]):
     unrolled: Mapping[str, int]
     functions: dict[str, None] = field(default_factory=dict)
 
-    def factor(self, matrix: list[list[V | None]], definite: bool) -> tuple[Factored[V], Condition]:
-        """A factored block, and whether it is regular."""
+    def factor(
+        self, matrix: list[list[V | None]], definite: bool, constraints: int = 0, *, loose: bool = False
+    ) -> tuple[Factored[V], Condition]:
+        """A factored block, and whether it is regular; its last rows are those of ``constraints``. In a
+        ``loose`` one these alone determine some coordinates."""
+        if definite and constraints:
+            factor = factor_loose_saddle if loose else factor_saddle
+            return factor(self.kind, matrix, len(matrix) - constraints)
         name = "definite" if definite else "general"
         if len(matrix) <= self.unrolled[name]:
             return (factor_definite if definite else factor_general)(self.kind, matrix)
@@ -63,6 +68,11 @@ class Factorization(Generic[V]):
         self.place += block.doubles
         self.functions.update(dict.fromkeys(block.functions))
         return block, block.factor(matrix)
+
+
+def written_out(kind: NumberKind[V]) -> Factorization[V]:
+    """Of blocks of any size, without memory."""
+    return Factorization(kind, 0, {}, dict.fromkeys(UNROLLED, ANY_SIZE))
 
 
 @dataclass(frozen=True)

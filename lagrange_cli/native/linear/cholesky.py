@@ -8,7 +8,7 @@ matrix.
 from __future__ import annotations
 
 from lagrange_cli.native.interface import LANES
-from lagrange_cli.native.linear.blocks import FLOOR
+from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.linear.triangular import solve_definite, solver_of
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value, literal

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Generic
 
-from lagrange_cli.native.linear.blocks import FLOOR
+from lagrange_cli.native.linear.pivots import FLOOR
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.kind import V, Written

@@ -32,3 +32,13 @@ def operand(value: Value) -> Operand:
 def table(name: str, row: Sequence[int]) -> str:
     """Constant integers of that name."""
     return f"@{name} = private constant [{len(row)} x i64] [{', '.join(f'i64 {x}' for x in row)}]\n"
+
+
+def tables(prefix: str, size: int) -> list[str]:
+    """The numbers that stages of a loop need."""
+    rows = {"numbers": range(size), "reciprocals": [0.0, *(1.0 / m for m in range(1, size))]}
+    listed = {name: [f"double {operand(literal(x))}" for x in row] for name, row in rows.items()}
+    return [
+        f"@{prefix}{name} = private constant [{len(row)} x double] [{', '.join(row)}]"
+        for name, row in listed.items()
+    ]

@@ -18,12 +18,15 @@ class Constants:
 
     slots: dict[Node, int] = field(default_factory=dict)
 
+    def slot(self, node: Node) -> int:
+        """The place of a constant of the motion."""
+        return self.slots.setdefault(node, len(self.slots))
+
     def value(self, kind: NumberKind[V], node: Node) -> V | None:
         """A constant of the motion: a number, or what its slot holds."""
         if node.kind is Kind.NUMBER:
             return kind.number(node.data)
-        slot = self.slots.setdefault(node, len(self.slots))
-        return kind.load("%constants", kind.parts * slot, kind.parts - 1)
+        return kind.load("%constants", kind.parts * self.slot(node), kind.parts - 1)
 
 
 def emit_power(kind: NumberKind[V], base: V | None, exponent: Number) -> V | None:

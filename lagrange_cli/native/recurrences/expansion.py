@@ -3,12 +3,13 @@ of both. For any kind of numbers."""
 
 from __future__ import annotations
 
-from typing import Generic
+from collections.abc import Sequence
+from typing import Generic, cast
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.linear.blocks import Factored, Factorization
-from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
+from lagrange_cli.native.numbers.kind import Condition, NumberKind, V, Written
 from lagrange_cli.native.recurrences.evaluation import (
     Constants,
     add_scaled,
@@ -18,6 +19,9 @@ from lagrange_cli.native.recurrences.evaluation import (
 )
 from lagrange_cli.records import dataclass, field
 from lagrange_cli.series.program import Op, Series, SeriesProgram
+
+MULTIPLIERS = "multipliers_at"
+"""The function that gives multipliers at a state, where Newton's method finds them."""
 
 
 @dataclass
@@ -46,6 +50,8 @@ class Expansion(Generic[V]):
     unrounded: dict[Node, V | None] = field(default_factory=dict)
     """Functions of a coordinate before its remainder is added."""
     regular: Condition = None
+    found: str = ""
+    """Where multipliers are that Newton's method has found."""
 
     def __post_init__(self) -> None:
         self.table = [{} for _ in self.program.series]
@@ -85,6 +91,8 @@ class Expansion(Generic[V]):
         if one.op is Op.COORDINATE:
             assert isinstance(one.data, int)
             return self.coordinate(one.data)
+        if one.op is Op.MULTIPLIER:
+            return self.multiplier(self.program.multipliers.index(index)) if self.residual.bent else None
         if one.op is Op.LINEAR:
             assert isinstance(one.data, tuple)
             constant, scales = one.data
@@ -108,6 +116,18 @@ class Expansion(Generic[V]):
             return self._start_power(index, one)
         assert one.op is Op.PRIMITIVE
         return None if one.node is None else self._start_function(one, one.node)
+
+    def multiplier(self, i: int) -> V | None:
+        """That of constraint i where the step begins, if the equations are not linear in it."""
+        kind, count = cast("Written[V]", self.kind), len(self.program.multipliers)
+        if not self.found:
+            place = kind.body.define(f"alloca double, i64 {kind.parts * (count + 1)}, align 8")
+            kind.store(self.time, place, kind.parts * count, 1)
+            time = kind.body.define(f"getelementptr inbounds double, ptr {place}, i64 {kind.parts * count}")
+            given = f"ptr %constants, ptr {time}, ptr %state, ptr {place}, i64 1, i64 1"
+            kind.body.line(f"  call void @{MULTIPLIERS}({given})")
+            self.found = place
+        return kind.load(self.found, i, count)
 
     def _start_function(self, one: Series, node: Node) -> V | None:
         """A function; one of coordinates alone, to first order in their remainders."""
@@ -137,7 +157,10 @@ class Expansion(Generic[V]):
             value = kind.function("pow", base, exponent)
         reciprocal = kind.div(kind.one, base)
         if low is not None:
-            value = kind.fma(kind.mul(kind.mul(exponent, value), reciprocal), low, value)
+            slope = kind.mul(kind.mul(exponent, value), reciprocal)
+            if any(other.op is Op.SELECT for other in self.program.series):  # it may begin at a zero of x
+                slope = kind.select(kind.compare("one", base, None), slope, None)
+            value = kind.fma(slope, low, value)
         self.sensitivities[index] = kind.mul(kind.mul(exponent, value), reciprocal), reciprocal
         return value
 
@@ -150,32 +173,17 @@ class Expansion(Generic[V]):
                 known[one.node] = self.table[index][0]
         for velocity, index in zip(residual.model.v, self.program.velocities):
             known[velocity] = self.table[index][0]
-        entries = [entry for row in residual.mass_matrix for entry in row if not entry.is_zero]
+        entries = [entry for row in residual.entries for entry in row.values()]
         entries = [*(entry for entry in entries if entry.symbols & residual.variables), *residual.inertias]
         emit_values(kind, entries, known, self.constants)
         for inertia in residual.inertias:
             self.regular = kind.both(self.regular, kind.compare("one", known[inertia], None))
-        for block in residual.blocks:
-            matrix = [
-                [
-                    known[entry] if entry.symbols & residual.variables else self.constants.value(kind, entry)
-                    for entry in (residual.mass_matrix[j][k] for k in block)
-                ]
-                for j in block
-            ]
-            made, good = self.factorization.factor(matrix, residual.definite)
-            self.factors.append(made)
-            self.regular = kind.both(self.regular, good)
+        self.factors, good = factored(residual, self.factorization, known, self.constants)
+        self.regular = kind.both(self.regular, good)
 
     def solved(self, residual: list[V | None], scale: V | None) -> list[V | None]:
-        """a with M a = ``scale * residual``."""
-        result: list[V | None] = [None] * len(residual)
-        for block, factor in zip(self.residual.blocks, self.factors):
-            right = [residual[j] for j in block]
-            if any(value is not None for value in right):
-                for j, value in zip(block, factor.solve(right, scale)):
-                    result[j] = value
-        return result
+        """The accelerations, and the multipliers behind them, that make up for ``scale * residual``."""
+        return solved(self.residual, self.factors, residual, scale)
 
     def linear(self, one: Series, values: list[V | None], start: V | None = None) -> V | None:
         """``start`` + what the ``values`` of a LINEAR series' operands add to it, as they are known."""
@@ -193,3 +201,45 @@ class Expansion(Generic[V]):
         if scale.kind is Kind.NUMBER:
             return add_scaled(self.kind, total, value, scale.data)
         return self.kind.fma(self.constant(scale), value, total)
+
+
+def factored(
+    residual: Residual,
+    factorization: Factorization[V],
+    known: dict[Node, V | None],
+    constants: Constants,
+) -> tuple[list[Factored[V]], Condition]:
+    """The matrix of the equations at a state, block by block, and whether it is regular.
+
+    ``known`` has the values of the state, and gets those of the entries.
+    """
+    kind, factors = factorization.kind, list[Factored[V]]()
+    regular, variables = kind.true, residual.variables
+    moving = [entry for row in residual.entries for entry in row.values() if entry.symbols & variables]
+    emit_values(kind, moving, known, constants)
+    for block in residual.blocks:
+        places = {j: place for place, j in enumerate(block)}
+        matrix: list[list[V | None]] = [[None] * len(block) for _ in block]
+        for j, row in zip(block, matrix):
+            for k, entry in residual.entries[j].items():
+                fixed = not entry.symbols & variables
+                row[places[k]] = constants.value(kind, entry) if fixed else known[entry]
+        constraints = sum(k >= len(residual.model.q) for k in block)
+        loose = not residual.weightless.isdisjoint(block)
+        made, good = factorization.factor(matrix, residual.definite, constraints, loose=loose)
+        factors.append(made)
+        regular = kind.both(regular, good)
+    return factors, regular
+
+
+def solved(
+    residual: Residual, factors: Sequence[Factored[V]], right: list[V | None], scale: V | None
+) -> list[V | None]:
+    """x with K x = ``scale * right``, K the matrix of the equations."""
+    result: list[V | None] = [None] * len(right)
+    for block, factor in zip(residual.blocks, factors):
+        here = [right[j] for j in block]
+        if any(value is not None for value in here):
+            for j, value in zip(block, factor.solve(here, scale)):
+                result[j] = value
+    return result

@@ -8,9 +8,10 @@ from __future__ import annotations
 import itertools
 
 from lagrange_cli.native.llvm.text import operand
-from lagrange_cli.native.recurrences.layout import CARRIED, Layout
+from lagrange_cli.native.recurrences.layout import CARRIED, Layout, lowest
 from lagrange_cli.native.recurrences.rolled import Memory, Opening, Rolled
-from lagrange_cli.series.program import Op, SeriesProgram
+from lagrange_cli.records import replace
+from lagrange_cli.series.program import SeriesProgram
 
 UNROLLED = 3
 """Stages, besides the two that start the series, that are written out.
@@ -39,7 +40,8 @@ def write_jet(memory: Memory) -> str:
         for index, one in enumerate(expansion.program.series)
         for age in range(CARRIED)
     }
-    padded = sum(len({dot.level for dot in group.dots}) for group in layout.groups) <= FEW_GROUPS
+    deciding = layout.groups[: layout.motion] or layout.groups
+    padded = sum(len({dot.level for dot in group.dots}) for group in deciding) <= FEW_GROUPS
     for start, stop in split(looped, last, SHORT_LOOP if padded else last):
         write_loop(memory, start, stop, padded)
     finish(memory)
@@ -51,12 +53,16 @@ def write_jet(memory: Memory) -> str:
 
 
 def first_looped(program: SeriesProgram, layout: Layout) -> int:
-    """The first stage that a loop may have, or one after the last."""
-    groups = layout.groups
-    if len(groups) <= ALONE:
+    """The first stage that a loop may have, or one after the last.
+
+    Where there are convolutions in the motion, these decide: its sums are rounded as without integrals.
+    """
+    motion = layout.groups[: layout.motion]
+    if len(motion or layout.groups) <= ALONE:
         return layout.order - 1
-    levels = [one.level for one in program.series if one.op in (Op.MULTIPLY, Op.POWER)]
-    return max([UNROLLED, *(LOWEST - level for level in (*levels, *(group.level for group in groups)))])
+    if not motion:
+        program = replace(program, motion=len(program.series))
+    return max(UNROLLED, LOWEST - lowest(program, motion or layout.groups))
 
 
 def write_loop(memory: Memory, start: int, stop: int, padded: bool) -> None:

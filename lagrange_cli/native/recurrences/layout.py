@@ -67,12 +67,15 @@ class Layout:
 
     First the ``state``: coefficient m of q, v and the integrals, one after the other, at ``width * m``. Then
     the ``rows`` of other series, one after the other. Then the groups. Coefficients 0 are not stored.
+    The first groups, ``motion`` of them, are those of the motion; the others are for integrals alone, which
+    change neither how these are made nor how they are summed.
     """
 
     order: int
     state: dict[int, int]
     rows: dict[int, int]
     groups: tuple[Group, ...]
+    motion: int = 0
 
     @property
     def width(self) -> int:
@@ -83,8 +86,9 @@ class Layout:
     def doubles(self) -> int:
         """Size of ``%work``."""
         plain = LANES * -(-(self.width + len(self.rows)) * (self.order + 1) // LANES)
-        grouped = sum(group.width * (2 * self.order + PADDING) for group in self.groups)
-        return plain + LANES * -(-grouped // LANES)
+        parts = self.groups[: self.motion], self.groups[self.motion :]
+        grouped = (sum(group.width * (2 * self.order + PADDING) for group in part) for part in parts)
+        return plain + sum(LANES * -(-doubles // LANES) for doubles in grouped)
 
     def stride(self, series: int) -> int:
         """Doubles from one of its coefficients to the next."""
@@ -101,28 +105,43 @@ def arrange(program: SeriesProgram, order: int) -> Layout:
     """The layout for ``program`` with q's series to ``order``."""
     dots = list(dot_products(program))
     state = {index: row for row, index in enumerate(program.state)}
-    groups = side_by_side(program, dots)
-    read = [*read_alone(program, dots), *read_apart(groups)]
+    own = [dot for dot in dots if dot.index < program.motion]
+    motion = side_by_side(program, own)
+    others = side_by_side(program, dots[len(own) :], lowest(program, motion) if motion else None)
+    read = [*read_alone(program, dots), *read_apart([*motion, *others])]
     old = dict.fromkeys(index for index, ahead in read if program.series[index].level - ahead > CARRIED)
     rows = {index: row for row, index in enumerate(one for one in old if one not in state)}
-    place, placed = Layout(order, state, rows, ()).doubles, []
-    for group in sorted(groups, key=lambda one: -one.width):  # so that all are aligned
-        second = place + group.width * (order + PADDING)
-        begin = FIRST * group.width
-        placed.append(replace(group, first=place - begin, second=second - begin))
-        place = second + group.width * order
-    return Layout(order, state, rows, tuple(placed))
+    layout = Layout(order, state, rows, ())
+    for groups in (motion, others):
+        place, placed = layout.doubles, list[Group]()
+        for group in sorted(groups, key=lambda one: -one.width):  # so that all are aligned
+            second = place + group.width * (order + PADDING)
+            begin = FIRST * group.width
+            placed.append(replace(group, first=place - begin, second=second - begin))
+            place = second + group.width * order
+        layout = replace(layout, groups=(*layout.groups, *placed), motion=len(motion))
+    return layout
 
 
-def side_by_side(program: SeriesProgram, dots: Sequence[Dot]) -> list[Group]:
-    """Up to eight of one level at a time; where up to four are left, with those of levels near theirs."""
+def lowest(program: SeriesProgram, groups: Iterable[Group]) -> int:
+    """The lowest level of a motion's convolutions, and of their ``groups``; 0 at most."""
+    series = program.series[: program.motion]
+    levels = [one.level for one in series if one.op in (Op.MULTIPLY, Op.POWER)]
+    return min([0, *levels, *(group.level for group in groups)])
+
+
+def side_by_side(program: SeriesProgram, dots: Sequence[Dot], least: int | None = None) -> list[Group]:
+    """Up to eight of one level at a time; where up to four are left, with those of levels near theirs.
+
+    No group has a level below ``least``.
+    """
     found: list[Group] = []
     few: list[Dot] = []
     for level in sorted({dot.level for dot in dots}):
         same = [dot for dot in dots if dot.level == level]
         for part in (same[start : start + LANES] for start in range(0, len(same), LANES)):
             if len(part) > MIXED:
-                found.append(grouped(program, part))
+                found.append(grouped(program, part, least))
             else:
                 few += part
     few.sort(key=lambda dot: settled(program, dot))
@@ -130,11 +149,11 @@ def side_by_side(program: SeriesProgram, dots: Sequence[Dot]) -> list[Group]:
         latest = settled(program, few[0]) + NEAR
         near = [dot for dot in few[:MIXED] if settled(program, dot) <= latest]
         few = few[len(near) :]
-        found.append(grouped(program, near))
+        found.append(grouped(program, near, least))
     return found
 
 
-def grouped(program: SeriesProgram, dots: Sequence[Dot]) -> Group:
+def grouped(program: SeriesProgram, dots: Sequence[Dot], least: int | None) -> Group:
     """These, side by side.
 
     If they are few or of different levels, their vectors hold nothing newer than what was known two stages
@@ -143,6 +162,7 @@ def grouped(program: SeriesProgram, dots: Sequence[Dot]) -> Group:
     levels = {dot.level for dot in dots}
     waiting = len(dots) > FEW and len(levels) == 1
     level = min(levels) if waiting else min(settled(program, dot) for dot in dots)
+    level = level if least is None else max(level, least)
     shifts = tuple(shifted(program, dot, dot.level - level) for dot in dots)
     return Group(level, tuple(dots), shifts, next(w for w in (2, 4, 8) if w >= len(dots)), 0, 0)
 
@@ -164,6 +184,8 @@ def newest(program: SeriesProgram, dot: Dot) -> tuple[bool, bool]:
 def shifted(program: SeriesProgram, dot: Dot, total: int) -> tuple[int, int]:
     """The shifts of both operands of a dot product, of which the sum is ``total``."""
     first, second = map(int, newest(program, dot)) if total else (0, 0)
+    if first + second > total:  # one of the newest is in a vector
+        second = 0
     while first + second < total:
         first, second = (first + 1, second) if first <= second else (first, second + 1)
     return first, second

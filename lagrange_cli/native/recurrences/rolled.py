@@ -146,11 +146,12 @@ class Rolled(Looped):
                 base = self._base(group.width)
                 take(emitter, self, group, sum_unrolled(emitter, group, last, base, group.level, {}))
         else:
-            for start in range(0, len(groups), TOGETHER):
-                some = groups[start : start + TOGETHER]
-                sums, label = sum_in_loop(emitter, some, self.k, range(self.first, self.last + 1), label)
-                for group, total in zip(some, sums):
-                    take(emitter, self, group, total)
+            for part in (groups[: layout.motion], groups[layout.motion :]):
+                for start in range(0, len(part), TOGETHER):
+                    some = part[start : start + TOGETHER]
+                    sums, label = sum_in_loop(emitter, some, self.k, range(self.first, self.last + 1), label)
+                    for group, total in zip(some, sums):
+                        take(emitter, self, group, total)
         moving = self.compute()
         for group in groups:
             store(emitter, group, vectors(emitter, self, group), self._base(group.width), group.level)

@@ -144,6 +144,8 @@ class Stage(Generic[V]):
             coordinates = expansion.program.coordinates
             rate = expansion.kind.one if one.op is Op.TIME else expansion.velocity(coordinates.index(index))
             return self.integrated(rate, ahead)
+        if one.op is Op.MULTIPLIER:
+            return None
         if one.op is Op.LINEAR:
             return expansion.linear(one, [self.at(argument, ahead) for argument in one.arguments])
         if one.op is Op.MULTIPLY:
@@ -180,6 +182,8 @@ class Stage(Generic[V]):
             return kind.add(start, expansion.select(one, above, below))
         if one.op is Op.DERIVATIVE:
             return self.derived(changed(one.arguments[0], one.level + 1), one.level + 1, start)
+        if one.op is Op.PRIMITIVE and self.is_index(one.level, 0):
+            return start  # of multipliers that have been found already
         if one.op is Op.PRIMITIVE:
             return kind.add(start, self.integrated(changed(one.arguments[0], one.level - 1), one.level))
         if one.op is Op.POWER:
@@ -198,10 +202,14 @@ class Stage(Generic[V]):
         for coordinate, velocity, value in zip(program.coordinates, program.velocities, solved):
             change[velocity] = self.integrated(value, 1) if inverse is None else value
             change[coordinate] = self.integrated(change[velocity], 2)
+        for multiplier, value in zip(program.multipliers, solved[len(program.coordinates) :]):
+            change[multiplier] = value if inverse is None else kind.mul(value, self.number(1))
         given = set(change)
         corrected = list(self.corrected())
         read = {i for index in corrected for i in program.series[index].arguments}
         for index in corrected:
+            if self.is_index(program.series[index].level, -1):
+                continue  # rates of multipliers begin with the next stage
             old = self.at(index, program.series[index].level)
             if index not in given and (index in read or not kind.fused):
                 change[index] = self.correction(index, change, None)

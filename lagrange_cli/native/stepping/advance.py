@@ -10,17 +10,13 @@ It is the same for all kinds of numbers. What differs are the ``Steps`` of a kin
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
-from collections.abc import Callable
-
 from lagrange_cli.native.interface import DUE, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import CHANGES, LANES, Clock, StateLayout
-from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, allowance
-from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART, GuardCode
-from lagrange_cli.native.stepping.quadratures import Quadratures
-from lagrange_cli.records import dataclass
+from lagrange_cli.native.state import BEGINNING, CHANGES, LANES, Clock, StateLayout
+from lagrange_cli.native.stepping.acceptance import Allowance, allowance
+from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART
+from lagrange_cli.native.stepping.steps import Now, Steps
 
 EVIDENCE, NOISY = 2.0, 2.0**16
 """After this many steps whose prediction failed narrowly, rounding is the cause: the bound is raised by this
@@ -33,10 +29,6 @@ LAG = 0.7
 PASSES = 8.0
 """If so many kinks are passed while t hardly changes, the motion sticks at one."""
 NO_GUARD = -1
-BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
-"""What is forgotten where other equations begin to hold."""
-STRAIGHT = 4
-"""So close to a critical point that the coefficients from here on consist of rounding errors only."""
 SMALLEST, HUGE = 2.0**-1022, 1.7976931348623157e308
 
 HEAD = (
@@ -44,92 +36,6 @@ HEAD = (
     "double %stop, ptr noalias %times, i64 %count, ptr noalias %out, i64 %stride, i64 %last, i64 %pause, "
     "ptr noalias %info) #0"
 )
-
-
-@dataclass(frozen=True)
-class Now:
-    """Where a step begins: t and its low part, the length of the step before it, and the unit of time of the
-    series' coefficients."""
-
-    t: Real
-    low: Real
-    previous: Real
-    unit: Real
-
-
-class Steps(ABC):
-    """What steps are made of in one kind of numbers."""
-
-    state: StateLayout
-    bounds: Bounds
-    guards: GuardCode | None
-    """What guards need, if there are any."""
-    refined: bool
-    """Whether a step to a root is followed by a much shorter one, since roots are found in doubles."""
-    in_two: bool
-    """Whether the first step to a root after another one is taken in two, as for companions."""
-    quadratures: Quadratures | None
-    """What integrals need, if there are any that may ask for shorter steps than the motion's."""
-
-    @abstractmethod
-    def functions(self) -> list[str]:
-        """The functions that its instructions call."""
-
-    @abstractmethod
-    def forget(self, f: Function) -> None:
-        """Remove what is left of other series: done first, and after a step that was not accepted."""
-
-    @abstractmethod
-    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
-        """Compute the series, perhaps in a unit of its own; whether the mass matrix is regular."""
-
-    @abstractmethod
-    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
-        """The step by its series, perhaps in another unit, and whether all coefficients are finite; ``fail``
-        if so many are not that there is none."""
-
-    @abstractmethod
-    def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
-        """The step, or a shorter one, where what its series may not show has been looked for; ``free``: no
-        critical point is near."""
-
-    @abstractmethod
-    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
-        """When a guard is due in a step of ``h``, which one, and how much of the step is known
-        (``guards.GuardCode``)."""
-
-    @abstractmethod
-    def straighten(self, f: Function) -> None:
-        """Set the coefficients from ``STRAIGHT`` on to 0."""
-
-    @abstractmethod
-    def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
-        """Write the samples from ``index`` on that lie within ``h``: the index of the first one beyond."""
-
-    @abstractmethod
-    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
-        """Go to the end of the step, and write down what is expected there: the place farthest from 0."""
-
-    @abstractmethod
-    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
-        """Whether the accelerations are those expected (``acceptance.accepted``)."""
-
-    @abstractmethod
-    def rough(self, f: Function, now: Now, h: Real) -> Bit:
-        """Whether the integrals' series do not hold all through the step of ``h`` just taken."""
-
-    @abstractmethod
-    def surprising(self, f: Function, now: Now, h: Real) -> Bit:
-        """Whether the integrands are not those expected after a step of ``h``."""
-
-    @abstractmethod
-    def resume(self, f: Function, before: Now) -> None:
-        """Compute the series of the step before once more."""
-
-    @abstractmethod
-    def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
-        """Compute the integrals of the step before by parts (``quadratures``), also at its samples: from the
-        one to before the other."""
 
 
 def advance(steps: Steps) -> str:
@@ -194,7 +100,11 @@ def advance(steps: Steps) -> str:
         with f.when(~pending.get().equals(NOTHING)):
             room = f.constant(bounds.nothing_much) / (length.get() * length.get())
             failures, unexplained = clock(Clock.NARROW_FAILURES), clock(Clock.UNEXPLAINED)
-            slack = f.select(failures >= EVIDENCE, f.constant(NOISY), one)
+            lenient = failures >= EVIDENCE
+            if steps.constrained:  # what the state was moved by near a singular configuration counts there
+                before = f.load(trial, layout.at(Clock.PROJECTIONS))
+                lenient = lenient | (clock(Clock.PROJECTIONS) > before)
+            slack = f.select(lenient, f.constant(NOISY), one)
             good = steps.agree(f, now, uneven.get(), slack, unexplained > 0.0, room) & regular
             blind, less = pending.get().equals(BLIND), taken.get() - 1
             # There is a critical point within the step that the series does not show. Go back and take at
@@ -358,6 +268,7 @@ def advance(steps: Steps) -> str:
             f.select(seen, usually.change, zero), f.select(seen, usually.speed, passing), usually.place
         )
         farthest = steps.move(f, now, step, final, allowed)
+        steps.project(f)
         uneven.set(f.select(seen, f.fused(farthest, usually.place, f.constant(SMALLEST)), zero))
         if steps.quadratures:
             rough = steps.rough(f, now, step) & seen & sound

@@ -11,7 +11,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import nullcontext
 
-from lagrange_cli.native.llvm.function import Function, Variable
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.stepping.acceptance import allowance
 from lagrange_cli.native.stepping.lengths import Row
@@ -38,6 +39,9 @@ STRETCHES = 16.0
 """If an integrand is not finite beyond such a part, it is looked at so many times as far away."""
 MOST = 2**18
 """Parts of one step."""
+PATIENT, EVEN = 48, 1 / 16
+"""Beside constraints, integrands may cancel to rounding errors, which no part confirms. After so many parts
+of a step, all are of this length and are not confirmed: what may hide is proven, and not divided so."""
 NAN = "0x7FF8000000000000"
 ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
 """The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more."""
@@ -91,8 +95,9 @@ class Division:
 
     def __init__(
         self, f: Function, quadratures: Quadratures, sums: Sums, at: Places, low: int, units: Units,
-        expand: Callable[[Pair], None], prove: Callable[[Pair, Real], Bit] | None,
+        expand: Callable[[Pair], None], prove: Callable[[Pair, Real], Bit] | None, *, tires: bool = False,
     ) -> None:  # fmt: skip
+        self.tires = tires and prove is None
         self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
         self.lengths, self.own, self.bounds = quadratures.lengths, quadratures.own, quadratures.bounds
         self.quadratures, self.expand, self.prove = quadratures, expand, prove
@@ -285,15 +290,18 @@ class Division:
             wanted = f.select(near & ~noisy, halved, own)
             wanted = f.select(steep & ~near, crowded * push.get(), wanted)
             wanted = f.select(at_gap, f.larger(gap.get(), resolved), wanted)
-            short = at_gap | (steep & ~near)
+            short, tired = at_gap | (steep & ~near), f.never(1)
+            if self.tires:
+                tired = count.get() >= PATIENT
+                wanted, short = f.select(tired, step[0] * EVEN, wanted), short & ~tired
             ends = wanted >= left[0]
             h, end = self.choice(ends, left, (wanted, zero)), self.choice(ends, step, moved_on(tau, wanted))
             part = Part(tau, end, h, short, steep, ends)
             self.add(part, usual.get(), f.magnitude(t))
             sampled = samples(part)
             self.go(part.end)
-            unseen = self.lose(part, stretch.get() >= STRETCHES, noisy, unproven)
-            good = (self.confirmed() | short | noisy) & ~unseen
+            unseen = self.lose(part, stretch.get() >= STRETCHES, noisy & ~tired, unproven)
+            good = (self.confirmed() | short | noisy | tired) & ~unseen
             less = f.larger(push.get() * 0.5, one)
             push.set(f.select(short, f.select(steep, push.get() * 2.0, push.get()), less))
             stretch.set(f.select(unseen, stretch.get() * 2.0, one))

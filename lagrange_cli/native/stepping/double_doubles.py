@@ -16,12 +16,13 @@ from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout_rows import Rows
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
-from lagrange_cli.native.stepping.advance import STRAIGHT, Now, advance
+from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.lengths import Lengths, Row
 from lagrange_cli.native.stepping.motion import Given, MotionSteps
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
+from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import Pair, PairSums, difference, pair
 from lagrange_cli.records import replace
 

@@ -10,12 +10,13 @@ from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
-from lagrange_cli.native.stepping.advance import STRAIGHT, Now, advance
+from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.motion import AT_REST, Given, MotionSteps
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
+from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, Pair
 
 
@@ -24,15 +25,19 @@ def stepper(layout: Layout, given: Given) -> str:
     return advance(DoubleSteps(layout, given))
 
 
+def lengths_of(layout: Layout, degrees: int) -> Lengths:
+    """Where the state's series are."""
+    width, lanes = layout.width, min(layout.width, LANES)
+    return Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
+
+
 class DoubleSteps(MotionSteps):
     """What steps in doubles are made of."""
 
     refined, parts, small = False, 1, 2.0**-46
 
     def __init__(self, layout: Layout, given: Given) -> None:
-        width, lanes = layout.width, min(layout.width, LANES)
-        rows, degrees = len(layout.state), given.state.degrees
-        lengths = Lengths(degrees, rows, width, layout.order, lanes, lanes, 1, 1, width)
+        lengths = lengths_of(layout, given.state.degrees)
         super().__init__(given, lengths, DOUBLE, DoubleSums(), AT_REST if given.proving[0] else 0.0)
         self._work = given.work
 
@@ -94,7 +99,7 @@ class DoubleSteps(MotionSteps):
             with f.when(hits.equals(0)):
                 rounds.leave()
             with f.loop(0, lengths.rows, tested=False) as i:
-                row = f.place("%work", i)
+                row = lengths.single(f, i)
                 c = [f.splat(f.load(row, m * lengths.term), LANES) for m in range(1, lengths.order + 1)]
                 rest = f.splat(f.load("%state", i + self.state.part(1).start), LANES)
                 value = f.splat(f.load("%state", i), LANES) + (polynomial(f, c, dt) * dt + rest)

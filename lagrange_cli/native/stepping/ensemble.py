@@ -15,9 +15,6 @@ lanes are empty and no member may begin.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-
 from lagrange_cli.native.interface import BEYOND, HALT, LIMIT, NEXT, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
@@ -27,58 +24,12 @@ from lagrange_cli.native.stepping.acceptance import DOUBLE, accepted, allowance
 from lagrange_cli.native.stepping.advance import LAG, SMALLEST
 from lagrange_cli.native.stepping.doubles import moved
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.pack import Pack, atomic, each_lane, spread
 from lagrange_cli.native.stepping.polynomial import polynomial
 from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
-from lagrange_cli.records import dataclass
 
-NUMBERS = "low", "time", "time_low", "previous", "steps", "usual", "uneven", "reached"
-"""What a new motion has 0 of, after its state."""
 ALL = 2**LANES - 1
-
-
-@dataclass(frozen=True)
-class Pack:
-    """What eight lanes work on, in vectors: places of each part and ``size``, that of all. So many of
-    the rows are ``quadratures``.
-
-    A way of sampling has more ``numbers`` of its own, so many rows of a sample behind those of the state that
-    are ``sampled``, and ``scratch``.
-    """
-
-    degrees: int
-    rows: int
-    width: int
-    span: int
-    constants: int
-    work: int
-    quadratures: int = 0
-    numbers: tuple[str, ...] = ()
-    sampled: int = 0
-    scratch: int = 0
-
-    @property
-    def places(self) -> dict[str, int]:
-        """Where each part begins."""
-        sizes = {
-            "state": self.width,
-            "low": self.width,
-            **dict.fromkeys((*NUMBERS[1:], *self.numbers), 1),
-            **dict.fromkeys(("member", "active", "finishing"), 1),
-            "constants": self.constants,
-            "scratch": -(-self.constants // LANES),
-            "trial": self.rows + self.sampled,
-            "rates": self.degrees,
-            "allowed": self.degrees,
-            "work": self.work,
-            "own": self.scratch,
-            "size": 0,
-        }
-        found, place = {}, 0
-        for name, size in sizes.items():
-            found[name] = place
-            place += size
-        return found
 
 
 def follow(pack: Pack, order: int, tolerance: float, parameters: int) -> str:
@@ -297,6 +248,8 @@ class Follower:
                 ("time_low", f.select(moving, rest, low)),
             ):
                 self.put(f, name, value)
+            if self.pack.constrained:
+                f.call(None, "project_lanes", self.part(f, "constants"), state, moving)
             self.put(f, "usual", usual)
             self.put(f, "uneven", farthest * allowed.place)
             self.put(f, "previous", f.select(moving, step, previous))
@@ -312,27 +265,3 @@ class Follower:
                 f.store(active.get().operation("xor", done), self.part(f, "active"))
             rounds.go_on()
         return f
-
-
-def atomic(f: Function, place: int, ordering: str = "monotonic") -> Integer:
-    """A number of the queue."""
-    at = f.place("%queue", place, "i64")
-    return Integer(f, f.define(f"load atomic i64, ptr {at.name} {ordering}, align 8"), 1)
-
-
-def spread(f: Function, origin: Pointer, to: Pointer, count: int) -> None:
-    """to[8 i] = origin[i]"""
-    if count:
-        with f.loop(0, count, tested=False) as i:
-            f.store(f.load(origin, i), to, i * LANES)
-
-
-@contextmanager
-def each_lane(f: Function, mask: Integer) -> Iterator[Integer]:
-    """The lanes in a mask, which is not 0."""
-    left = f.variable(mask)
-    with f.forever() as rounds:
-        lane = Integer(f, f.define(f"call i64 @llvm.cttz.i64(i64 {left.get().name}, i1 true)"), 1)
-        left.set(left.get() & (left.get() - 1))
-        yield lane
-        rounds.repeat(~left.get().equals(0))

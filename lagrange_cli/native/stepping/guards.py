@@ -7,11 +7,13 @@ recorded is copied behind ``%trial``, and ``%info`` counts the copies."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import reduce
 from operator import or_
 
 from lagrange_cli.native.interface import NOTES, RECORDED, RECORDS
-from lagrange_cli.native.llvm.function import Function, Variable
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import table
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import BRIEF, NOWHERE, Clock, GuardRows, Role, StateLayout
@@ -61,6 +63,11 @@ class GuardCode:
             table("guard_roles", [one.role for one in guards]),
             table("guard_rows", [one.row for one in guards]),
             table("guard_multipliers", [one.multiplier for one in guards]),
+            *(
+                [table("guard_limits", [one.limit for one in guards])]
+                if any(one.limit for one in guards)
+                else []
+            ),
             table("guard_directions", [one.direction for one in guards]),
         ]
         return [*tables, roots.text(), *actions, *(f.text() for f in own)]
@@ -132,9 +139,7 @@ class GuardCode:
                 row = f.load_integer("@guard_rows", j)
                 look(self._series(f, row), f.constant(0.0), mode, fresh, j)
             with f.otherwise(), f.when(f.load_integer("@guard_roles", j).equals(Role.HOLD)):
-                multiplier = f.load_integer("@guard_multipliers", j)
-                for side in (-1.0, 1.0):
-                    look(self._series(f, multiplier), Real(f, "%unit"), f.constant(side), Bit(f, "false"), j)
+                self._look_at_multiplier(f, j, look)
             with f.when(mode.equals(0.0) & f.load_integer("@guard_roles", j).equals(Role.SWITCH)):
                 row, rest = f.load_integer("@guard_rows", j), f.constant(AT_REST)
                 for side in (-1.0, 1.0):
@@ -143,6 +148,30 @@ class GuardCode:
         within = earliest.get() <= reach.get()
         f.give(f.select(within, earliest.get(), f.constant(NONE)), which.get(), reach.get())
         return f
+
+    def _look_at_multiplier(
+        self, f: Function, j: Integer, look: Callable[[Pointer, Real, Real, Bit, Integer], None]
+    ) -> None:
+        """When what holds the motion reaches its limit."""
+        seen = Bit(f, "false")
+
+        def against_one() -> None:
+            row = self._series(f, f.load_integer("@guard_multipliers", j))
+            for side in (-1.0, 1.0):
+                look(row, Real(f, "%unit"), f.constant(side), seen, j)
+
+        if not any(one.limit for one in self.rows.guards):
+            against_one()
+            return
+        limit = f.load_integer("@guard_limits", j)
+        with f.when(limit.equals(0)):
+            against_one()
+        with f.otherwise():
+            above, below = self._series(f, limit), self._series(f, limit + 1)
+            both = f.load(above, self.lengths.term) + f.load(below, self.lengths.term)
+            side = f.select(both < 0.0, f.constant(-1.0), f.constant(1.0))
+            for row in (above, below):
+                look(row, f.constant(0.0), side, seen, j)
 
     def _pass_jump(self, f: Function, j: Integer, fresh: Bit) -> None:
         """Change the side of an event whose argument is on the other one, but not because it was 0: it has

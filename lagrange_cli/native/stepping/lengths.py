@@ -71,6 +71,13 @@ class Lengths:
         with f.loop(first, last, self.together, tested=False) as i:
             yield Row(self, f, i)
 
+    def single(self, f: Function, i: Integer) -> Pointer:
+        """Where coefficient 0 of one row is."""
+        if self.row == 1:
+            return f.place("%work", i)
+        lane = i & (self.lanes - 1)
+        return f.place("%work", (i - lane) * self.row + lane + self.first, "double")
+
     def gather(self, f: Function, operation: str, value: Real) -> Real:
         """Of each motion the largest (``fmax``) or least number (``fmin``), or their sum (``fadd``)."""
         if self.together == 1:

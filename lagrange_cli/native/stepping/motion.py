@@ -10,13 +10,14 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
 from lagrange_cli.native.stepping.acceptance import Bounds, accepted
-from lagrange_cli.native.stepping.advance import Now, Steps, clear_function
+from lagrange_cli.native.stepping.advance import clear_function
 from lagrange_cli.native.stepping.division import Division, Part, Places, Units
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.proof import Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures, followed
 from lagrange_cli.native.stepping.step_size import StepSize
+from lagrange_cli.native.stepping.steps import Now, Steps
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
 from lagrange_cli.records import dataclass, replace
 
@@ -36,6 +37,10 @@ class Given:
     proving: Sequence[Proving | None]
     guards: GuardRows | None
     in_two: bool = False
+    multipliers: int = 0
+    """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
+    project: str = ""
+    """The text of ``@project``, if there are constraints."""
 
 
 class MotionSteps(Steps):
@@ -48,8 +53,11 @@ class MotionSteps(Steps):
 
     def __init__(self, given: Given, lengths: Lengths, bounds: Bounds, sums: Sums, rest: float) -> None:
         self.given, self.state, self.sums = given, given.state, sums
+        self.constrained = bool(given.project)
         self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance)
-        rows = followed(given.state, given.guards)
+        arguments = given.guards.arguments if given.guards else 0
+        rows = followed(given.state, arguments + given.multipliers)
+        self._multipliers = given.state.integrals.start + arguments, given.multipliers
         self.lengths = lengths = replace(lengths, apart=rows[1] > 0)
         self.sizes = StepSize(lengths, given.tolerance, rest, fades=self.parts == 1)
         self.quadratures = None
@@ -60,7 +68,7 @@ class MotionSteps(Steps):
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
-        watched = given.state.integrals.start, given.guards.arguments if given.guards else 0
+        watched = given.state.integrals.start, arguments
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
         self.arguments = self._proof("arguments_proven", given.proving[2], watched)
@@ -75,7 +83,9 @@ class MotionSteps(Steps):
             return None
         small = self.small * max(1.0, self.given.tolerance / self.bounds.precision)
         nothing, low = self.bounds.nothing_much, self.lengths.width
-        return Proof(*proving, self.lengths, low, nothing, small, self.parts, integrals, name)
+        return Proof(
+            *proving, self.lengths, low, nothing, small, self.parts, integrals, self._multipliers, name
+        )
 
     @abstractmethod
     def own(self) -> list[Function]:
@@ -91,7 +101,11 @@ class MotionSteps(Steps):
         if self.quadratures:
             made += [*self.quadratures.functions(), self.divide(self.quadratures)]
         guards = self.guards.functions() if self.guards else []
-        return [clear_function(), *guards, *(f.text() for f in made)]
+        return [clear_function(), self.given.project, *guards, *(f.text() for f in made)]
+
+    def project(self, f: Function) -> None:
+        if self.given.project:
+            f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
     def places(self, f: Function) -> tuple[Pointer, Pointer]:
         """The state, and the series."""
@@ -173,7 +187,7 @@ class MotionSteps(Steps):
 
         at = Places(trial, f.pointer("%work"), arrays, series)
         given = f, quadratures, self.sums, at, self.state.width, units, expand
-        made = self.division(*given, prove if self.integrands else None)
+        made = self.division(*given, prove if self.integrands else None, tires=self.constrained)
 
         def samples(part: Part) -> Integer:
             zero = f.constant(0.0)

@@ -31,8 +31,8 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.disk import Disks
 from lagrange_cli.native.recurrences.disk_arithmetic import Disk
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.stepping.advance import Now
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.steps import Now
 from lagrange_cli.records import dataclass
 
 RATIOS = 1.125, 1.4, 1.8, 2.4, 3.2, 4.0, 5.5, 8.0
@@ -68,6 +68,8 @@ class Proof:
     integrals: tuple[int, int] = (0, 0)
     """The first row and the number of integrals whose integrands the terms are, if it is not the equations
     that are looked at."""
+    multipliers: tuple[int, int] = (0, 0)
+    """The first row and the number of the integrals of constraints' multipliers."""
     name: str = "proven"
     """What the function is called."""
 
@@ -80,7 +82,7 @@ class Proof:
         emitter = Emitter()
         emitter.lines = f.sink
         disks = Disks(f, emitter, LANES)
-        disks.parts = self.parts
+        emitter.parts = disks.parts = self.parts  # constants have as many
         self._extents(f)
         moving = self._leaves(f, disks)
         rows = [one for row in self.defect.terms for one in row]
@@ -105,12 +107,13 @@ class Proof:
         return f
 
     def _extents(self, f: Function) -> None:
-        """By how much q, v and the accelerations change within the disks, vectors at ``%extents``; and what
-        each acceleration may be off, doubles at ``%scales``."""
+        """By how much q, v, the accelerations and multipliers change within the disks, vectors at
+        ``%extents``; and what each acceleration and multiplier may be off, doubles at ``%scales``."""
         lengths, n = self.lengths, self.lengths.degrees
-        f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n}, align {8 * LANES}")
+        first_multiplier, multipliers = self.multipliers
+        f.line(f"  %extents = alloca <{LANES} x double>, i64 {3 * n + multipliers}, align {8 * LANES}")
         first_rate, rates = self.integrals if self.integrals[1] else (n, n)
-        f.line(f"  %scales = alloca double, i64 {rates}, align 8")
+        f.line(f"  %scales = alloca double, i64 {rates + multipliers}, align 8")
         h, inverse = Real(f, "%h"), f.constant(1.0) / Real(f, "%unit")
         scaled = h * inverse
         r = f.splat(scaled, LANES) * f.vector([k * WIDER for k in RATIOS])
@@ -134,15 +137,25 @@ class Proof:
             last = f.select(i < n, f.count(lengths.order), f.count(lengths.top))
             f.store_row(sum_of(row_of(i), last, 1, r) + low, "%extents", i * LANES, aligned=True)
         nothing = f.constant(self.nothing) / (h * f.function("maxnum", h, 1.0))
-        with f.loop(first_rate, first_rate + rates, tested=False) as i:
+        top = f.count(lengths.top)
+
+        def slopes(i: Integer, place: Integer) -> None:
+            extent = sum_of(row_of(i), top, 2, r) * f.splat(inverse, LANES)
+            f.store_row(extent, "%extents", place * LANES, aligned=True)
+
+        def size(i: Integer) -> Real:
             row = row_of(i)
+            return (sum_of(row, top, 2, scaled) + f.magnitude(f.load(row, lengths.term))) * inverse
+
+        with f.loop(first_rate, first_rate + rates, tested=False) as i:
             if not self.integrals[1]:
-                slopes = sum_of(row, f.count(lengths.top), 2, r) * f.splat(inverse, LANES)
-                f.store_row(slopes, "%extents", (i + n) * LANES, aligned=True)
-            first = f.magnitude(f.load(row, lengths.term))
-            size = (sum_of(row, f.count(lengths.top), 2, scaled) + first) * inverse
+                slopes(i, i + n)
             speed = f.magnitude(f.load("%state", i)) / h
-            f.store(f.fused(size + speed, self.small, nothing), "%scales", i - first_rate)
+            f.store(f.fused(size(i) + speed, self.small, nothing), "%scales", i - first_rate)
+        if multipliers:
+            with f.loop(0, multipliers, tested=False) as i:
+                slopes(i + first_multiplier, i + 3 * n)
+                f.store(size(i + first_multiplier) * self.small, "%scales", i + rates)
 
     def _leaves(self, f: Function, disks: Disks) -> dict[Node, Disk | None]:
         """What the terms are made of, as far as they contain it."""
@@ -153,18 +166,20 @@ class Proof:
                 symbols |= term.symbols
         for one in self.residual.cyclic_momenta:
             symbols |= one.momentum.symbols
-        for row in self.residual.mass_matrix:
-            for entry in row:
+        for entries in self.residual.entries:
+            for entry in entries.values():
                 symbols |= entry.symbols
         radius = f.splat(Real(f, "%h"), LANES) * f.vector([k * WIDER for k in RATIOS])
         known: dict[Node, Disk | None] = {model.time: Disk("%t", radius)}
-        for i, symbol in enumerate((*model.q, *model.v, *self.defect.accelerations)):
+        accelerations, multipliers = self.defect.accelerations, self.residual.multipliers
+        rows = [*range(n, 2 * n), *range(self.multipliers[0], sum(self.multipliers))]
+        for i, symbol in enumerate((*model.q, *model.v, *accelerations, *multipliers)):
             if symbol.symbols & symbols:
                 if i < 2 * n:
                     centre = emitter.load("%state", i)
                 else:
-                    slope = emitter.load("%work", (i - n) * lengths.row + lengths.first + lengths.term)
-                    centre = emitter.define(f"fdiv double {slope}, %unit")
+                    place = rows[i - 2 * n] * lengths.row + lengths.first + lengths.term
+                    centre = emitter.define(f"fdiv double {emitter.load('%work', place)}, %unit")
                 extent = f.load_row("%extents", i * LANES, LANES, aligned=True)
                 known[symbol] = Disk(centre, extent)
         # momenta are constants: those of the velocities
@@ -193,15 +208,14 @@ class Proof:
         if self.integrals[1]:
             return [f.load("%scales", i) for i in range(self.integrals[1])]
         known = centres(moving)
-        matrix = self.residual.mass_matrix
-        emit_values(emitter, [one for row in matrix for one in row if not one.is_zero], known, self.constants)
+        matrix = self.residual.entries
+        emit_values(emitter, [one for row in matrix for one in row.values()], known, self.constants)
         found = []
         for row in matrix:
             total: Value = None
-            for j, entry in enumerate(row):
-                if not entry.is_zero:
-                    mass = emitter.magnitude(known[entry])
-                    total = emitter.fma(mass, emitter.load("%scales", j), total)
+            for j, entry in row.items():
+                mass = emitter.magnitude(known[entry])
+                total = emitter.fma(mass, emitter.load("%scales", j), total)
             found.append(Real(f, emitter.written(total), 1))
         return found
 

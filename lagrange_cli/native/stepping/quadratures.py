@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Real, kind
-from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.acceptance import Bounds, accepted
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.step_size import ENDLESS, LARGEST_GUESS, StepSize
@@ -21,10 +21,8 @@ ROUNDS = 16
 """How often a step is computed at most until sizes are measured over about its length."""
 
 
-def followed(state: StateLayout, guards: GuardRows | None) -> tuple[int, int]:
-    """The first row of quadratures that have a say, and how many there are: not those of guards' arguments,
-    which come first."""
-    before = guards.arguments if guards else 0
+def followed(state: StateLayout, before: int) -> tuple[int, int]:
+    """The first row of quadratures that have a say, and how many there are, behind so many that have none."""
     return state.integrals.start + before, state.quadratures - before
 
 

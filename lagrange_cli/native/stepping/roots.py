@@ -10,7 +10,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 
-from lagrange_cli.native.llvm.function import Function, Variable
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import literal, operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_roughly, log2_roughly
 from lagrange_cli.records import dataclass

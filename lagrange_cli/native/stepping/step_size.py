@@ -123,7 +123,9 @@ class StepSize:
                     largest = f.larger(largest * reach, f.magnitude(c[m]))
                 so_far.set(f.larger(so_far.get(), largest * inverse))
             one = size + f.magnitude(c[top])
-            total.set(total.get() + (row.only(self.heard(row), one) if lengths.apart else one))
+            if lengths.apart:  # every other one of the velocities may be 0, while integrals have the rest
+                one = row.only(self.heard(row), one + f.magnitude(c[top - 1]))
+            total.set(total.get() + one)
         met = lengths.gather(f, "fadd", total.get())
         greatest = [lengths.gather(f, "fmax", one.get()) for one in most]
         slopes, offsets = [2.0**-20 / block[0] for block in blocks], [offset_of(b, top) for b in blocks]

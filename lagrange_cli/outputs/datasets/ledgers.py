@@ -15,6 +15,9 @@ def plan(planner: Planner) -> None:
     planner.add_balance(Dataset("diagnostics/ledger/h", (), text, Making.BALANCE, (source,)), [rate])
     momenta = dict(zip(planner.model.coordinates, energetics.momenta))
     torques = dict(zip(planner.model.coordinates, energetics.torques))
+    for name, momentum in momenta.items():
+        if momentum.is_zero:  # a coordinate without mass: the forces on it cancel to the last bit
+            torques[name] = momentum
     for family in planner.coordinates:
         text = f"p(t) - p(0) - int (dL/d{family.label} + Q): 0 for an exact solution"
         names = tuple(planner.observe(f"p_{name}", momenta[name]) for name in family.members)

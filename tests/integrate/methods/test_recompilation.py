@@ -7,7 +7,7 @@ from lagrange_cli import GraphAlgebra, build_model, derive, prepare, read_spec, 
 from lagrange_cli.integrate import prepare as module
 from lagrange_cli.integrate.cache_entry import key_of, unpack
 from lagrange_cli.integrate.compilation import Compilation
-from lagrange_cli.integrate.methods import recompilation, taylor
+from lagrange_cli.integrate.methods import recompilation, stepper
 from lagrange_cli.integrate.prepare import prepare_system
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
@@ -35,8 +35,10 @@ def bytes_of(spec, prepared, stop):
     return outcome, {path: b"".join(chunk[path].tobytes() for chunk in chunks) for path in chunks[0]}
 
 
-@pytest.mark.exhaustive(keep=5)
-@pytest.mark.parametrize("path", sorted(SYSTEMS.glob("*.yaml")), ids=lambda path: path.stem)
+@pytest.mark.exhaustive(keep=1, most=12)
+@pytest.mark.parametrize(
+    "path", sorted({*SYSTEMS.glob("*.yaml")} - {SYSTEMS / "bicycle.yaml"}), ids=lambda path: path.stem
+)
 def test_every_level_gives_the_same_bits(path, monkeypatch):
     """Also where quickly compiled code is cut into short blocks."""
     monkeypatch.setattr(blocks, "LONGEST", 25)
@@ -55,8 +57,8 @@ def test_better_code_takes_over_in_a_long_run(tmp_path, monkeypatch):
     cache = Cache(str(tmp_path))
     monkeypatch.setattr(machine, "LARGE", 0)
     monkeypatch.setattr(recompilation, "PATIENCE", 0.0)
-    monkeypatch.setattr(taylor, "FEWEST", 1)
-    monkeypatch.setattr(taylor, "POLL_SECONDS", 1e-9)
+    monkeypatch.setattr(stepper, "FIRST", 1)
+    monkeypatch.setattr(stepper, "POLL_SECONDS", 1e-9)
     levels, used = [], []
     compile_object, load_machine = module.compile_object, module.load_machine
 

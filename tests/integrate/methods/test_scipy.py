@@ -46,6 +46,7 @@ def test_the_jacobian_is_the_slope_of_the_rates(system: str) -> None:
     compiled, y = equations(system)
     jacobian = compiled.jacobian(0.7, y)
     assert jacobian.shape == (len(y), len(y))
+    rounding = 2e-15 * abs(compiled.rates(0.7, y)).max()  # where masses are large, work is, too
 
     def slope(k: int, step: float) -> np.ndarray:
         away = np.zeros_like(y)
@@ -54,7 +55,8 @@ def test_the_jacobian_is_the_slope_of_the_rates(system: str) -> None:
 
     for k in range(len(y)):
         expected = (4 * slope(k, 5e-4) - slope(k, 1e-3)) / 3
-        assert abs(jacobian[:, k] - expected).max() < 1e-8 * max(1.0, abs(expected).max())
+        allowed = 1e-8 * max(1.0, abs(expected).max()) + rounding / 5e-4
+        assert abs(jacobian[:, k] - expected).max() < allowed
 
 
 def test_rates_are_what_the_taylor_method_starts_with() -> None:

@@ -43,10 +43,17 @@ def text(name: str) -> str:
 COMPILED = {name: compiled(text(name), 1) for name in ARITY}
 
 
+TINY = 2.0**-960
+"""Below this, low parts of double-double numbers have few digits, or none."""
+
+
 def check(name: str, *arguments: float) -> None:
     found = float(COMPILED[name](*([x] for x in arguments))[0, 0])
     exact = EXACT[name](*map(MP.mpf, arguments))
-    assert abs(found - exact) <= BOUND.get(name, 0.501) * math.ulp(float(exact)), (found, float(exact))
+    bound = BOUND.get(name, 0.501)
+    if abs(exact) < TINY:
+        bound = max(bound, 0.75)
+    assert abs(found - exact) <= bound * math.ulp(float(exact)), (found, float(exact))
 
 
 ANGLES = st.floats(-1e300, 1e300) | st.floats(-30, 30) | st.integers(1, 10**25).map(lambda n: n * math.pi / 2)
@@ -102,6 +109,7 @@ def test_the_logarithm(x: float) -> None:
 
 
 @given(st.floats(0, exclude_min=True, allow_infinity=False), st.floats(-50, 50))
+@example(6.496498093393153e307, 0.999)  # beyond e^708
 @pytest.mark.exhaustive(keep=6)
 @examples(100)
 def test_powers(x: float, y: float) -> None:
@@ -164,6 +172,7 @@ def undefined(code: bytes) -> set[str]:
     return found
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("optimize", [0, 2])
 @pytest.mark.parametrize(
     ("triple", "features", "needed"),
@@ -206,6 +215,7 @@ lagrangian: (2 + cos(x))*x_dot**2/2 + y_dot**2/2 + sin(x - y)*x_dot*y_dot - exp(
 """
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 @pytest.mark.parametrize("triple", ["aarch64-unknown-linux-gnu", "x86_64-unknown-linux-gnu"])
 def test_nor_by_the_stepper(triple: str, precision: str) -> None:

@@ -13,7 +13,8 @@ import pytest
 
 from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.compilation.machine import load
-from lagrange_cli.native.llvm.function import Function, Loop, Variable
+from lagrange_cli.native.llvm.flow import Loop, Variable
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer, Real
 
 MASK = 2**64 - 1

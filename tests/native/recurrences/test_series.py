@@ -202,7 +202,7 @@ def test_coupled_mass_matrices_of_any_sign_are_solved(size, seed, hollow):
         return
     q = source.normal(size=size)
     values = compiled_values(residual_of(lagrangian_of([[float(x) for x in row] for row in matrix])))
-    accelerations, momenta, _ = values([], 0.0, list(q), [1.0] * size)
+    accelerations, momenta, *_ = values([], 0.0, list(q), [1.0] * size)
     expected = np.linalg.solve(matrix, -np.cos(q) * np.arange(1, size + 1))
     assert np.max(np.abs(accelerations - expected)) <= 1e-11 * np.linalg.cond(matrix) * np.max(
         np.abs(expected)
@@ -282,3 +282,15 @@ def test_scale_does_not_matter():
         steps.add(motion.outcome.steps)
         assert abs(motion["q/x"][-1] / size - 1) <= 1e-13
     assert len(steps) == 1
+
+
+@pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "figure_eight"])
+def test_every_term_of_a_convolution_is_summed_once_wherever_its_group_begins(name):
+    program = lower_system(residual_of(name))
+    dots = list(layout.dot_products(program))
+    lowest = min(dot.level for dot in dots)
+    for least in (None, lowest, lowest - 1, lowest - 2):
+        for group in layout.side_by_side(program, dots, least):
+            assert least is None or group.level >= least
+            for dot, shifts in zip(group.dots, group.shifts):
+                assert min(shifts) >= 0 and sum(shifts) == dot.level - group.level

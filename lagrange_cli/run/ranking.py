@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
-from lagrange_cli.cli.console import count_of
 from lagrange_cli.integrate.methods.table import TAYLOR
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.records import fields_of
+from lagrange_cli.run.source import count_of
 from lagrange_cli.work_precision.recommend import choose
 
 if TYPE_CHECKING:

@@ -11,10 +11,10 @@ from typing import TYPE_CHECKING, TextIO
 
 import numpy as np
 
-from lagrange_cli.cli.console import STANDARD_INPUT, count_of, display_name
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
 from lagrange_cli.limits import way_out, whole
+from lagrange_cli.run.source import STANDARD_INPUT, count_of, display_name
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

@@ -1,4 +1,4 @@
-"""What the command line says of the members of an ensemble: from what the user types to ``Members``."""
+"""``Draws``: how the members of an ensemble are chosen, and from that to ``Members``."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.cli.options.table import read_table
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.parse import parse
@@ -29,6 +28,8 @@ from lagrange_cli.run.members import (
     Members,
     combine,
 )
+from lagrange_cli.run.source import STANDARD_INPUT
+from lagrange_cli.run.table import read_table
 from lagrange_cli.spec.evaluation import settable
 
 if TYPE_CHECKING:
@@ -47,13 +48,18 @@ KINDS = {
 DISTRIBUTION = re.compile(r"\s*(\w+)\s*\(([^,]*),([^,]*)\)\s*")
 
 
+MOST_WRITTEN = 100
+"""Values of an array that the output lists."""
+
+
 @dataclass(frozen=True)
 class Draws:
-    """The options that choose the members, with names and texts as they were typed."""
+    """What chooses the members: options with names and texts as they were typed, or arrays (count,) in place
+    of the grids and of the table's file."""
 
-    over: tuple[tuple[str, str], ...] = ()
+    over: tuple[tuple[str, str | Array], ...] = ()
     random: tuple[tuple[str, str], ...] = ()
-    table: str | None = None
+    table: str | Mapping[str, Array] | None = None
     members: int | None = None
     seed: int = 0
 
@@ -62,10 +68,17 @@ class Draws:
         """Whether there is one of them; the seed and the number of members choose none."""
         return bool(self.over or self.random or self.table or self.members)
 
+    def check_input(self, system: str) -> None:
+        """Raise ``UsageError`` where the ``system`` and the table would both come from standard input."""
+        if system == STANDARD_INPUT and isinstance(self.table, str) and self.table == system:
+            raise UsageError("the system and the table cannot both come from standard input")
+
     def as_data(self) -> dict[str, Any]:
         """What the output says of it, in terms of JSON."""
         seed = self.seed if self.random else None
-        return {"over": dict(self.over), "random": dict(self.random), "table": self.table, "seed": seed}
+        over = {name: given if isinstance(given, str) else in_words(given) for name, given in self.over}
+        table = self.table if isinstance(self.table, str) or self.table is None else ",".join(self.table)
+        return {"over": over, "random": dict(self.random), "table": table, "seed": seed}
 
     def options_given(self) -> dict[str, str]:
         """The options as they were given, by what they set."""
@@ -91,10 +104,12 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     axes: list[Axis] = []
     if draws.table is not None:
         columns = named_table(spec, draws.table)
-        axes.append(Axis(f"rows of {draws.table}", "row", len(next(iter(columns.values()))), columns))
-    for name, text in draws.over:
-        label = f"--over {name}={text}"
-        known, values = name_of(spec, name, label), grid(text, label)
+        shown = draws.table if isinstance(draws.table, str) else "the table"
+        axes.append(Axis(f"rows of {shown}", "row", len(next(iter(columns.values()))), columns))
+    for name, given in draws.over:
+        label = f"--over {name}={given}" if isinstance(given, str) else f"over {name}"
+        known = name_of(spec, name, label)
+        values = grid(given, label) if isinstance(given, str) else finite(given, label)
         axes.append(Axis(name, known, values, {known: values}))
     random = [
         (name_of(spec, name, f"--random {name}={text}"), distribution(text, f"--random {name}={text}"))
@@ -112,15 +127,35 @@ def draw_members(spec: Spec, draws: Draws, overrides: Mapping[str, str]) -> Memb
     return combine(axes, dict(random), draws.members, draws.seed, draws.as_data())
 
 
-def named_table(spec: Spec, file: str) -> dict[str, Array]:
+def in_words(values: Array) -> str:
+    """An array for the output: its values, or of many how many there are."""
+    if len(values) <= MOST_WRITTEN:
+        return ",".join(map(repr, values.tolist()))
+    return f"{len(values)} values from {float(values[0])!r} to {float(values[-1])!r}"
+
+
+def finite(values: Array, asked: str) -> Array:
+    """Numbers (count,) that members can have."""
+    if values.ndim != 1 or not len(values):
+        raise UsageError(f"{asked}: values along one dimension are needed, at least one")
+    if not np.all(np.isfinite(values)):
+        raise UsageError(f"{asked}: {values[~np.isfinite(values)][0]} is not a finite number")
+    return values
+
+
+def named_table(spec: Spec, table: str | Mapping[str, Array]) -> dict[str, Array]:
     """The columns (rows,) of a table, by the names the spec has."""
     found: dict[str, Array] = {}
-    for name, rows in read_table(file).items():
-        label = f"{file}: column '{name}'"
+    shown = table if isinstance(table, str) else "the table"
+    columns = read_table(table) if isinstance(table, str) else table
+    if len({len(rows) for rows in columns.values()}) != 1:
+        raise UsageError(f"{shown}: it needs columns of the same length")
+    for name, rows in columns.items():
+        label = f"{shown}: column '{name}'"
         known = name_of(spec, name, label)
         if known in found:
             raise UsageError(f"{label}: an earlier column gives '{known}' already")
-        found[known] = rows
+        found[known] = rows if isinstance(table, str) else finite(rows, label)
     return found
 
 

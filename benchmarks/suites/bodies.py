@@ -1,0 +1,206 @@
+"""Bodies in space under their mutual gravity, 10 and 30 of them: integration alone, and energy errors."""
+
+from __future__ import annotations
+
+import sys
+from argparse import Namespace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from statistics import median
+
+import numpy as np
+from numpy.typing import NDArray
+
+from benchmarks.harness.report import Report, Requirement, markdown_table
+from benchmarks.harness.suite import Suite
+from benchmarks.harness.turns import in_own_process, timed_by_both
+
+Array = NDArray[np.float64]
+Follow = Callable[[Array, Array], tuple[Array, Array, int, float]]
+"""From places and velocities (3, bodies) to those at ``STOP``, the number of steps, and processor seconds."""
+COUNTS = 10, 30
+STOP = 10.0
+STARTS = 5
+APART = 0.3
+"""No two bodies are nearer at the beginning."""
+SPEED = 0.4
+IAS15, TAYLOR = "lagrange --method ias15", "lagrange"
+REBOUND, HEYOKA = "rebound IAS15", "heyoka, its model.nbody, compact mode"
+
+TEXT = """
+sizes: {{N: {count}}}
+coordinates:
+  x[i in range(N)]: {{initial: 0}}
+  y[i in range(N)]: {{initial: 0}}
+  z[i in range(N)]: {{initial: 0}}
+masses: {{body[i in range(N)]: 1/N}}
+embedding: {{body[i in range(N)]: [x[i], y[i], z[i]]}}
+potential: -sum(1/N**2/norm(body[i] - body[j]) for i in range(N) for j in range(i))
+"""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What an engine takes: processor seconds until it is ready, the median of those of a motion, the mean
+    number of steps, and the root mean square of the energy's relative errors."""
+
+    prepare: float
+    run: float
+    steps: float
+    error: float
+
+
+def start(count: int, seed: int) -> tuple[Array, Array]:
+    """A cluster at rest as a whole: places and velocities, drawn until no two bodies are too near."""
+    chance = np.random.default_rng(seed)
+    while True:
+        x = chance.normal(size=(3, count))
+        distances = np.linalg.norm(x[:, :, None] - x[:, None, :], axis=0)
+        if np.min(distances + APART * np.eye(count)) >= APART:
+            break
+    v = SPEED * chance.normal(size=(3, count))
+    return x - x.mean(axis=1, keepdims=True), v - v.mean(axis=1, keepdims=True)
+
+
+def energy(x: Array, v: Array) -> float:
+    """Kinetic and potential energy, in extended precision."""
+    mass = np.longdouble(1) / x.shape[1]
+    one, other = np.triu_indices(x.shape[1], 1)
+    apart = x.astype(np.longdouble)[:, one] - x[:, other]
+    potential = mass**2 / np.sqrt((apart**2).sum(axis=0))
+    return float(mass * (v.astype(np.longdouble) ** 2).sum() / 2 - potential.sum())
+
+
+def lagrange(count: int, method: str) -> Follow:
+    """This project, without samples between."""
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.precision import FULL_PRECISION
+    from lagrange_cli.integrate.prepare import prepare
+    from lagrange_cli.integrate.times import Times
+    from lagrange_cli.run.derive import derive_system
+    from lagrange_cli.spec.read import read_spec
+
+    residual = derive_system(read_spec(TEXT.format(count=count), "bodies"))
+    prepared = prepare(residual, Compilation(method, FULL_PRECISION, frozenset()))
+
+    def follow(x: Array, v: Array) -> tuple[Array, Array, int, float]:
+        state = np.concatenate([x.ravel(), v.ravel()])
+        run = partial(
+            prepared.follower.follow, np.empty(0), state, Times(0.0, STOP, 2, STOP),
+            lambda t, x: None, lambda t: False,
+        )  # fmt: skip
+        _, seconds, end = timed_by_both(run)
+        if end.ending.status != "complete":
+            raise RuntimeError(end.ending.name)
+        reached, speed = end.state.reshape(2, 3, count)
+        return reached, speed, end.steps, seconds
+
+    return follow
+
+
+def rebound(count: int) -> Follow:
+    """Its IAS15, as it is by default."""
+    import rebound
+
+    def follow(x: Array, v: Array) -> tuple[Array, Array, int, float]:
+        simulation = rebound.Simulation()
+        simulation.integrator = "ias15"
+        for place, speed in zip(x.T, v.T):
+            simulation.add(m=1 / count, **dict(zip(("x", "y", "z", "vx", "vy", "vz"), (*place, *speed))))
+        _, seconds, _ = timed_by_both(lambda: simulation.integrate(STOP))
+        ends = simulation.particles
+        reached = np.array([[getattr(one, name) for one in ends] for name in ("x", "y", "z")])
+        speeds = np.array([[getattr(one, name) for one in ends] for name in ("vx", "vy", "vz")])
+        return reached, speeds, simulation.steps_done, seconds
+
+    return follow
+
+
+def heyoka(count: int) -> Follow:
+    """Its Taylor method at its default tolerance."""
+    import heyoka as hy
+
+    equations = hy.model.nbody(count, masses=[1 / count] * count)
+    integrator = hy.taylor_adaptive(equations, [0.0] * (6 * count), compact_mode=True)
+    names = [str(variable).split("_") for variable, _ in equations]
+    rows = [("xyz".index(kind[-1]) + 3 * (kind[0] == "v")) * count + int(i) for kind, i in names]
+
+    def follow(x: Array, v: Array) -> tuple[Array, Array, int, float]:
+        integrator.time = 0.0
+        integrator.state[:] = np.concatenate([x.ravel(), v.ravel()])[rows]
+        _, seconds, outcome = timed_by_both(lambda: integrator.propagate_until(STOP))
+        ends = np.empty(6 * count)
+        ends[rows] = integrator.state
+        reached, speeds = ends.reshape(2, 3, count)
+        return reached, speeds, outcome[3], seconds
+
+    return follow
+
+
+ENGINES: dict[str, Callable[[int], Follow]] = {
+    IAS15: partial(lagrange, method="ias15"),
+    TAYLOR: partial(lagrange, method="taylor"),
+    REBOUND: rebound,
+    HEYOKA: heyoka,
+}
+
+
+def figures(name: str, count: int, runs: int) -> Figures:
+    """Those of an engine for so many bodies; of each motion the fastest run counts."""
+    _, ready, follow = timed_by_both(lambda: ENGINES[name](count))
+    seconds, steps, errors = list[float](), list[int](), list[float]()
+    for seed in range(STARTS):
+        x, v = start(count, seed)
+        results = [follow(x, v) for _ in range(runs)]
+        reached, speeds, taken, _ = results[0]
+        seconds.append(min(result[-1] for result in results))
+        steps.append(taken)
+        errors.append(energy(reached, speeds) / energy(x, v) - 1)
+    return Figures(ready, median(seconds), float(np.mean(steps)), float(np.sqrt(np.mean(np.square(errors)))))
+
+
+def measure(options: Namespace) -> Report:
+    """A table for each number of bodies; every engine in a process of its own."""
+    parts, requirements = list[str](), list[Requirement]()
+    for count in COUNTS[:1] if options.quick else COUNTS:
+        found = {name: in_own_process(figures, name, count, options.runs) for name in ENGINES}
+        parts += [f"**{count} bodies**, {STOP:g} units of time:", table(found)]
+        requirements += [
+            Requirement(
+                f"{count} bodies: time of {peer} relative to ias15",
+                found[peer].run / found[IAS15].run,
+                ">=",
+                least,
+            )
+            for peer, least in ((REBOUND, 1), (HEYOKA, 2))
+        ]
+        requirements.append(
+            Requirement(
+                f"{count} bodies: energy error of ias15 relative to {REBOUND}",
+                found[IAS15].error / found[REBOUND].error, "<=", 1,
+            )
+        )  # fmt: skip
+    return Report(tuple(parts), tuple(requirements))
+
+
+def table(found: dict[str, Figures]) -> str:
+    """All figures of the engines."""
+    header: Sequence[str] = ("", "prepare, s", "run, ms", "steps", "energy error")
+    rows = [
+        (name, f"{one.prepare:.2f}", f"{1e3 * one.run:.2f}", f"{one.steps:.0f}", f"{one.error:.1e}")
+        for name, one in found.items()
+    ]
+    return markdown_table(header, rows)
+
+
+SUITE = Suite(
+    "bodies",
+    measure,
+    packages=("llvmlite", "numpy", "rebound", "heyoka"),
+    runs=5,
+    quick="ten bodies only",
+)
+
+if __name__ == "__main__":
+    sys.exit(SUITE.main())

@@ -1,0 +1,42 @@
+"""``Arrays``: the datasets of an output file, each read when it is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.store.result import Result
+
+
+class Arrays(Mapping[str, Any]):
+    """The datasets of a file by path, each kept once it has been read; they cannot be written to.
+
+    Raises ``FileError`` where the file cannot be read, or is no output of lagrange.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self._path, self._kept = path, dict[str, Any]()
+        with Result(str(path)) as result:
+            self.attributes, self._names = result.attributes, dict.fromkeys(result.held)
+
+    def __getitem__(self, path: str) -> Any:
+        if path not in self._names:
+            raise KeyError(path)
+        if path not in self._kept:
+            with Result(str(self._path)) as result:
+                found = result.read(path)
+            if found.dtype.kind == "O":
+                texts = [one.decode() if isinstance(one, bytes) else str(one) for one in found.flat]
+                found = np.array(texts).reshape(found.shape)
+            found.flags.writeable = False
+            self._kept[path] = found
+        return self._kept[path]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._names)
+
+    def __len__(self) -> int:
+        return len(self._names)

@@ -1,0 +1,128 @@
+"""What a Python program gives in place of options: numbers and texts, as texts by name."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from numbers import Integral, Real
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.run.request import Request
+from lagrange_cli.spec.spec import SolveDefaults
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.run.certify import Demand
+
+Value: TypeAlias = "float | str"
+"""A number, or an expression in parameters."""
+Values: TypeAlias = "Mapping[str, float | str | Sequence[Any] | NDArray[Any]]"
+"""Values by name. A sequence, or an array, has those of a family."""
+
+DIGITS = 6.0
+"""Digits that a certificate is about where nobody says how many."""
+
+
+def text_of(name: str, value: Any) -> str:
+    """A number as it is written in full, or an expression as it is; ``name`` says what it is for."""
+    if getattr(value, "ndim", None) == 0:
+        value = value.item()  # numpy's
+    if isinstance(value, str) and value.strip():
+        return value.strip()
+    if isinstance(value, Integral) and not isinstance(value, bool):
+        return str(int(value))
+    if isinstance(value, Real) and not isinstance(value, bool):
+        return repr(float(value))
+    raise UsageError(f"{name} is a number or an expression, not {value!r:.60}")
+
+
+def texts_of(what: str, values: Values | None) -> dict[str, str]:
+    """Texts by name; those of a family by the names of its members. ``what`` is the argument's name."""
+    return dict(pairs(what, values or {}))
+
+
+def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+    """Each name with its text."""
+    if not isinstance(values, Mapping):
+        raise UsageError(f"{what} is a mapping from names to values, not {values!r:.60}")
+    for name, value in values.items():
+        if not isinstance(name, str):
+            raise UsageError(f"{what} is a mapping from names to values, and {name!r:.60} is no name")
+        for indices, one in members((), value):
+            member = f"{name}[{','.join(map(str, indices))}]" if indices else name
+            yield member, text_of(f"{what}: {member}", one)
+
+
+def members(indices: tuple[int, ...], value: Any) -> Iterator[tuple[tuple[int, ...], Any]]:
+    """The numbers of nested sequences, each with its indices."""
+    value = value.tolist() if hasattr(value, "tolist") else value
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        for i, one in enumerate(value):
+            yield from members((*indices, i), one)
+    else:
+        yield indices, value
+
+
+def names_of(outputs: str | Iterable[str] | None) -> tuple[str, ...] | None:
+    """``"q,v"`` or ``["q", "v"]`` as a tuple of names."""
+    if outputs is None:
+        return None
+    listed = outputs.split(",") if isinstance(outputs, str) else [*outputs]
+    found = tuple(str(name).strip() for name in listed if str(name).strip())
+    if not found:
+        raise UsageError("outputs is a list of names, as in outputs=['q', 'h']")
+    return found
+
+
+def request_of(
+    *,
+    set: Values | None,
+    size: Mapping[str, int | str] | None,
+    times: Mapping[str, Value | None],
+    samples: int | None = None,
+    tolerance: float | None = None,
+    method: str | None = None,
+    outputs: str | Iterable[str] | None = None,
+    precision: str = DOUBLE,
+    portable: bool = False,
+    proven: bool = False,
+    project_initial: bool = False,
+    cache: bool = True,
+) -> Request:
+    """What is asked of a run; raises ``UsageError`` for values of other types than they should have."""
+    if samples is not None and (isinstance(samples, bool) or not isinstance(samples, Integral)):
+        raise UsageError(f"samples is a whole number, not {samples!r:.60}")
+    if tolerance is not None and (isinstance(tolerance, bool) or not isinstance(tolerance, Real)):
+        raise UsageError(f"tolerance is a number, not {tolerance!r:.60}")
+    options = SolveDefaults(
+        samples=None if samples is None else int(samples),
+        tolerance=None if tolerance is None else float(tolerance),
+        method=None if method is None else str(method),
+        outputs=names_of(outputs),
+    )
+    return Request(
+        options,
+        {name: text_of(name, value) for name, value in times.items() if value is not None},
+        texts_of("set", set),
+        texts_of("size", size),
+        cache=cache,
+        precision=precision,
+        portable=portable,
+        proven=proven,
+        projected=project_initial,
+    )
+
+
+def demand_of(certify: bool, digits: float | None, target_error: float | None) -> Demand | None:
+    """What is demanded of a certificate; None where none is asked for."""
+    if not certify and digits is None and target_error is None:
+        return None
+    from lagrange_cli.run.certify import Demand
+
+    if digits is not None and not 1 <= digits <= 15:
+        raise UsageError(f"digits is a number from 1 to 15, not {digits:g}")
+    if target_error is not None and not target_error > 0:
+        raise UsageError(f"the target error must be a positive number, not {target_error:g}")
+    return Demand(DIGITS if digits is None else float(digits), target_error)

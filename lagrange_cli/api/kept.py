@@ -1,0 +1,165 @@
+"""``Kept``: a system file that has been read, and the programs compiled for it, for the calls that follow.
+
+A call with other numbers parses, derives and compiles nothing again. Any number of threads may ask; what is
+not there yet is made by one of them at a time.
+"""
+
+from __future__ import annotations
+
+import threading
+from collections import OrderedDict
+from collections.abc import Callable, Collection, Hashable, Mapping
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
+
+from lagrange_cli.run.attributes import units_of
+from lagrange_cli.run.jumps import check_energies
+from lagrange_cli.run.prepare import nothing, prepare_run
+from lagrange_cli.run.start import NOTHING, Begin, consistent_values
+from lagrange_cli.spec.problems import Problems
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.run.monitor import Stage
+    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.spec.spec import Spec
+    from lagrange_cli.spec.values import Values
+
+T = TypeVar("T")
+
+MOST_SYSTEMS, MOST_PROGRAMS, MOST_VALUES = 32, 32, 200
+"""What is kept: systems, and of each of them programs, and values that have been judged."""
+
+WORKING = threading.RLock()
+"""Held while something is made that is to be kept: reading, deriving and compiling share what is theirs."""
+
+
+class Recent(Generic[T]):
+    """Things by key, of which those used last are kept."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._found = most, OrderedDict[Hashable, T]()
+        self._lock = threading.Lock()
+
+    def get(self, key: Hashable, make: Callable[[], T]) -> T:
+        """What is kept under the key; it is made where there is nothing."""
+        with self._lock:
+            if key in self._found:
+                self._found.move_to_end(key)
+                return self._found[key]
+        with WORKING:
+            with self._lock:
+                if key in self._found:  # another thread has made it meanwhile
+                    return self._found[key]
+            made = make()
+            with self._lock:
+                self._found[key] = made
+                while len(self._found) > self._most:
+                    self._found.popitem(last=False)
+        return made
+
+    def clear(self) -> None:
+        """Keep nothing."""
+        with self._lock:
+            self._found.clear()
+
+
+class Kept:
+    """A system file as it was read with certain sizes, and what belongs to it."""
+
+    def __init__(self, content: bytes, filename: str, sizes: Mapping[str, str]) -> None:
+        self._content, self._filename, self._sizes = content, filename, sizes
+        self._read = Recent[tuple["Spec", Problems]](1)
+        self._programs = Recent["Prepared"](MOST_PROGRAMS)
+        self._judged = Recent[bool](MOST_VALUES)
+        self._starts = Recent[tuple["Spec", "Values", Begin]](MOST_VALUES)
+        self._units = Recent[tuple[Mapping[str, str], tuple[str, ...]]](1)
+
+    def read(self, content: bytes, filename: str, sizes: Mapping[str, str] | None) -> tuple[Spec, Problems]:
+        """As ``spec.read.examine``; a file that has problems is read again, as more are added to them."""
+        from lagrange_cli.spec.read import examine
+
+        spec, problems = self._read.get(None, lambda: examine(self._content, self._filename, self._sizes))
+        if problems.found:
+            with WORKING:
+                return examine(self._content, self._filename, self._sizes)
+        return spec, Problems(problems.source)
+
+    def begin_at(
+        self,
+        spec: Spec,
+        values: Values,
+        t: float,
+        given: Collection[str],
+        *,
+        forced: bool,
+        exact: bool,
+    ) -> tuple[Spec, Values, Begin]:
+        """As ``consistent_values``, for the spec that was read."""
+        if not spec.all_constraints:
+            return spec, values, NOTHING
+
+        def find() -> tuple[Spec, Values, Begin]:
+            return consistent_values(spec, values, t, given, forced=forced, exact=exact)
+
+        if exact:  # then the values have more digits than doubles show
+            with WORKING:
+                return find()
+        numbers = tuple(values.parameters.items()), values.q, values.v, t
+        return self._starts.get((numbers, frozenset(given), forced), find)
+
+    def prepare(
+        self,
+        spec: Spec,
+        settings: Settings,
+        stage: Stage,
+        *,
+        cached: bool,
+        order: int | None = None,
+        factor: int | None = None,
+        meanwhile: Callable[[], object] = nothing,
+    ) -> Prepared:
+        """As ``prepare_run``, for the spec that was read."""
+        asked = settings.compilation(order=order, factor=factor)
+        waited = False
+
+        def wait() -> None:
+            nonlocal waited
+            waited = True
+            meanwhile()
+
+        def make() -> Prepared:
+            return prepare_run(
+                spec, settings, stage, cached=cached, order=order, factor=factor, meanwhile=wait
+            )
+
+        found = self._programs.get((spec.left_out, asked), make)
+        if not waited:
+            meanwhile()
+        return found
+
+    def check(self, spec: Spec, parameters: Mapping[str, float]) -> None:
+        """As ``check_energies``."""
+
+        def judge() -> bool:
+            check_energies(spec, parameters)
+            return True
+
+        self._judged.get(tuple(parameters.items()), judge)
+
+    def units(self, spec: Spec) -> tuple[Mapping[str, str], tuple[str, ...]]:
+        """The units of datasets by path, and what the user is told about them."""
+
+        def find() -> tuple[Mapping[str, str], tuple[str, ...]]:
+            told: list[str] = []
+            return units_of(spec, told.append), tuple(told)
+
+        return self._units.get(None, find)
+
+
+SYSTEMS = Recent[Kept](MOST_SYSTEMS)
+
+
+def keep(content: bytes, filename: str, sizes: Mapping[str, str]) -> Kept:
+    """What is kept of a system file."""
+    key: Any = content, filename, tuple(sizes.items())
+    return SYSTEMS.get(key, lambda: Kept(content, filename, sizes))

@@ -1,0 +1,80 @@
+"""What chooses the members of an ensemble in Python: grids, distributions and tables as texts and arrays."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.run.draws import KINDS, Draws
+from lagrange_cli.run.processors import processors
+
+if TYPE_CHECKING:
+    from numpy.typing import ArrayLike
+
+Over: TypeAlias = "Mapping[str, str | ArrayLike]"
+Random: TypeAlias = "Mapping[str, str | tuple[str, float, float]]"
+Table: TypeAlias = "str | os.PathLike[str] | Mapping[str, ArrayLike]"
+
+
+def draws_of(
+    over: Over | None, random: Random | None, table: Table | None, members: int | None, seed: int
+) -> Draws:
+    """What was given; raises ``UsageError`` for values of other types than they should have."""
+    for name, given in (("over", over), ("random", random)):
+        if given is not None and not isinstance(given, Mapping):
+            raise UsageError(f"{name} is a mapping from names to values, not {given!r:.60}")
+    if members is not None and (not isinstance(members, int) or members < 1):
+        raise UsageError(f"members is a whole number greater than 0, not {members!r:.60}")
+    if not isinstance(seed, int) or seed < 0:
+        raise UsageError(f"seed is a whole number, 0 or greater, not {seed!r:.60}")
+    found: Any = table
+    if isinstance(table, Mapping):
+        found = {str(name): numbers(f"table: {name}", column) for name, column in table.items()}
+        if not found:
+            raise UsageError("table: it has no columns")
+    elif table is not None:
+        found = os.fspath(table)
+    return Draws(
+        tuple((name, values_of(name, given)) for name, given in (over or {}).items()),
+        tuple((name, distribution(name, given)) for name, given in (random or {}).items()),
+        found,
+        members,
+        seed,
+    )
+
+
+def threads_of(jobs: int | None) -> int:
+    """So many threads, or as many as there are processors."""
+    if jobs is None:
+        return processors()
+    if not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1:
+        raise UsageError(f"jobs is a whole number greater than 0, not {jobs!r:.60}")
+    return jobs
+
+
+def values_of(name: str, given: Any) -> Any:
+    """A grid as a text, or values as an array."""
+    return given if isinstance(given, str) else numbers(f"over: {name}", given)
+
+
+def numbers(what: str, given: Any) -> Any:
+    """Values (count,) as doubles."""
+    try:
+        return np.atleast_1d(np.array(given, dtype=np.float64))
+    except (TypeError, ValueError) as error:
+        raise UsageError(f"{what} is a sequence of numbers, not {given!r:.60}") from error
+
+
+def distribution(name: str, given: Any) -> str:
+    """A distribution as a text: ``normal(0,0.1)`` for ``("normal", 0, 0.1)``."""
+    if isinstance(given, str):
+        return given
+    if isinstance(given, Sequence) and len(given) == 3 and given[0] in KINDS:
+        kind, a, b = given
+        return f"{kind}({float(a)!r},{float(b)!r})"
+    known = ", ".join(kind + arguments for kind, arguments in KINDS.items())
+    raise UsageError(f"random: {name} is a distribution, one of {known}, not {given!r:.60}")

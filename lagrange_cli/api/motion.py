@@ -1,0 +1,295 @@
+"""``Motion``: what ``solve`` returns."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.api.group import Group, folder, is_group
+from lagrange_cli.outputs.catalog import OUTPUTS
+
+if TYPE_CHECKING:
+    from contextlib import ExitStack
+    from pathlib import Path
+
+    import numpy as np
+    import xarray
+    from numpy.typing import NDArray
+
+    from lagrange_cli.api.animate import Film
+    from lagrange_cli.api.plot import Picture
+    from lagrange_cli.api.view import Page
+    from lagrange_cli.integrate.outcome import Estimated
+    from lagrange_cli.run.memory import Followed
+
+    Array = NDArray[np.float64]
+
+
+class Motion:
+    """A motion that was followed, with everything that was computed of it.
+
+    Arrays have the n sample times along their first axis, in the units of the system file. They cannot be
+    written to; ``motion.t.copy()`` can.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,)
+        The sample times.
+    q, v, p : Group
+        Coordinates, velocities and momenta p_k = dL/dq_dot_k by name: ``motion.q["theta"]``, shape (n,); of a
+        family ``theta[i in range(N)]`` shape (n, N).
+    h : ndarray, shape (n,)
+        The energy function, sum q_dot_k p_k - L.
+    T, U, energy, action, positions, ledger, ... : ndarray or Group
+        The other outputs, where they were asked for with ``outputs``.
+    events : Group
+        The crossings of each event: ``motion.events["floor"]["t"]``.
+    status : str
+        ``complete``; ``stopped``, where an event ended the motion; ``failed`` or ``interrupted``, where the
+        motion is that of an exception.
+    message : str
+        How the motion ended, as the command says it.
+    notes : tuple of str
+        Whatever else the command says of it.
+    units : mapping of str to str
+        The units of datasets by their paths, as far as they are known: ``motion.units["q/theta"]``.
+    certificate : Estimated or None
+        The estimated error, where one was asked for: ``trusted_until``, ``error``, ``trusted_until_as_run``,
+        ``error_as_run``.
+    """
+
+    def __init__(self, followed: Followed, units: Mapping[str, str], notes: tuple[str, ...]) -> None:
+        self._followed, self.units, self.notes = followed, units, notes
+
+    @property
+    def name(self) -> str:
+        """The name of the system."""
+        return self._followed.motion.spec.name
+
+    @property
+    def status(self) -> str:
+        """How it ended, in a word."""
+        status: str = self._followed.outcome.ending.status
+        return status
+
+    @property
+    def message(self) -> str:
+        """How it ended, in a sentence."""
+        return self._followed.outcome.message
+
+    @property
+    def certificate(self) -> Estimated | None:
+        """The estimated error, if it was asked for."""
+        return self._followed.outcome.estimated
+
+    @property
+    def parameters(self) -> dict[str, float]:
+        """The values of the parameters."""
+        return dict(self._followed.motion.values.parameters)
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the output file says of the run: ``method``, ``tolerance``, ``steps``, ``h_drift``, ..."""
+        from lagrange_cli.run.attributes import attributes
+
+        followed = self._followed
+        said = attributes(followed.made_by, followed.outcome, followed.motion.settings)
+        parsed = ("parameters", "sizes", "run", "p_drift", "final", "events", "singular")
+        return {name: json.loads(str(x)) if name in parsed else x for name, x in said.items()}
+
+    @property
+    def datasets(self) -> Group:
+        """Everything by the paths of the output file: ``motion.datasets["diagnostics/h"]``."""
+        return Group("", {**self._followed.samples, **self._followed.crossings})
+
+    @property
+    def t(self) -> Array:
+        """The sample times (n,)."""
+        return self._dataset("t")
+
+    @property
+    def q(self) -> Group:
+        """The coordinates by name."""
+        return self._group("q")
+
+    @property
+    def v(self) -> Group:
+        """Their velocities by name."""
+        return self._group("v")
+
+    @property
+    def p(self) -> Group:
+        """The momenta by the names of the coordinates."""
+        return self._group("p")
+
+    @property
+    def h(self) -> Array:
+        """The energy function (n,)."""
+        return self._dataset("h")
+
+    @property
+    def error(self) -> Group:
+        """The estimated error of each sample by path (``motion.error["q/theta"]``), if it was asked for."""
+        if self.certificate is None:
+            raise AttributeError("no errors were estimated: solve with certify=True")
+        return Group("diagnostics/error/", self._followed.samples)
+
+    @property
+    def events(self) -> Group:
+        """The crossings of events by their names."""
+        return Group("events/", self._followed.crossings)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in OUTPUTS:
+            raise AttributeError(f"a motion has no {name!r}")
+        return self._group(name) if is_group(name) else self._dataset(name)
+
+    def __dir__(self) -> list[str]:
+        computed = self._followed.motion.settings.outputs
+        return sorted({*super().__dir__(), *computed})
+
+    def __repr__(self) -> str:
+        return f"<motion of {self.name}: {len(self._samples('t'))} samples, {self.message}>"
+
+    def _samples(self, path: str) -> Any:
+        return self._followed.samples.get(path, ())
+
+    def _dataset(self, name: str) -> Array:
+        path = "t" if name == "t" else OUTPUTS[name].datasets.strip("/")
+        if path not in self._followed.samples:
+            raise self._missing(name)
+        return self._followed.samples[path]
+
+    def _group(self, name: str) -> Group:
+        group = Group(folder(name), self._followed.samples)
+        if not len(group):
+            raise self._missing(name)
+        return group
+
+    def _missing(self, name: str) -> AttributeError:
+        """Why an output is not there."""
+        asked = self._followed.motion.settings.outputs
+        if name in asked or name == "t":
+            what = "there are no samples" if not self._followed.samples else "this system has none"
+            return AttributeError(f"{name!r} was not computed: {what}")
+        listed = ", ".join(repr(one) for one in OUTPUTS if one in asked or one == name)
+        return AttributeError(f"{name!r} was not computed: solve with outputs=[{listed}]")
+
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Write the motion to a file: the same bytes as those of ``lagrange solve -o``.
+
+        Parameters
+        ----------
+        path : str or path
+            The name of an HDF5 file, or of a table if it ends in ``.csv``.
+        force : bool
+            Whether an existing file may be replaced.
+
+        Raises
+        ------
+        FileError
+            The file exists, or cannot be written.
+        UsageError
+            The name is that of another kind of file.
+        """
+        from lagrange_cli.run.memory import save
+        from lagrange_cli.run.request import format_of
+        from lagrange_cli.store.find_target import find_target
+
+        name = os.fspath(path)
+        form = format_of(name)
+        target = find_target(name, force=force)
+        save(self._followed, target, form)
+
+    def to_xarray(self) -> xarray.DataTree:
+        """The motion as a tree of xarray's datasets, with the names, units and axes of the output file.
+
+        ``tree["q"].theta`` is the coordinate over ``t``. It needs the extra ``xarray``.
+
+        Raises
+        ------
+        MissingPackage
+            There is no xarray.
+        """
+        from lagrange_cli.api.trees import tree_of
+
+        layout = self._followed.layout
+        told = {name: x for name, x in self.attributes.items() if not isinstance(x, Mapping)}
+        return tree_of(layout, {**self._followed.samples, **self._followed.crossings}, told)
+
+    def _output(self, held: ExitStack) -> Path:
+        """See ``plot.Drawable``."""
+        from lagrange_cli.api.folder import Folder
+
+        folder = Folder()
+        held.callback(folder.remove)
+        self.save(folder.result)
+        return folder.result
+
+    def plot(
+        self,
+        what: str | Iterable[str] | None = None,
+        *,
+        x: str | None = None,
+        y: str | Iterable[str] | None = None,
+        inches: tuple[float, float] | None = None,
+    ) -> Picture:
+        """Draw the motion. It needs the extra ``plot``.
+
+        Parameters
+        ----------
+        what : sequence of str, optional
+            The panels, of ``q``, ``v``, ``p``, ``phase``, ``path``, ``drift``, ``energy``, ``ledger``, ...;
+            by default what a physicist looks at first.
+        x, y : str, optional
+            In place of ``what``, quantities over another one: ``y=["theta", "h"]``.
+        inches : (float, float), optional
+            The size of the picture.
+
+        Returns
+        -------
+        Picture
+            A notebook shows it; ``save`` writes it to a file.
+
+        Raises
+        ------
+        UsageError
+            This cannot be drawn; the message says what to ask for.
+        MissingPackage
+            There is no matplotlib.
+        """
+        from lagrange_cli.api.plot import plot
+
+        return plot(self, what=what, x=x, y=y, inches=inches)
+
+    def animate(
+        self,
+        *,
+        speed: float | None = None,
+        fps: float = 30.0,
+        begin: float | None = None,
+        end: float | None = None,
+        trail: float | None = None,
+        panels: str | Iterable[str] | None = None,
+        size: tuple[int, int] | None = None,
+    ) -> Film:
+        """A film of the motion: see ``lagrange_cli.animate``. It needs the extra ``animate``."""
+        from lagrange_cli.api.animate import animate
+
+        return animate(
+            self, speed=speed, fps=fps, begin=begin, end=end, trail=trail, panels=panels, size=size
+        )
+
+    def view(self) -> Page:
+        """A web page that draws the system and computes this motion, and others, where it is read.
+
+        Returns
+        -------
+        Page
+            A notebook shows it; ``save`` writes it to a file.
+        """
+        from lagrange_cli.api.view import page_of
+
+        return page_of(self._followed.motion)

@@ -1,0 +1,176 @@
+"""``solve``: follow a motion, and have it as arrays."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from functools import partial
+from typing import TYPE_CHECKING
+
+from lagrange_cli.api.given import Value, Values, demand_of, request_of
+from lagrange_cli.api.kept import keep
+from lagrange_cli.api.motion import Motion
+from lagrange_cli.api.system import System, content_of
+from lagrange_cli.errors import Interrupted, LagrangeWarning, MotionError, UsageError
+from lagrange_cli.integrate.precision import DOUBLE, PRECISIONS
+from lagrange_cli.run.attributes import doubt
+from lagrange_cli.run.interrupts import Interrupts
+from lagrange_cli.run.memory import Followed, follow
+from lagrange_cli.run.monitor import Monitor, untimed
+from lagrange_cli.run.motion import prepare_all, read_motion
+from lagrange_cli.run.start import notes as notes_of_start
+
+if TYPE_CHECKING:
+    from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.request import Request
+
+WARNING = "warning: "
+MONITOR = Monitor(interrupts=partial(Interrupts, alone=True))
+"""Ctrl-C ends a run between two steps; nothing else is shown or heeded."""
+
+
+def solve(
+    system: System,
+    *,
+    set: Values | None = None,
+    size: Mapping[str, int | str] | None = None,
+    start: Value | None = None,
+    stop: Value | None = None,
+    samples: int | None = None,
+    step: Value | None = None,
+    tolerance: float | None = None,
+    method: str | None = None,
+    outputs: str | Iterable[str] | None = None,
+    precision: str = DOUBLE,
+    portable: bool = False,
+    proven: bool = False,
+    project_initial: bool = False,
+    certify: bool = False,
+    digits: float | None = None,
+    target_error: float | None = None,
+    cache: bool = True,
+) -> Motion:
+    """Follow the motion of a system.
+
+    The system is read and its equations are compiled once. A further call, with whatever numbers, costs less
+    than a millisecond besides the integration. Any number of threads may call it at the same time.
+
+    Parameters
+    ----------
+    system : str, path or mapping
+        The name of a system file, its content as text, or its content as a mapping.
+    set : mapping, optional
+        Parameters and initial values by name, as numbers or expressions: ``{"l": 2, "theta": "pi/2",
+        "theta_dot": 0}``. A sequence has the values of a family.
+    size : mapping, optional
+        Sizes by name: ``{"N": 50}``.
+    start, stop, step : float or str, optional
+        When the motion begins and ends, and the time between samples, as numbers or expressions in
+        parameters; by default those of the file.
+    samples : int, optional
+        The number of samples, in place of ``step``.
+    tolerance : float, optional
+        The relative error per step; by default full double precision.
+    method : str, optional
+        The integration method; by default ``taylor``.
+    outputs : sequence of str, optional
+        What is computed: ``["q", "v", "energy"]``, or ``"all"``.
+    precision : {"double", "double-double"}
+        The arithmetic.
+    portable, proven, project_initial : bool
+        As the options of the command.
+    certify : bool
+        Whether the error of every sample is estimated.
+    digits, target_error : float, optional
+        As the options of the command; each implies ``certify``.
+    cache : bool
+        Whether programs compiled by earlier processes may be used.
+
+    Returns
+    -------
+    Motion
+        Everything that was computed; its ``status`` is ``complete`` or ``stopped``.
+
+    Raises
+    ------
+    SpecError
+        The system is wrong.
+    UsageError
+        An argument is.
+    FileError
+        The file cannot be read.
+    MotionError
+        The motion could not go on. Its attribute ``result`` has what was computed; the status is ``failed``.
+    Interrupted
+        Ctrl-C was pressed. It is a ``KeyboardInterrupt``, so that a loop of runs ends; its attribute
+        ``result`` has what was computed, with the status ``interrupted``.
+
+    Warns
+    -----
+    LagrangeWarning
+        What the command prints as a warning.
+    """
+    request = request_of(
+        set=set,
+        size=size,
+        times={"start": start, "stop": stop, "step": step},
+        samples=samples,
+        tolerance=tolerance,
+        method=method,
+        outputs=outputs,
+        precision=precision,
+        portable=portable,
+        proven=proven,
+        project_initial=project_initial,
+        cache=cache,
+    )
+    demand = demand_of(certify, digits, target_error)
+    check_precision(request, demand)
+    content, filename = content_of(system)
+    kept = keep(content, filename, request.sizes)
+    found = read_motion(content, filename, request, read=kept.read, begin_at=kept.begin_at)
+    ready = prepare_all(found, request, demand, untimed, kept.prepare, kept.check)
+    units, told = kept.units(found.spec)
+    followed = follow(ready, units, MONITOR, demand)
+    motion = Motion(followed, units, (*told, *said(followed)))
+    for note in motion.notes:
+        if WARNING in note:
+            warnings.warn(note, LagrangeWarning, stacklevel=2)
+    return ended_well(motion)
+
+
+def check_precision(request: Request, demand: Demand | None) -> None:
+    """Raise ``UsageError`` for numbers that there are not, or that no certificate knows."""
+    if request.precision not in PRECISIONS:
+        known = " or ".join(map(repr, PRECISIONS))
+        raise UsageError(f"precision is {known}, not {request.precision!r:.60}")
+    if demand is not None and (request.precision != DOUBLE or request.portable):
+        other = "portable" if request.portable else f"precision {request.precision}"
+        raise UsageError(f"certify and {other} cannot be combined: leave out one of the two")
+
+
+def said(followed: Followed) -> Iterator[str]:
+    """What the command says of a run that has ended, besides its summary."""
+    motion, outcome = followed.motion, followed.outcome
+    name = motion.spec.name
+    yield from (f"{name}: {note}" for note in notes_of_start(motion.begin))
+    if outcome.happened:
+        from lagrange_cli.run.events import notes
+
+        yield from (f"{name}: {note}" for note in notes(motion.spec, outcome.happened))
+    warning = doubt(outcome, motion.settings)
+    if warning is not None:
+        yield f"{name}: {WARNING}{warning}"
+
+
+def ended_well(motion: Motion) -> Motion:
+    """The motion, if it has reached its end; else it is raised with what was computed."""
+    if motion.status == "failed":
+        failed = MotionError(f"{motion.name}: {motion.message}")
+        failed.result = motion
+        raise failed
+    if motion.status == "interrupted":
+        interrupted = Interrupted(f"{motion.name}: {motion.message}")
+        interrupted.result = motion
+        raise interrupted
+    return motion

@@ -1,0 +1,251 @@
+"""``Stored``: results that lie in a file of their own until they are saved, and go with the object."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+from collections.abc import Callable, Iterable
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.api.arrays import Arrays
+from lagrange_cli.api.folder import Folder
+from lagrange_cli.api.group import Group, folder, is_group
+from lagrange_cli.errors import FileError, MissingPackage, UsageError
+from lagrange_cli.outputs.catalog import OUTPUTS
+from lagrange_cli.run.request import HDF5, format_of
+from lagrange_cli.store.find_target import find_target
+from lagrange_cli.store.target import Target, unwritable
+
+if TYPE_CHECKING:
+    from contextlib import ExitStack
+
+    import numpy as np
+    import xarray
+    from numpy.typing import NDArray
+
+    from lagrange_cli.api.animate import Film
+    from lagrange_cli.api.plot import Picture
+    from lagrange_cli.api.view import Page
+
+PARSED = ("parameters", "sizes", "run", "p_drift", "events", "sweep")
+
+
+class Stored:
+    """What the command writes to a file: a motion, many, or the crossings of a surface.
+
+    Arrays are read when they are asked for, and cannot be written to.
+
+    Attributes
+    ----------
+    q, v, p : Group
+        Coordinates, velocities and momenta by name.
+    h : ndarray
+        The energy function.
+    status, message : str
+        How it ended, as the command says it.
+    notes : tuple of str
+        Whatever else the command says of it.
+    """
+
+    def __init__(self, path: Path, notes: tuple[str, ...] = (), folder: Folder | None = None) -> None:
+        self._path, self._folder, self.notes = path, folder, notes
+        self._arrays = Arrays(path)
+
+    @property
+    def path(self) -> Path:
+        """The file, which may be read for as long as this object is there."""
+        return self._path
+
+    @property
+    def attributes(self) -> dict[str, Any]:
+        """What the file says of the run."""
+        said = self._arrays.attributes
+        return {name: json.loads(x) if name in PARSED else x for name, x in said.items()}
+
+    @property
+    def name(self) -> str:
+        """The name of the system."""
+        return str(self._arrays.attributes["name"])
+
+    @property
+    def status(self) -> str:
+        """How it ended, in a word."""
+        return str(self._arrays.attributes["status"])
+
+    @property
+    def message(self) -> str:
+        """How it ended, in a sentence."""
+        return str(self._arrays.attributes["message"])
+
+    def __repr__(self) -> str:
+        return f"<output {self._path}: {self.name}, {self.message}>"
+
+    @property
+    def datasets(self) -> Group:
+        """Everything by the paths of the file."""
+        return Group("", self._arrays)
+
+    def __getitem__(self, path: str) -> NDArray[np.float64]:
+        found: NDArray[np.float64] = self.datasets[path]
+        return found
+
+    @property
+    def t(self) -> NDArray[np.float64]:
+        """The times of the samples, or of the crossings."""
+        if "t" not in self._arrays:
+            raise AttributeError("there are no samples: name outputs, as in outputs=['q']")
+        return self["t"]
+
+    @property
+    def q(self) -> Group:
+        """The coordinates by name."""
+        return self._group("q")
+
+    @property
+    def v(self) -> Group:
+        """Their velocities by name."""
+        return self._group("v")
+
+    @property
+    def p(self) -> Group:
+        """The momenta by the names of the coordinates."""
+        return self._group("p")
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in OUTPUTS:
+            raise AttributeError(f"there is no {name!r}")
+        return self._quantity(name)
+
+    def _quantity(self, name: str) -> Any:
+        """An output as an array, or as a group of them."""
+        if is_group(name):
+            return self._group(name)
+        path = OUTPUTS[name].datasets.strip("/")
+        if path not in self._arrays:
+            raise missing(name)
+        return self._arrays[path]
+
+    def _group(self, name: str) -> Group:
+        group = Group(folder(name), self._arrays)
+        if not len(group):
+            raise missing(name)
+        return group
+
+    def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:
+        """Write the file that the command writes: the same bytes.
+
+        Parameters
+        ----------
+        path : str or path
+            The name of an HDF5 file.
+        force : bool
+            Whether an existing file may be replaced.
+
+        Raises
+        ------
+        FileError
+            The file exists, or cannot be written.
+        UsageError
+            The name is that of another kind of file.
+        """
+        name = os.fspath(path)
+        if format_of(name) != HDF5:
+            raise UsageError("many motions are written as HDF5: give a name that ends in .h5")
+        target = find_target(name, force=force)
+        with target.claimed():
+            target.discard()
+            try:
+                shutil.copyfile(self._path, target.temporary)
+            except OSError as error:
+                target.discard()
+                raise unwritable(target.shown, error) from error
+            target.publish(complete=False)
+
+    def _output(self, held: ExitStack) -> Path:
+        """See ``plot.Drawable``."""
+        return self._path
+
+    def plot(
+        self,
+        what: str | Iterable[str] | None = None,
+        *,
+        x: str | None = None,
+        y: str | Iterable[str] | None = None,
+        inches: tuple[float, float] | None = None,
+    ) -> Picture:
+        """Draw it: see ``lagrange_cli.plot``."""
+        from lagrange_cli.api.plot import plot
+
+        return plot(self, what=what, x=x, y=y, inches=inches)
+
+    def animate(
+        self,
+        *,
+        speed: float | None = None,
+        fps: float = 30.0,
+        begin: float | None = None,
+        end: float | None = None,
+        trail: float | None = None,
+        panels: str | Iterable[str] | None = None,
+        size: tuple[int, int] | None = None,
+    ) -> Film:
+        """A film of the motion: see ``lagrange_cli.animate``. It needs the extra ``animate``."""
+        from lagrange_cli.api.animate import animate
+
+        return animate(
+            self, speed=speed, fps=fps, begin=begin, end=end, trail=trail, panels=panels, size=size
+        )
+
+    def view(self) -> Page:
+        """A web page that replays the motion; that of a sweep has the members on a slider.
+
+        Returns
+        -------
+        Page
+            A notebook shows it; ``save`` writes it to a file.
+
+        Raises
+        ------
+        UsageError
+            There is no such page of this output.
+        """
+        from lagrange_cli.api.view import page_of_output
+
+        return page_of_output(self._path)
+
+    def to_xarray(self) -> xarray.DataTree:
+        """A tree of xarray's datasets with all dimensions, in memory. It needs the extra ``xarray``.
+
+        Raises
+        ------
+        MissingPackage
+            There is no xarray.
+        """
+        try:
+            import_module("h5netcdf")
+            import xarray
+        except ImportError as error:
+            raise MissingPackage("to_xarray", "xarray", "xarray") from error
+        with xarray.open_datatree(self._path, engine="h5netcdf") as tree:
+            loaded: xarray.DataTree = tree.load()
+        return loaded
+
+
+def missing(name: str) -> AttributeError:
+    """Why an output is not there."""
+    return AttributeError(f"{name!r} was not computed: name it in outputs")
+
+
+def stored(write: Callable[[Target], Any]) -> tuple[Folder, Any]:
+    """A new folder, and what ``write`` returns once it has written a result there.
+
+    Raises ``FileError`` where there is no place for it.
+    """
+    try:
+        folder = Folder()
+    except OSError as error:
+        raise FileError(f"no temporary folder can be made: {error.strerror or error}") from error
+    return folder, write(find_target(str(folder.result), force=True))

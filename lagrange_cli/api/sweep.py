@@ -1,0 +1,157 @@
+"""``sweep``: many motions of a system."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from lagrange_cli.api.ensembles import ended, noted, watching
+from lagrange_cli.api.folder import Folder
+from lagrange_cli.api.given import Value, Values, request_of
+from lagrange_cli.api.kept import WORKING
+from lagrange_cli.api.members import Over, Random, Table, draws_of, threads_of
+from lagrange_cli.api.stored import Stored, stored
+from lagrange_cli.api.system import System, content_of
+from lagrange_cli.errors import UsageError
+from lagrange_cli.run.derive import read_run
+from lagrange_cli.run.draws import draw_members
+from lagrange_cli.run.ensemble import how_they_ended, make_ensemble
+from lagrange_cli.run.sweep import Swept
+from lagrange_cli.run.sweep import sweep as sweep_ensemble
+
+
+class Sweep(Stored):
+    """Many motions that were followed, as the command writes them to a file.
+
+    Arrays begin with the dimensions of the members, ``dims``, and are read when they are asked for; they
+    cannot be written to.
+
+    Attributes
+    ----------
+    q, v, p : Group
+        Coordinates, velocities and momenta by name: ``swept.q["theta"]``, at the end of each motion, or at
+        all sample times ``t`` if outputs were named.
+    h : ndarray
+        The energy function.
+    status, message : str
+        How it ended, as the command says it.
+    notes : tuple of str
+        Whatever else the command says of it.
+    """
+
+    def __init__(self, folder: Folder, swept: Swept, notes: tuple[str, ...]) -> None:
+        super().__init__(folder.result, notes, folder)
+        self._ensemble = swept.ensemble
+
+    @property
+    def dims(self) -> dict[str, Any]:
+        """What the members span: the swept names with their values, or with a count (``draw``, ``row``)."""
+        axes = self._ensemble.members.axes
+        return dict(axes) if axes else {"member": self._ensemble.values.members}
+
+    @property
+    def members(self) -> int:
+        """How many there are."""
+        return self._ensemble.values.members
+
+    @property
+    def statuses(self) -> Any:
+        """The status of each member: ``complete``, ``stopped``, ``failed`` or ``interrupted``."""
+        return self["status"]
+
+    def __repr__(self) -> str:
+        shape = " x ".join(f"{n} {name}" for name, n in self._ensemble.members.shape.items())
+        return f"<sweep of {self.name}: {self.members} members ({shape}), {self.message}>"
+
+
+def sweep(
+    system: System,
+    *,
+    over: Over | None = None,
+    random: Random | None = None,
+    table: Table | None = None,
+    members: int | None = None,
+    seed: int = 0,
+    set: Values | None = None,
+    size: Mapping[str, int | str] | None = None,
+    start: Value | None = None,
+    stop: Value | None = None,
+    samples: int | None = None,
+    step: Value | None = None,
+    tolerance: float | None = None,
+    method: str | None = None,
+    outputs: str | Iterable[str] | None = None,
+    proven: bool = False,
+    project_initial: bool = False,
+    jobs: int | None = None,
+    cache: bool = True,
+) -> Sweep:
+    """Follow many motions of a system, which differ in parameters or initial values.
+
+    Parameters
+    ----------
+    system : str, path or mapping
+        The name of a system file, its content as text, or its content as a mapping.
+    over : mapping, optional
+        Values by name, to be combined with each other: a sequence, or a text such as ``"0:3:31"`` or
+        ``"log:0.1:10:5"``.
+    random : mapping, optional
+        Distributions by name: ``("normal", 0, 0.1)`` or ``"normal(0,0.1)"``; also ``uniform``, ``lognormal``
+        and ``loguniform``.
+    table : mapping or path, optional
+        Columns by name, or the name of a CSV file: a motion for each row.
+    members : int, optional
+        The number of draws of what is random, at each point of the grid.
+    seed : int
+        The seed of the random numbers.
+    outputs : sequence of str, optional
+        What is sampled of each motion. Without it there is only its end.
+    jobs : int, optional
+        The number of processors; the results do not depend on it.
+    set, size, start, stop, samples, step, tolerance, method, proven, project_initial, cache
+        As for ``solve``.
+
+    Returns
+    -------
+    Sweep
+        A member that failed has this in its ``statuses``; there is a warning.
+
+    Raises
+    ------
+    SpecError, UsageError, FileError
+        As for ``solve``.
+    Interrupted
+        Ctrl-C was pressed. Its attribute ``result`` has the members that have ended.
+
+    Warns
+    -----
+    LagrangeWarning
+        What the command prints as a warning, and that members have failed.
+    """
+    request = request_of(
+        set=set,
+        size=size,
+        times={"start": start, "stop": stop, "step": step},
+        samples=samples,
+        tolerance=tolerance,
+        method=method,
+        outputs=outputs,
+        proven=proven,
+        project_initial=project_initial,
+        cache=cache,
+    )
+    if outputs is None and (samples is not None or step is not None):
+        raise UsageError("without outputs there is only the end of each motion: add outputs=['q', 'v']")
+    draws = draws_of(over, random, table, members, seed)
+    content, filename = content_of(system)
+    with WORKING:
+        spec, _ = read_run(content, filename, request.sizes, lambda spec, problems: None)
+        ensemble = make_ensemble(spec, draw_members(spec, draws, request.overrides), request)
+    told: list[str] = []
+    monitor, threads = watching(told), threads_of(jobs)
+    folder, swept = stored(lambda target: sweep_ensemble(ensemble, target, request, monitor, threads=threads))
+    assert swept.outcome is not None
+    silent = [name for name, count in swept.events.items() if not count]
+    told += [f"{spec.name}: event '{name}' did not occur in any member" for name in silent]
+    found = Sweep(folder, swept, noted(told, ensemble, swept.outcome))
+    return ended(found, swept.outcome, how_they_ended(ensemble, swept.outcome))

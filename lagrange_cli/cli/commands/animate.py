@@ -1,0 +1,191 @@
+"""``lagrange animate``: the drawing of a motion as a film."""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli.commands.plot import (
+    MEMBER,
+    OUTPUTS,
+    motion_of,
+    parse_names,
+    refuse_settings,
+    target_of,
+)
+from lagrange_cli.cli.console import INTERRUPTED, complain, display_name, emit, emit_json, replaced, stem
+from lagrange_cli.cli.options.completion import comma_list, files, names
+from lagrange_cli.cli.options.run import OPTIONS
+from lagrange_cli.cli.options.shared import Given, given_with, parse_overrides
+from lagrange_cli.cli.progress import Counter, Progress, Waiting
+
+if TYPE_CHECKING:
+    from lagrange_cli.run.reel import Asked
+    from lagrange_cli.store.result import Result
+
+PANELS = (
+    "q", "v", "p", "phase", "energy", "drift", "action", "ledger", "observables", "reactions", "multipliers",
+    "conserved",
+)  # fmt: skip
+PIXELS = re.compile(r"(\d+)\s*[xX]\s*(\d+)")
+LEAST, MOST = 16, 7680
+"""Pixels of a picture's edge."""
+
+
+def parse_size(context: click.Context, parameter: click.Parameter, values: tuple[str, ...]) -> dict[str, str]:
+    """``("640x480", "N=5")``: the picture's size becomes the parameter ``pixels``, others are returned."""
+    context.params["pixels"] = None
+    sizes = []
+    for value in values:
+        found = PIXELS.fullmatch(value.strip())
+        if found is None:
+            sizes.append(value)
+            continue
+        width, height = map(int, found.groups())
+        if not (LEAST <= width <= MOST and LEAST <= height <= MOST):
+            raise click.BadParameter(f"{value!r}: both must be from {LEAST} to {MOST}", context, parameter)
+        context.params["pixels"] = width + width % 2, height + height % 2  # as films must have it
+    return parse_overrides(context, parameter, tuple(sizes))
+
+
+@click.command("animate")
+@click.argument("source", metavar="RUN.h5|SYSTEM.yaml", shell_complete=files("h5", "yaml", "yml"))
+@click.option(
+    "-o", "--output", metavar="FILE.mp4", shell_complete=files("mp4", "gif", "apng"),
+    help="The film to write, as .mp4, .gif or .apng; a name without an ending is that of a folder for single "
+    "pictures [RUN.mp4 in the current directory].",
+)  # fmt: skip
+@click.option(
+    "--speed", type=click.FloatRange(min=0, min_open=True),
+    help="Units of t that pass in a second [1; if the film would last less than 0.2 s or more than 60 s, as "
+    "many as make it last about 20 s].",
+)  # fmt: skip
+@click.option(
+    "--fps", type=click.FloatRange(min=0, min_open=True, max=240), help="Pictures a second [30; .gif: 25]."
+)
+@click.option("--from", "begin", type=float, metavar="TIME", help="The time at which the film begins.")
+@click.option("--to", "end", type=float, metavar="TIME", help="The time at which it ends.")
+@click.option(
+    "--trail", type=click.FloatRange(min=0), metavar="TIME",
+    help="The part of the path that is shown, in units of t; 0 for none [2 seconds of the film].",
+)  # fmt: skip
+@click.option(
+    "--panels", metavar="LIST", callback=parse_names, shell_complete=comma_list(PANELS),
+    help=f"Panels beside the drawing: a comma-separated list of {', '.join(PANELS)}.",
+)  # fmt: skip
+@MEMBER
+@OPTIONS["start"]
+@OPTIONS["stop"]
+@OPTIONS["tolerance"]
+@OPTIONS["method"]
+@OPTIONS["project-initial"]
+@OPTIONS["force"]
+@OPTIONS["no-cache"]
+@given_with(
+    click.option(
+        "--size",
+        "sizes",
+        metavar="WxH|NAME=N",
+        multiple=True,
+        callback=parse_size,
+        shell_complete=names("sizes"),
+        help="The size of the picture in pixels [800x600; with panels 1200x600], or a size that the file "
+        "declares, as in N=50; repeatable.",
+    )
+)
+def animate(
+    source: str, output: str | None, speed: float | None, fps: float | None, begin: float | None,
+    end: float | None, trail: float | None, panels: tuple[str, ...], pixels: tuple[int, int] | None,
+    force: bool, given: Given, **run: Any,
+) -> int:  # fmt: skip
+    """Make a film of a motion: of an output of solve, or of a system.
+
+    The motion of a system file is computed first; options such as --set and --stop are for it. What is drawn
+    comes from the file, as for 'lagrange view': its section draw changes it. Ctrl-C ends the film early.
+
+    \b
+    lagrange animate double_pendulum.yaml
+    lagrange animate run.h5 --from 10 --to 20 --speed 0.5 --panels phase,energy -o run.gif
+    """
+    began = time.monotonic()
+    from lagrange_cli.figures.film import FRAMES, check_film
+    from lagrange_cli.run.animate import find_folder, format_of, fps_of, told, write
+    from lagrange_cli.run.interrupts import Interrupts
+    from lagrange_cli.run.reel import Asked, reel_of
+
+    check_film("lagrange animate")
+    name = output or f"{stem(source)}.mp4"
+    kind = format_of(name)
+    asked = Asked(fps or fps_of(kind), speed, begin, end, trail, panels, pixels)
+    if kind == FRAMES:
+        target = find_folder(name, force=force)
+    else:
+        target = target_of(name, (source,), began, given, "lagrange animate", force=force)
+    with opened(source, asked, given, run) as (result, interrupted):
+        waiting = Waiting(stem(source), quiet=given.quiet)
+        with waiting.stage("draw"):
+            reel = reel_of(result, asked)
+        counter = Counter(reel.name, reel.count, "pictures", quiet=given.quiet)
+        with Interrupts() as asking:
+            made = write(reel, target, kind, counter, asking)
+        ending = result.attributes.get("status")
+    if given.as_json:
+        report = {"name": reel.name, "output": target.shown, "replaced": target.replaced}
+        report |= {"pictures": made.pictures, "of": made.count}
+        emit_json({**report, "seconds": made.seconds, "speed": reel.speed, "status": ending})
+    elif not given.quiet:
+        short = "" if made.whole else f", interrupted after {made.pictures} of {made.count}"
+        emit(f"{reel.name}: wrote {target.shown} ({told(reel, made)}){short}{replaced(target)}")
+    return INTERRUPTED if interrupted or not made.whole else 0
+
+
+@contextmanager
+def opened(source: str, asked: Asked, given: Given, run: Mapping[str, Any]) -> Iterator[tuple[Result, bool]]:
+    """The output called ``source``, or that of its motion if it is a system file, and whether Ctrl-C has
+    ended this motion."""
+    written = Path(source).suffix.lower() in OUTPUTS
+    if written:
+        refuse_settings(source, given, None, run)
+    if written and run["member"] is None:
+        from lagrange_cli.store.result import Result
+
+        with Result(source) as result:
+            yield result, False
+        return
+    from lagrange_cli.integrate.ending import Ending
+    from lagrange_cli.run.animate import request_for
+    from lagrange_cli.run.interrupts import Interrupts
+    from lagrange_cli.run.monitor import Monitor, ignore
+    from lagrange_cli.run.plot import solved
+    from lagrange_cli.run.request import TIMES, Request
+    from lagrange_cli.run.view import read_shown
+    from lagrange_cli.spec.spec import SolveDefaults
+
+    content, given, run = motion_of(source, given, run)
+    shown = display_name(source)
+    waiting = Waiting(stem(source), quiet=given.quiet)
+    request = Request(
+        SolveDefaults(tolerance=run["tolerance"], method=run["method"]),
+        {name: run[name] for name in TIMES if run.get(name) is not None},
+        given.overrides,
+        given.sizes,
+        cache=not run["no_cache"],
+        projected=run["projected"],
+    )
+    request = request_for(read_shown(content, shown, request, waiting.stage), request, asked)
+    motion = read_shown(content, shown, request, waiting.stage)
+    tell = ignore if given.quiet else complain
+    settings = motion.settings
+    progress = partial(Progress, motion.spec.name, settings.start, settings.stop, quiet=given.quiet)
+    monitor = Monitor(waiting.stage, progress, tell, Interrupts)
+    with solved(motion, request, None, monitor) as (result, outcome):
+        if outcome.ending.status not in ("complete", "stopped"):
+            tell(f"{motion.spec.name}: {outcome.message}")
+        yield result, outcome.ending is Ending.INTERRUPTED

@@ -1,0 +1,262 @@
+"""``lagrange plot``: pictures of outputs, or of a system's motion."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import sys
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from lagrange_cli.cli.console import (
+    INTERRUPTED,
+    complain,
+    count_of,
+    display_name,
+    emit,
+    emit_json,
+    replaced,
+    stem,
+)
+from lagrange_cli.cli.options.certify import certify_options
+from lagrange_cli.cli.options.completion import comma_list, files
+from lagrange_cli.cli.options.run import OPTIONS
+from lagrange_cli.cli.options.shared import Given, given_options
+from lagrange_cli.cli.progress import Progress, Waiting
+from lagrange_cli.cli.source import read_bytes
+from lagrange_cli.errors import UsageError
+from lagrange_cli.records import replace
+
+if TYPE_CHECKING:
+    from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.plot import Asked
+    from lagrange_cli.store.result import Result
+
+WHAT = (
+    "q", "v", "p", "phase", "path", "positions", "drift", "energy", "action", "ledger", "error", "spectrum",
+    "observables", "reactions", "multipliers", "constraints", "conserved", "final",
+)  # fmt: skip
+OUTPUTS = (".h5", ".hdf5")
+TERMINAL = 100
+"""Columns of a plot on a terminal of unknown width."""
+
+
+def parse_names(context: click.Context, parameter: click.Parameter, text: str | None) -> tuple[str, ...]:
+    """``"q, drift"`` as a tuple of names."""
+    return tuple(part.strip() for part in (text or "").split(",") if part.strip())
+
+
+def parse_size(
+    context: click.Context, parameter: click.Parameter, text: str | None
+) -> tuple[float, float] | None:
+    """``"7x5"`` as width and height in inches."""
+    if text is None:
+        return None
+    parts = text.lower().replace(",", "x").split("x")
+    try:
+        width, height = map(float, parts)
+    except ValueError:
+        width = height = 0.0
+    if not (1 <= width <= 100 and 1 <= height <= 100):
+        raise click.BadParameter(f"{text!r} is no size in inches from 1x1 to 100x100, as in --inches 7x5")
+    return width, height
+
+
+MEMBER = click.option(
+    "--member", type=click.IntRange(min=0), metavar="N",
+    help="Of the output of a sweep, the member of this number, from 0 on: its motion is computed again.",
+)  # fmt: skip
+
+
+@click.command("plot")
+@click.argument(
+    "sources",
+    metavar="RUN.h5|SYSTEM.yaml...",
+    nargs=-1,
+    required=True,
+    shell_complete=files("h5", "yaml", "yml"),
+)
+@click.option(
+    "--what",
+    metavar="LIST",
+    callback=parse_names,
+    shell_complete=comma_list(WHAT),
+    help=f"What to draw: a comma-separated list of {', '.join(WHAT)} "
+    "[motions: q,phase,path,drift; sweeps: q,final,drift; sections: phase].",
+)
+@click.option("--x", metavar="NAME", help="The quantity along x, with --y [t].")
+@click.option(
+    "--y", metavar="LIST", callback=parse_names,
+    help="Quantities to draw, each in a panel: theta, theta_dot, p_theta, bob.x, h, an observable, or the "
+    "path of a dataset.",
+)  # fmt: skip
+@click.option(
+    "-o", "--output", metavar="FILE.png", shell_complete=files("png", "svg", "pdf"),
+    help="The picture to write, as .png, .svg or .pdf [RUN.png in the current directory].",
+)  # fmt: skip
+@click.option("--inches", metavar="WxH", callback=parse_size, help="The size of the picture in inches.")
+@click.option("--terminal", is_flag=True, help="Draw on the terminal, with characters; no file is written.")
+@MEMBER
+@OPTIONS["start"]
+@OPTIONS["stop"]
+@OPTIONS["samples"]
+@OPTIONS["step"]
+@OPTIONS["tolerance"]
+@OPTIONS["method"]
+@OPTIONS["project-initial"]
+@OPTIONS["force"]
+@OPTIONS["no-cache"]
+@given_options
+@certify_options
+def plot(
+    sources: tuple[str, ...], what: tuple[str, ...], x: str | None, y: tuple[str, ...], output: str | None,
+    inches: tuple[float, float] | None, terminal: bool, force: bool, given: Given, demand: Demand | None,
+    **run: Any,
+) -> int:  # fmt: skip
+    """Draw outputs of solve, sweep and section, or the motion of a system.
+
+    Several outputs of one kind are drawn over each other. The motion of a system file is computed first, with
+    the outputs that the plot needs; options such as --set and --stop are for it. Curves are pale where an
+    estimate of the error (--certify) says that six digits can no longer be trusted.
+
+    \b
+    lagrange plot double_pendulum.yaml
+    lagrange plot run.h5 --what phase,energy -o run.pdf
+    lagrange plot run.h5 --x theta --y theta_dot,h
+    """
+    began = time.monotonic()
+    if terminal and output is not None:
+        raise UsageError("--terminal writes no file: leave out --output")
+    if what and (x or y):
+        raise UsageError("--what and --y both say what to draw: give one of them")
+    from lagrange_cli.figures.style import check_matplotlib
+    from lagrange_cli.figures.terminal import check_plotext
+    from lagrange_cli.run.plot import Asked, check_format, page_of
+
+    check_plotext("--terminal") if terminal else check_matplotlib("lagrange plot")
+    name = output or f"{stem(sources[0])}.png"
+    suffix = "" if terminal else check_format(name)
+    asked = Asked(what, x, y)
+    target = None if terminal else target_of(name, sources, began, given, "lagrange plot", force=force)
+    with ExitStack() as stack:
+        results, interrupted = [], False
+        for source in sources:
+            result, ended = stack.enter_context(opened(source, asked, given, demand, run))
+            results.append(result)
+            interrupted |= ended
+        waiting = Waiting(stem(sources[0]), quiet=given.quiet)
+        with waiting.stage("draw"):
+            page = page_of(results, asked)
+            if target is None:
+                from lagrange_cli.figures.terminal import as_text
+
+                width = shutil.get_terminal_size((TERMINAL, 24)).columns
+                emit(as_text(page, width, colored=sys.stdout.isatty()))
+            else:
+                from lagrange_cli.figures.draw import draw
+                from lagrange_cli.run.plot import write
+
+                write(draw(page, suffix, "lagrange-cli", inches), target)
+    if target is not None:
+        titles = [panel.title or panel.y for panel in page.panels]
+        if given.as_json:
+            told = {"name": page.title, "output": target.shown, "replaced": target.replaced}
+            emit_json({**told, "panels": titles})
+        elif not given.quiet:
+            panels = count_of(len(titles), "panel")
+            emit(f"{page.title}: wrote {target.shown} ({panels}){replaced(target)}")
+    return INTERRUPTED if interrupted else 0
+
+
+def target_of(
+    name: str, sources: tuple[str, ...], began: float, given: Given, command: str, *, force: bool
+) -> Any:
+    """The picture's file, checked before any work is done."""
+    from lagrange_cli.store.find_target import find_target
+    from lagrange_cli.store.notes import Origin
+
+    origin = None
+    if sources[0] != "-":
+        origin = Origin(os.path.realpath(sources[0]), {"command": f"'{command}'"}, began)
+    return find_target(name, force=force, origin=origin)
+
+
+@contextmanager
+def opened(
+    source: str, asked: Asked, given: Given, demand: Demand | None, run: Mapping[str, Any]
+) -> Iterator[tuple[Result, bool]]:
+    """The output called ``source``, or that of its motion if it is a system file, and whether Ctrl-C has
+    ended this motion."""
+    written = Path(source).suffix.lower() in OUTPUTS
+    if written:
+        refuse_settings(source, given, demand, run)
+    if written and run["member"] is None:
+        from lagrange_cli.store.result import Result
+
+        with Result(source) as result:
+            yield result, False
+        return
+    from lagrange_cli.integrate.ending import Ending
+    from lagrange_cli.run.interrupts import Interrupts
+    from lagrange_cli.run.monitor import Monitor, ignore
+    from lagrange_cli.run.motion import read_motion
+    from lagrange_cli.run.plot import outputs_for, solved
+    from lagrange_cli.run.request import TIMES, Request
+    from lagrange_cli.spec.read import read_spec
+    from lagrange_cli.spec.spec import SolveDefaults
+
+    content, given, run = motion_of(source, given, run)
+    spec = read_spec(content, display_name(source), given.sizes)
+    options = SolveDefaults(
+        samples=run["samples"],
+        tolerance=run["tolerance"],
+        method=run["method"],
+        outputs=outputs_for(asked, has_particles=not spec.lagrangian),
+    )
+    times = {name: run[name] for name in TIMES if run.get(name) is not None}
+    request = Request(
+        options, times, given.overrides, given.sizes, cache=not run["no_cache"], projected=run["projected"]
+    )
+    waiting = Waiting(stem(source), quiet=given.quiet)
+    tell = ignore if given.quiet else complain
+    motion = read_motion(content, display_name(source), request, waiting.stage)
+    settings = motion.settings
+    progress = partial(Progress, spec.name, settings.start, settings.stop, quiet=given.quiet)
+    monitor = Monitor(waiting.stage, progress, tell, Interrupts)
+    with solved(motion, request, demand, monitor) as (result, outcome):
+        if outcome.ending.status not in ("complete", "stopped"):
+            tell(f"{spec.name}: {outcome.message}")
+        yield result, outcome.ending is Ending.INTERRUPTED
+
+
+def motion_of(source: str, given: Given, run: Mapping[str, Any]) -> tuple[bytes, Given, Mapping[str, Any]]:
+    """The system file of a motion that is to be computed, and the options for it: they are as given, or
+    those of one ``--member`` of a sweep."""
+    if run["member"] is None:
+        return read_bytes(source), given, run
+    if Path(source).suffix.lower() not in OUTPUTS:
+        raise UsageError(f"--member is for the output of a sweep, and {source} is a system file")
+    from lagrange_cli.run.replay import member_of
+
+    found = member_of(Path(source), run["member"])
+    values = replace(given, overrides=dict(found.values), sizes=dict(found.sizes))
+    return found.content, values, {**run, **found.times}
+
+
+def refuse_settings(source: str, given: Given, demand: Demand | None, run: Mapping[str, Any]) -> None:
+    """An output is drawn as it is: raise ``UsageError`` for options that would change its motion."""
+    given_ones = [
+        f"--{name}"
+        for name in ("start", "stop", "samples", "step", "tolerance", "method")
+        if run.get(name) is not None
+    ]
+    given_ones += ["--set"] * bool(given.overrides) + ["--size"] * bool(given.sizes)
+    given_ones += ["--certify"] * (demand is not None)
+    if given_ones:
+        raise UsageError(f"{given_ones[0]} is for the motion of a system file, and {source} is an output")

@@ -1,0 +1,129 @@
+"""Distances in expressions: between which points one lies, whatever way it is written."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import combinations
+
+import numpy as np
+
+from lagrange_cli.drawing.probe import equal
+from lagrange_cli.drawing.scene import Place, Scene, lengths
+from lagrange_cli.expression.arrays import Array
+from lagrange_cli.expression.node import Kind, Node, bits, reachable
+
+MOST = 10
+"""Particles that are compared with one expression."""
+
+Owners = Mapping[int, Sequence[str]]
+"""The particles that depend on each symbol, by its bit."""
+End = str | Place
+
+
+def owners_of(scene: Scene) -> dict[int, list[str]]:
+    """Which particles depend on which coordinate."""
+    found: dict[int, list[str]] = {}
+    for name, place in scene.positions.items():
+        for bit in bits(scene.symbols(place) & scene.moving):
+            found.setdefault(bit, []).append(name)
+    return found
+
+
+def near(scene: Scene, node: Node, owners: Owners) -> list[str]:
+    """Particles whose places depend on a coordinate that ``node`` depends on."""
+    names: dict[str, None] = {}
+    for bit in bits(node.symbols & scene.moving):
+        names |= dict.fromkeys(owners.get(bit, ())[: 8 * MOST])
+    return [*names]
+
+
+def candidates(scene: Scene, node: Node, owners: Owners) -> list[str]:
+    """Those whose places depend on no other coordinates than ``node`` does."""
+    others = scene.moving & ~node.symbols
+    found = [name for name in near(scene, node, owners) if not scene.symbols(scene.positions[name]) & others]
+    return found[:MOST]
+
+
+def pairs(scene: Scene, node: Node, owners: Owners) -> Iterator[tuple[End, str]]:
+    """What ``node`` may be a distance of: two particles, or one and a fixed point."""
+    moving = node.symbols & scene.moving
+    names = candidates(scene, node, owners)
+    whole = [name for name in names if scene.symbols(scene.positions[name]) & scene.moving == moving]
+    for name in whole:
+        for centre in centres(scene, node, scene.positions[name]):
+            yield centre, name
+    for a, b in combinations(names, 2):
+        if (scene.symbols(scene.positions[a]) | scene.symbols(scene.positions[b])) & scene.moving == moving:
+            yield a, b
+    for name in whole:
+        yield scene.zero, name
+
+
+def centres(scene: Scene, node: Node, place: Place) -> Iterator[Place]:
+    """The points from which ``node`` may be the distance of a particle at ``place``, as it is written."""
+    inner = [node, *(one.arguments[0] for one in reachable([node]) if is_root(one))]
+    for one in inner:
+        centre = _centre(scene, one, place)
+        if centre is not None:
+            yield centre
+
+
+def is_root(node: Node) -> bool:
+    """Whether it is the square root of a sum."""
+    return node.kind is Kind.PRODUCT and node.data in ((0.5,), (-0.5,)) and node.arguments[0].kind is Kind.SUM
+
+
+def _centre(scene: Scene, node: Node, place: Place) -> Place | None:
+    """The centre c if ``node`` is |r - c|^2 with a factor, in coordinates that are the components of r."""
+    graph, found = scene.graph, []
+    for component in place:
+        if not component.symbols & scene.moving:
+            found.append(component)
+            continue
+        if component not in scene.coordinates:
+            return None
+        slope = graph.diff(node, component)
+        curvature = graph.diff(slope, component)
+        if curvature.is_zero or curvature.symbols & scene.moving:
+            return None
+        found.append(component - slope / curvature)
+    if any(one.symbols & scene.moving for one in found):
+        return None
+    return tuple(found)
+
+
+def place_of(scene: Scene, end: End) -> Place:
+    """Where an end is."""
+    return scene.positions[end] if isinstance(end, str) else end
+
+
+def apart(scene: Scene, a: End, b: End) -> Array:
+    """How far two ends are apart at the random states (STATES,)."""
+    return lengths(scene.at(place_of(scene, a)) - scene.at(place_of(scene, b)))
+
+
+def distance_in(scene: Scene, node: Node, owners: Owners) -> tuple[End, str] | None:
+    """The points whose distance ``node`` is a function of, and of nothing else in coordinates.
+
+    It is one if its gradient is parallel to that of the square of the distance. Of several pairs of points,
+    as there are on a rod, those farthest apart are taken.
+    """
+    symbols = [q for q in scene.coordinates if q.symbols & node.symbols] if node.symbols else []
+    if len(symbols) < 2:
+        return None
+    slopes = scene.probe([scene.graph.diff(node, q) for q in symbols])
+    found: dict[tuple[End, str], float] = {}
+    for a, b in pairs(scene, node, owners):
+        across = scene.difference(place_of(scene, a), place_of(scene, b))
+        square = scene.graph.sum([(one * one, 1.0) for one in across])
+        others = scene.probe([scene.graph.diff(square, q) for q in symbols])
+        if _parallel(slopes, others):
+            found.setdefault((a, b), float(np.nanmax(apart(scene, a, b))))
+    return max(found, key=found.__getitem__, default=None)
+
+
+def _parallel(a: Array, b: Array) -> bool:
+    """Whether the columns of two tables (components, STATES) are parallel, one by one."""
+    sizes = lengths(a) * lengths(b)
+    dots = np.abs((a * b).sum(axis=0))
+    return bool(np.any(sizes[np.isfinite(sizes)] > 0)) and equal(sizes, dots)

@@ -1,0 +1,190 @@
+"""The way across u = 0 where u has a power that has no series there, such as |u|^1.5 or |u|^0.25.
+
+The motion is taken a short way from one side to the other. There the acceleration is that at the beginning,
+and a change that is added up by quadrature along the path which it would have without that change (a step of
+E. Picard's iteration). What is left out is the change of the change. With t = h s^6, a power of t such as
+t^0.1 is smooth enough in s for Gauss's rule.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cache
+from itertools import product
+from math import cos, frexp, ldexp, pi
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.methods.modes import Modes
+from lagrange_cli.native.state import BEGINNING, Clock
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
+
+WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4)]
+"""The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
+double-double. (There the longest come first: proofs of steps know of u no more than a double.)"""
+NEAR = 2.0**-16
+"""Where u = 0 is farther away, in the same terms, it is not what stops the motion."""
+FELT = 2.0**-50, 2.0**-98
+"""The error of velocities that is not felt on such a way."""
+BRIEF = 2.0**-20
+"""What is a short part of all the time since t = 0."""
+NODES, POWER = 16, 6
+"""Of Gauss's rule, and of s in the time."""
+QUADRATURE = 2.0**-46
+"""The error of the rule for powers from t^0.1 on."""
+
+
+class Crossing(Modes):
+    """The way across a place where a force has no series."""
+
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        super().__init__(machine, constants, memory, work)
+        self._crossed: tuple[float, ...] = ()
+
+    def cross(self) -> bool:
+        """Take the motion a little way across u = 0; whether that could be done with an error that is not
+        felt.
+
+        It begins with the acceleration on the side from which the motion comes, or on that to which it goes
+        if it begins at u = 0 where the force jumps.
+        """
+        now = tuple(self.memory[self._layout.at(part)] for part in (Clock.TIME, Clock.TIME_LOW))
+        if now == self._crossed:
+            return False
+        self._crossed = now
+        self._series()
+        free = [j for j in range(self.count) if self.modes[j] != 0.0]
+        u = {j: self._coefficients(self._rows.first + j)[:2] for j in free}
+        marked = [j for j in range(self.count) if self.marks[j] > 0.0]
+        ahead = {j: -u[j][0] / u[j][1] for j in free if u[j][1] * self.modes[j] < 0.0}
+        if marked:
+            j, side = marked[0], float(self.modes[marked[0]]) or 1.0
+            tried = (-side, side), (side, side), (-side, -side)
+            return any(self._crossed_by(j, 0.0, *modes) for modes in tried)
+        if not ahead:
+            return False
+        j = min(ahead, key=lambda j: abs(ahead[j]))
+        return self._crossed_by(j, abs(float(ahead[j])), float(self.modes[j]), -float(self.modes[j]))
+
+    def _crossed_by(self, j: int, left: float, begin: float, mode: float) -> bool:
+        """Move on by the time ``left`` until u = 0, and a little more, to where the mode is right, with the
+        accelerations of the one to ``begin`` with."""
+        layout, memory, parts = self._layout, self.memory.copy(), self.machine.program.parts
+        q, v = (np.max(np.abs(memory[layout.part(0)][one])) for one in (layout.q, layout.v))
+        self.modes[j] = begin
+        self._series()
+        v = max(v, self._speed())
+        if not v > 0.0:
+            self.memory[:] = memory
+            return False
+        usual = max(q / v, abs(memory[layout.time]) * BRIEF)
+        if left > usual * NEAR:
+            return False
+        for way in WAYS[parts - 1]:
+            self.memory[:] = memory
+            self.modes[j] = begin
+            if self._moved(left, left + float(usual) * way, begin, mode, j):
+                self.marks[:] = 0.0
+                for number in BEGINNING:
+                    self.memory[layout.at(number)] = 0.0
+                return True
+        self.memory[:] = memory
+        return False
+
+    def _moved(self, left: float, length: float, begin: float, mode: float, j: int) -> bool:
+        """Move by about this ``length``, with u = 0 after the time ``left``, where the mode to ``begin`` with
+        is changed; whether the other one is right then, and the error small."""
+        layout, own = self._layout, self._layout.degrees
+        length = ldexp(1.0, frexp(length)[1])  # so that velocities times it are exact
+        self._series()
+        at_zero = [j, *np.flatnonzero(self.marks > 0.0)]
+        rates, slopes = self._rates_of_rows(), self._slopes(at_zero)
+        start, velocities = self.memory.copy(), np.zeros(len(rates))
+        places = np.zeros(len(rates))
+        sides = (left, begin, -left), (left, mode, length - left)
+        for (root, side, extent), (node, weight) in product(sides, gauss(NODES)):
+            t = root + extent * node**POWER
+            self.memory[:] = start
+            self._move(t, rates)
+            self.modes[j] = side
+            self._series()
+            change = self._rates_of_rows() - rates
+            change[~np.isfinite(change)] = 0.0  # so near that rounding decides on which side u is
+            change *= weight * abs(extent) * POWER * node ** (POWER - 1)
+            velocities += change
+            places += change * (length - t)
+        self.memory[:] = start
+        self._move(length, rates)
+        self._add(layout.rates, velocities)
+        self._add(layout.q, places[:own])
+        self.modes[j] = mode
+        self._series()
+        u, after = self._coefficients(self._rows.first + j)[0], self._rates_of_rows()
+        if not u * mode > 0.0 or not np.all(np.isfinite(after[:own])):
+            return False
+        if not all(np.all(np.isfinite(self._coefficients(i))) for i in range(layout.v.start, layout.v.stop)):
+            return False
+        felt = np.abs(after - rates)[:own]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bends = np.abs(self._slopes(at_zero) / slopes - 1.0)
+        bend = float(np.max(np.where(bends < 1.0, bends, 1.0)))
+        error = felt * length * (bend + QUADRATURE)
+        high = self.memory[layout.part(0)]
+        least = FELT[self.machine.program.parts - 1] * max(np.max(np.abs(high[layout.v])), self._speed())
+        return bool(np.all(error <= least))
+
+    def _slopes(self, guards: Sequence[int]) -> Array:
+        """How fast the arguments of guards change."""
+        return np.array([self._coefficients(self._rows.first + j)[1] for j in guards])
+
+    def _rates_of_rows(self) -> Array:
+        """The rates of all rows but q, from the series."""
+        rows = range(self._layout.rates.start, self._layout.rates.stop)
+        return np.array([self._coefficients(row)[0] for row in rows])
+
+    def _move(self, t: float, rates: Array) -> None:
+        """Move by the time ``t`` with constant rates."""
+        layout = self._layout
+        high, low = (self.memory[layout.part(part)].copy() for part in (0, 1))
+        self._add(layout.q, high[layout.v] * t)
+        self._add(layout.q, low[layout.v] * t + rates[: layout.degrees] * (t * t / 2))
+        self._add(layout.rates, rates * t)
+        self._add(slice(layout.time, layout.time + 1), t, Clock.TIME_LOW - Clock.TIME)
+
+    def _add(self, rows: slice[int, int, None], change: Array | float, apart: int | None = None) -> None:
+        """Add to numbers whose low parts are so far ``apart``, without an error of rounding (D. Knuth)."""
+        shift = self._layout.width if apart is None else apart
+        high, low = (self.memory[rows.start + k : rows.stop + k] for k in (0, shift))
+        total = high + change
+        rest = total - high
+        low += (high - (total - rest)) + (change - rest)
+        high[:] = total
+
+    def _speed(self) -> float:
+        """The speed that the motion gets from rest on a way as long as its coordinates."""
+        high, layout = self.memory[self._layout.part(0)], self._layout
+        rows = range(layout.v.start, layout.v.stop)
+        accelerations = np.abs([self._coefficients(row)[0] for row in rows])
+        known = accelerations[np.isfinite(accelerations)]
+        return float(np.sqrt(np.max(known, initial=0.0) * np.max(np.abs(high[layout.q]))))
+
+
+@cache
+def gauss(count: int) -> list[tuple[float, float]]:
+    """The nodes and weights of Gauss's rule on [0, 1] (M. Abramowitz and I. A. Stegun, 25.4.30), by Newton's
+    method."""
+    found = []
+    for k in range(1, count + 1):
+        x = cos(pi * (k - 0.25) / (count + 0.5))
+        for _ in range(6):
+            before, value = 1.0, x  # Legendre's polynomials
+            for n in range(2, count + 1):
+                before, value = value, ((2 * n - 1) * x * value - (n - 1) * before) / n
+            slope = count * (x * value - before) / (x * x - 1)
+            x -= value / slope
+        found.append(((1 - x) / 2, 1 / ((1 - x * x) * slope**2)))
+    return found

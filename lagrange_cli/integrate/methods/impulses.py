@@ -1,0 +1,102 @@
+"""What forces of constraint do in no time: a state that an action has set, back to the constraints.
+
+What the action has set stays, the rest is moved by the shortest way in the metric of the masses. For
+velocities these are the impulses of the forces of constraint (E. T. Whittaker, Analytical Dynamics, 4th ed.
+1937, ch. IX): M dv = A^T lambda in all directions that the action has left free.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.native.state import Clock
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.integrate.methods.settling import Settling
+
+MOST = 60
+"""So often a state is moved to the constraints by Newton's method, at most."""
+NEAR = 2.0**-40
+"""What is off by no more than this part of the state is left to ``@project``."""
+
+
+class Impulses:
+    """Moves the state in the memory of ``settling`` to the constraints."""
+
+    def __init__(self, settling: Settling) -> None:
+        self._settling, self._memory = settling, settling.memory
+        self._program, self._layout = settling.machine.program, settling.machine.program.inner
+
+    def close(self, state: Array, rows: NDArray[np.intp], changed: Collection[int]) -> bool:
+        """Go on from a ``state`` at ``rows`` of the memory whose rows ``changed`` are to stay as they are;
+        whether that leads to the constraints."""
+        if self._settling.machine.project is None:
+            return True
+        degrees = self._program.degrees
+        high = state[: self._program.rows].copy()
+        for part, first in ((0, 0), (1, degrees)):
+            own = range(first, first + degrees)
+            for _ in range(MOST):
+                moved = self._step(high, part, [row - first for row in own if row not in changed])
+                high[first : first + degrees] += moved
+                if not np.max(np.abs(moved), initial=0.0) > NEAR * np.max(np.abs(high), initial=0.0):
+                    break
+            for row in own:
+                if high[row] != state[row]:
+                    self._put(int(rows[row]), float(high[row]))
+        return self._polished()
+
+    def _put(self, row: int, value: float) -> None:
+        layout = self._layout
+        self._memory[[row, layout.width + row, layout.third + row]] = value, 0.0, 0.0
+
+    def _step(self, high: Array, part: int, free: list[int]) -> Array:
+        """A step of Newton's method for the coordinates (part 0) or velocities (part 1): the change of those
+        that are ``free``, or of all where that is not enough."""
+        program = self._program
+        count, degrees = program.constraints, program.degrees
+        found = self._evaluated(high)
+        off = found[part * count : (part + 1) * count]
+        matrix = np.zeros((degrees + count,) * 2)
+        matrix[tuple(np.array(program.pattern).reshape(-1, 2).T)] = found[2 * count :]
+        right = np.concatenate([np.zeros(degrees), off])
+        for some in (free, range(degrees)):
+            kept = [*some, *range(degrees, degrees + count)]
+            solution = np.linalg.lstsq(matrix[np.ix_(kept, kept)], right[kept], rcond=None)[0]
+            moved = np.zeros(degrees)
+            moved[[*some]] = solution[: len(some)]
+            left = off - matrix[degrees:, :degrees] @ moved
+            if not np.max(np.abs(left), initial=0.0) > 1e-6 * np.max(np.abs(off), initial=0.0):
+                break
+        return moved
+
+    def _evaluated(self, high: Array) -> Array:
+        """Constraints, their rates, and the entries of the matrix of the equations, at a state."""
+        machine, program = self._settling.machine, self._program
+        assert machine.constrain is not None
+        found = np.empty(program.parts * (2 * program.constraints + len(program.pattern)))
+        state = np.zeros(program.parts * program.rows)
+        state[: program.rows] = high
+        when = self._memory[[self._layout.at(part) for part in (Clock.TIME, Clock.TIME_LOW)]]
+        place = self._settling.constants.ctypes.data
+        machine.constrain(place, when.ctypes.data, state.ctypes.data, found.ctypes.data, 1, 1)
+        return found[: len(found) // program.parts]
+
+    def _polished(self) -> bool:
+        """Newton's method to the last digit; whether it ends."""
+        memory, place = self._memory, self._layout.at(Clock.PROJECTIONS)
+        project, count = self._settling.machine.project, float(memory[place])
+        assert project is not None
+        for _ in range(MOST):
+            before = float(memory[place])
+            project(self._settling.constants.ctypes.data, memory.ctypes.data)
+            if memory[place] == before:
+                memory[place] = count
+                return True
+        return False

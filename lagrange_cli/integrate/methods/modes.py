@@ -1,0 +1,93 @@
+"""Modes of guards in the memory of a motion's state, and the series of arguments where the motion is."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.native.state import Clock
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+    from lagrange_cli.native.compilation.machine import Machine
+
+DERIVATIVES = 6
+"""Derivatives of arguments that are looked at."""
+SMALLEST = 2.0**-1022
+
+
+class Modes:
+    """The modes and marks of switches, then those of events and contacts.
+
+    ``constants``, ``memory`` and ``work`` are the arrays that compiled code works on.
+    """
+
+    def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
+        self.machine = machine
+        program = machine.program
+        self.constants, self.memory, self._work = constants, memory, work
+        self._layout, self._rows = program.inner, program.rows_of_guards
+        first, count = self._rows.mode(self._layout), self._rows.count
+        self.modes = memory[first : first + count]
+        marks = self._rows.fresh(self._layout)
+        self.marks = memory[marks : marks + count]
+        self.count = len(program.guards)
+
+    def set_parameters(self, parameters: Array) -> None:
+        """Put the parameters of the run (all high parts, then all low ones) beside the modes."""
+        parts = self.machine.program.given
+        settings = self.memory[self._layout.settings]
+        width = self._rows.parameters + self._rows.count
+        for part, given in enumerate(parameters.reshape(parts, -1)):
+            settings[part * width : part * width + self._rows.parameters] = given
+
+    def mark(self, guards: Sequence[int]) -> None:
+        """The arguments of these are 0 now."""
+        self.marks[list(guards)] = max(self.memory[self._layout.at(Clock.LENGTH)], SMALLEST)
+
+    def prepare(self) -> None:
+        """Compute the constants of the equations from parameters and modes."""
+        settings = self.memory[self._layout.settings]
+        self.machine.prepare(settings.ctypes.data, self.constants.ctypes.data)
+
+    def _series(self) -> Array:
+        """The series from here on; the rates of velocities and integrals."""
+        self.prepare()
+        self._work[:] = 0.0  # what is not finite would spread
+        rates = np.empty(self._layout.rows)
+        self.machine.accelerate(
+            self.constants.ctypes.data,
+            float(self.memory[self._layout.time]),
+            self.memory.ctypes.data,
+            self._work.ctypes.data,
+            rates.ctypes.data,
+        )
+        return rates
+
+    def _arguments(self) -> Array:
+        """The values of all guards' arguments."""
+        self._series()
+        return np.array([self._coefficients(self._rows.first + j)[0] for j in range(self.count)])
+
+    def _coefficients(self, row: int) -> Array:
+        """The first derivatives of what a row is the quadrature of, divided by factorials, from the value
+        on."""
+        first, step, term = self.machine.program.series_at
+        place = first + row * step
+        orders = np.arange(1, DERIVATIVES + 2)
+        found: Array = self._work[place + orders * term] * orders
+        return found
+
+    def coefficients_of(self, *rows: int) -> list[Array]:
+        """Those of rows where the motion is now."""
+        self._series()
+        return [self._coefficients(row) for row in rows]
+
+    def scale(self) -> Array:
+        """The largest coefficients of each order among velocities: what rounding of a derivative is measured
+        by."""
+        rows = range(self._layout.v.start, self._layout.v.stop)
+        found: Array = np.max(np.abs([np.r_[0.0, self._coefficients(row)] for row in rows]), axis=0)
+        return found

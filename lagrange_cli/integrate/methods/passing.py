@@ -1,0 +1,86 @@
+"""How a motion passes a singular configuration, where its constraints become dependent for an instant.
+
+A parallelogram linkage passes through the horizontal: the motion is smooth there, but multipliers are not
+determined, and close by they are lost in rounding. The series of a step has a pole there of the size of
+rounding errors, so that no step leads beyond it. What leads beyond is the polynomial through the motion at
+some distance before (at Chebyshev points: L. N. Trefethen, Approximation Theory and Approximation Practice,
+2013, ch. 5). It is believed if one of a lower degree agrees with it, if it satisfies the constraints, and if
+the accelerations behind the singular configuration are its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+
+DEGREE, LOWER = 14, 12
+AWAY = 1 / 75
+"""How far the polynomial leads beyond the singular time, as a part of the time that it is known on."""
+HALVINGS = 10
+AGREED, SATISFIED, ACCELERATED = 1e-10, 1e-9, 1e-5
+"""How well the polynomials, the constraints and the accelerations must agree, relative to the motion."""
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A polynomial for all rows of the state between ``start`` and ``stop``: Chebyshev coefficients
+    (degree + 1, rows) on the interval before the singular time, from ``start`` to ``known``."""
+
+    start: float
+    known: float
+    stop: float
+    coefficients: Array
+    error: float
+
+    def _place(self, t: Array) -> Array:
+        return (2.0 * t - self.start - self.known) / (self.known - self.start)
+
+    def at(self, times: Array) -> Array:
+        """The states (rows, n) at times."""
+        return np.asarray(chebyshev.chebval(self._place(times), self.coefficients))
+
+    def rates(self, t: float) -> Array:
+        """The rates (rows,) at a time."""
+        slopes = chebyshev.chebder(self.coefficients) * (2.0 / (self.known - self.start))
+        return np.asarray(chebyshev.chebval(self._place(np.array(t)), slopes))
+
+
+def passages(singular: float, longest: float, sampled: Callable[[Array], Array | None]) -> list[Passage]:
+    """Polynomials that lead beyond the ``singular`` time, that of the least estimated error first.
+
+    ``sampled`` gives the states (rows, n) at times before it, up to ``longest`` before, or None.
+    """
+    found, length = list[Passage](), longest
+    for _ in range(HALVINGS):
+        away = length * AWAY
+        start, known = singular - length, singular - away
+        made = [_fitted(start, known, degree, sampled) for degree in (DEGREE, LOWER)]
+        fine, coarse = made
+        if fine is not None and coarse is not None:
+            stop = singular + away
+            place = (2.0 * stop - start - known) / (known - start)
+            ends = [chebyshev.chebval(place, one) for one in (fine, coarse)]
+            scale = max(1e-300, float(np.max(np.abs(ends[0]))))
+            error = float(np.max(np.abs(ends[0] - ends[1]))) / scale
+            found.append(Passage(start, known, stop, fine, error))
+        length /= 2.0
+    return sorted((one for one in found if one.error <= AGREED), key=lambda one: one.error)
+
+
+def _fitted(
+    start: float, known: float, degree: int, sampled: Callable[[Array], Array | None]
+) -> Array | None:
+    """The Chebyshev coefficients of the interpolant."""
+    points = np.sort(chebyshev.chebpts1(degree + 1))
+    states = sampled((start + known) / 2.0 + (known - start) / 2.0 * points)
+    if states is None or not np.all(np.isfinite(states)):
+        return None
+    return np.asarray(np.linalg.solve(chebyshev.chebvander(points, degree), states.T))

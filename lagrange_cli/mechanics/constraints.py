@@ -1,0 +1,158 @@
+"""What constraints contribute to the equations of motion: forces, power, and equations of their own.
+
+With f_i(q, t) = 0 and g_j(q, q_dot, t) = 0, linear in the velocities, Lagrange's equations become
+
+    d/dt dL/dq_dot_k - dL/dq_k = Q_k + sum_i lambda_i df_i/dq_k + sum_j lambda_j dg_j/dq_dot_k
+
+(Goldstein, 3rd ed., sec. 2.4, with d'Alembert's principle for the g_j). Along the motion
+
+    sum_k a_ik q_dot_k + b_i = 0
+
+with a_ik = df_i/dq_k and b_i = df_i/dt, or a_jk = dg_j/dq_dot_k and b_j the rest of g_j. So the power of the
+forces of constraint is -sum_i lambda_i b_i. The equations for the multipliers are d2f_i/dt2 = 0 and dg_j/dt =
+0; they stay time derivatives, which the Taylor series take as they are (N. S. Nedialkov and J. D. Pryce, BIT
+45, 2005).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+from lagrange_cli.errors import NotLinear
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import contract, graph_of, numbered, rate, variables
+from lagrange_cli.model.model import Constraint, Model
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """The constraints of a model: sum_k ``slopes[i][k]`` q_dot_k + ``drifts[i]`` = 0."""
+
+    model: Model[Node]
+
+    @property
+    def _graph(self) -> Graph:
+        return graph_of(self.model)
+
+    @cached_property
+    def multipliers(self) -> tuple[Node, ...]:
+        """The symbols of lambda."""
+        return tuple(one.multiplier for one in self.model.constraints)
+
+    @cached_property
+    def slopes(self) -> tuple[Mapping[int, Node], ...]:
+        """a_ik by the index k of the coordinate, as far as they are not 0.
+
+        Raises ``NotLinear`` where a constraint is not linear in the velocities.
+        """
+        return tuple(map(self._slopes, self.model.constraints))
+
+    def _slopes(self, one: Constraint[Node]) -> Mapping[int, Node]:
+        graph, model = self._graph, self.model
+        if one.holonomic:
+            return graph.gradient(one.expression, numbered(model.q))
+        slopes = graph.gradient(one.expression, numbered(model.v))
+        for k, slope in slopes.items():
+            curving = [graph.diff(slope, v) for v in model.v if slope.symbols & v.symbols]
+            if not all(map(is_zero, curving)):
+                raise NotLinear(one.name)
+            if curving:
+                (slopes[k],) = substituted(graph, [slope], dict.fromkeys(model.v, graph.zero))
+        return slopes
+
+    @cached_property
+    def drifts(self) -> tuple[Node, ...]:
+        """b_i: what a constraint changes by, or demands, at rest."""
+        graph, model = self._graph, self.model
+        at_rest = dict.fromkeys(model.v, graph.zero)
+        return tuple(
+            graph.diff(one.expression, model.time)
+            if one.holonomic
+            else substituted(graph, [one.expression], at_rest)[0]
+            for one in model.constraints
+        )
+
+    @cached_property
+    def speeds(self) -> tuple[Node, ...]:
+        """df_i/dt along the motion, or g_j: what must be 0 of the velocities."""
+        graph, model = self._graph, self.model
+        return tuple(
+            graph.sum([(drift, 1.0), *((slope * model.v[k], 1.0) for k, slope in slopes.items())])
+            for slopes, drift in zip(self.slopes, self.drifts)
+        )
+
+    @cached_property
+    def forces(self) -> tuple[Node, ...]:
+        """sum_i lambda_i a_ik, for each coordinate."""
+        graph, moving = self._graph, variables(self.model)
+        terms: list[list[tuple[Node, Node]]] = [[] for _ in self.model.q]
+        for multiplier, slopes in zip(self.multipliers, self.slopes):
+            for k, slope in slopes.items():
+                terms[k].append((slope, multiplier))
+        return tuple(contract(graph, some, moving) for some in terms)
+
+    @property
+    def power(self) -> Node:
+        """-sum_i lambda_i b_i: what the forces of constraint do per time."""
+        pairs = zip(self.multipliers, self.drifts)
+        return self._graph.sum([(multiplier * drift, -1.0) for multiplier, drift in pairs])
+
+    @property
+    def equations(self) -> tuple[Node, ...]:
+        """-d2f_i/dt2 and -dg_j/dt, which have to be 0; with this sign the matrix is symmetric."""
+        return tuple(map(self._equation, self.model.constraints))
+
+    def _equation(self, one: Constraint[Node]) -> Node:
+        graph, moving = self._graph, variables(self.model)
+        changing = rate(graph, one.expression, moving)
+        return -(rate(graph, changing, moving) if one.holonomic else changing)
+
+    def transport(
+        self, multipliers: tuple[Node, ...], moves: tuple[Node, ...], momenta: Sequence[Node]
+    ) -> tuple[Node, ...]:
+        """M dv, one for each coordinate, where coordinates are moved to the constraints by dq = M^-1 A^T mu.
+
+        It makes the move canonical: generated by sum_i mu_i df_i/dt, it changes p_k by the derivative of that
+        by q_k at fixed p, with the other sign. Then the energy that was gained as f drifted off is given
+        back, and h does not drift. With M dv = dp - sum_j dp/dq_j dq_j that is
+
+            M dv_k = -sum_i mu_i da_ik/dt + sum_j dq_j (dp_j/dq_k - dp_k/dq_j).
+
+        ``multipliers`` mu and ``moves`` dq are symbols, and ``momenta`` p_k functions of the state.
+        """
+        graph, model = self._graph, self.model
+        terms: list[list[tuple[Node, float]]] = [[] for _ in model.q]
+        rates = [*zip(model.q, model.v), (model.time, graph.one)]
+        for one, multiplier, slopes in zip(model.constraints, multipliers, self.slopes):
+            for k, slope in slopes.items() if one.holonomic else ():
+                for symbol, speed in rates:
+                    if slope.symbols & symbol.symbols:
+                        terms[k].append((multiplier * graph.diff(slope, symbol) * speed, -1.0))
+        for j, (momentum, move) in enumerate(zip(momenta, moves)):
+            for k, slope in graph.gradient(momentum, numbered(model.q)).items():
+                if k != j:
+                    terms[k].append((move * slope, 1.0))
+                    terms[j].append((moves[k] * slope, -1.0))
+        return tuple(map(graph.sum, terms))
+
+    def bordered(
+        self, matrix: tuple[tuple[Node, ...], ...], applied: Sequence[Node]
+    ) -> tuple[tuple[Node, ...], ...]:
+        """The matrix of the equations with multipliers, [[M, -A^T - dQ/dlambda], [-A, 0]], from the mass
+        matrix M and the ``applied`` forces Q (empty where these contain no multipliers)."""
+        graph, size = self._graph, len(self.model.q)
+        rows = [
+            [-one if (one := slopes.get(k)) is not None else graph.zero for k in range(size)]
+            for slopes in self.slopes
+        ]
+        right = [[other[k] for other in rows] for k in range(size)]
+        for own, force in zip(right, applied):
+            for i, push in graph.gradient(force, numbered(self.multipliers)).items():
+                own[i] = own[i] - push
+        upper = [(*row, *own) for row, own in zip(matrix, right)]
+        return (*upper, *((*row, *(graph.zero for _ in rows)) for row in rows))

@@ -1,0 +1,146 @@
+"""How positions depend on coordinates, and displacements of the particles as changes of the coordinates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import is_zero, zeros
+from lagrange_cli.mechanics.constancy import determinant
+from lagrange_cli.mechanics.relations import Relations
+from lagrange_cli.mechanics.residual import connected
+from lagrange_cli.mechanics.variables import graph_of, numbered
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+Component = tuple[str, int]
+"""A particle and the number of an axis."""
+MOST_AT_ONCE = 3
+"""Equations of so many coordinates are solved by Cramer's rule."""
+QUATERNION = 4
+"""Of so many coordinates every change is tried that is linear in them."""
+
+
+@dataclass(frozen=True)
+class Embedding:
+    """The components of the particles' positions, and their derivatives by the coordinates."""
+
+    model: Model[Node]
+
+    @property
+    def _graph(self) -> Graph:
+        return graph_of(self.model)
+
+    @cached_property
+    def positions(self) -> Mapping[Component, Node]:
+        """Each component of each particle."""
+        return {(one.name, i): x for one in self.model.particles for i, x in enumerate(one.position)}
+
+    @cached_property
+    def slopes(self) -> Mapping[Component, Mapping[int, Node]]:
+        """dx/dq_k by k, as far as they are not 0."""
+        coordinates = numbered(self.model.q)
+        return {one: self._graph.gradient(x, coordinates) for one, x in self.positions.items()}
+
+    @cached_property
+    def blocks(self) -> tuple[tuple[tuple[int, ...], tuple[Component, ...]], ...]:
+        """The coordinates and components that depend on each other, directly or not."""
+        size, graph, components = len(self.model.q), self._graph, [*self.positions]
+        border = [[graph.zero] * (size + len(components)) for _ in range(size + len(components))]
+        for i, one in enumerate(components):
+            for k, slope in self.slopes[one].items():
+                border[k][size + i] = slope
+        return tuple(
+            (tuple(k for k in block if k < size), tuple(components[i - size] for i in block if i >= size))
+            for block in connected(border)
+        )
+
+    def change(self, displacements: Mapping[Component, Node]) -> Mapping[int, Node] | None:
+        """xi with sum_k dx/dq_k xi_k = the displacement of each component, functions of q and t.
+
+        None where no such change of the coordinates is found.
+        """
+        found: dict[int, Node] = {}
+        for coordinates, components in self.blocks:
+            asked = [displacements.get(one, self._graph.zero) for one in components]
+            if all(one.is_zero for one in asked):
+                continue
+            changes = self._by_ansatz(coordinates, components, asked)
+            if changes is None and len(coordinates) <= MOST_AT_ONCE:
+                changes = self._by_least_squares(coordinates, components, asked)
+            if changes is None or not self._makes(changes, components, asked):
+                return None
+            found |= {k: change for k, change in changes.items() if not change.is_zero}
+        return found
+
+    def _makes(
+        self, changes: Mapping[int, Node], components: Sequence[Component], asked: Sequence[Node]
+    ) -> bool:
+        """Whether the changes are proven to give the displacements."""
+        graph = self._graph
+        left = [
+            graph.sum([(one, -1.0), *((slope * changes[k], 1.0) for k, slope in self.slopes[place].items())])
+            for place, one in zip(components, asked)
+        ]
+        return zeros(left) >= {*left}
+
+    def _by_least_squares(
+        self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
+    ) -> dict[int, Node] | None:
+        """The solution of J^T J xi = J^T g by Cramer's rule."""
+        graph = self._graph
+        rows = [[self.slopes[one].get(k, graph.zero) for k in coordinates] for one in components]
+        if not coordinates:
+            return {}
+        if len(rows) == len(coordinates):
+            matrix, right = rows, [*asked]
+        else:
+            pairs = range(len(coordinates))
+            matrix = [[graph.sum([(row[j] * row[k], 1.0) for row in rows]) for k in pairs] for j in pairs]
+            right = [graph.sum([(row[j] * g, 1.0) for row, g in zip(rows, asked)]) for j in pairs]
+        solved = solution(graph, matrix, right)
+        return None if solved is None else dict(zip(coordinates, solved))
+
+    def _by_ansatz(
+        self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
+    ) -> dict[int, Node] | None:
+        """xi_k constant, linear in t, or linear in the coordinates that positions are linear in: as in a
+        chain, whose first end moves and whose links turn. Those of a body's orientation are linear in a
+        quaternion."""
+        graph, model = self._graph, self.model
+        moving = model.time.symbols
+        for q in model.q:
+            moving |= q.symbols
+        linear = [
+            k
+            for k in coordinates
+            if len(coordinates) <= QUATERNION
+            or not any(self.slopes[one][k].symbols & moving for one in components if k in self.slopes[one])
+        ]
+        terms = [(k, graph.one) for k in coordinates]
+        terms += [(k, model.q[j]) for k in linear for j in linear]
+        terms += [(k, model.time) for k in coordinates]
+        columns = [
+            [self.slopes[one].get(k, graph.zero) * factor for one in components] for k, factor in terms
+        ]
+        numbers = Relations(graph).combination(columns, asked)
+        if numbers is None:
+            return None
+        sums: dict[int, list[tuple[Node, float]]] = {k: [] for k in coordinates}
+        for (k, factor), number in zip(terms, numbers):
+            sums[k].append((factor, number))
+        return {k: graph.sum(parts) for k, parts in sums.items()}
+
+
+def solution(graph: Graph, matrix: Sequence[Sequence[Node]], right: Sequence[Node]) -> list[Node] | None:
+    """x with matrix x = right by Cramer's rule; None where the determinant is 0."""
+    whole = determinant(graph, matrix)
+    if is_zero(whole):
+        return None
+    replaced = [
+        [[right[i] if j == k else entry for j, entry in enumerate(row)] for i, row in enumerate(matrix)]
+        for k in range(len(right))
+    ]
+    return [determinant(graph, other) / whole for other in replaced]

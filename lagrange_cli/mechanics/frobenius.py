@@ -1,0 +1,129 @@
+"""Whether constraints on velocities are integrable after all: Frobenius' theorem, at random states.
+
+A constraint sum_k a_k dq_k + b dt = 0 is a differential form w. Forms w_i are integrable together if every
+dw_i vanishes on all pairs of directions on which all w_i vanish (H. Flanders, Differential Forms, 1963, sec.
+7.3). Then they hold along with functions F_i(q, t) that keep their values: they are holonomic. Directions
+that leave a holonomic constraint do not count.
+
+The forms and their derivatives are exact; states are random. What vanishes at several of these vanishes
+everywhere, for functions are analytic between their branches.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.constraints import Constraints
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Array: TypeAlias = "NDArray[np.float64]"
+Form = Mapping[int, Node]
+"""The coefficients of dq_k, and of dt behind them."""
+
+DRAWS, TRIES = 3, 20
+VANISHING = 1e-9
+"""What is smaller, relative to its terms, is 0."""
+MOST = 60
+"""Coordinates and time, up to which this is looked into."""
+
+
+@dataclass(frozen=True)
+class Integrability:
+    """Which constraints on velocities are integrable, each ``alone``, by name; and all of them ``together``.
+
+    Neither is known (None) of large systems, or where nothing has a value.
+    """
+
+    alone: Mapping[str, bool | None]
+    together: bool | None
+
+
+def integrability(model: Model[Node], parameters: Mapping[str, float]) -> Integrability:
+    """What Frobenius' theorem says of the nonholonomic constraints of a model with these parameters."""
+    constraints, graph = Constraints(model), graph_of(model)
+    forms: list[Form] = [
+        {**slopes, len(model.q): drift} for slopes, drift in zip(constraints.slopes, constraints.drifts)
+    ]
+    moving = [k for k, one in enumerate(model.constraints) if not one.holonomic]
+    variables = (*model.q, model.time)
+    names = [model.constraints[k].name for k in moving]
+    if len(variables) > MOST:
+        return Integrability(dict.fromkeys(names), None)
+    turning = {
+        k: {
+            (i, j): graph.diff(a, x)
+            for i, a in forms[k].items()
+            for j, x in enumerate(variables)
+            if i != j and a.symbols & x.symbols
+        }
+        for k in moving
+    }
+    nodes = [a for form in forms for a in form.values()]
+    nodes += [derivative for one in turning.values() for derivative in one.values()]
+    found = [drawn for drawn in draws(nodes, parameters) if drawn is not None]
+    if not found:
+        return Integrability(dict.fromkeys(names), None)
+    bound = [k for k in range(len(forms)) if k not in moving]
+    size = len(variables)
+
+    def judged(together: Sequence[int], judging: Sequence[int]) -> bool:
+        return all(vanishes(size, forms, turning, values, together, judging) for values in found)
+
+    alone = {name: judged([*bound, k], [k]) for name, k in zip(names, moving)}
+    return Integrability(alone, judged([*bound, *moving], moving))
+
+
+def draws(nodes: Sequence[Node], parameters: Mapping[str, float]) -> Iterable[Mapping[Node, float] | None]:
+    """Values of expressions at random states where all of them have some."""
+    symbols = [str(node.data) for node in reachable(nodes) if node.kind is Kind.SYMBOL]
+    source = random.Random(1)
+    found = 0
+    for _ in range(TRIES):
+        chosen = {name: source.uniform(0.2, 1.4) * source.choice((-1, 1)) for name in symbols}
+        try:
+            values, _ = evaluate(nodes, {**chosen, **parameters})
+        except (ArithmeticError, ValueError):
+            continue
+        if all(np.isfinite(values[node]) for node in nodes):
+            found += 1
+            yield values
+        if found == DRAWS:
+            return
+
+
+def vanishes(
+    size: int,
+    forms: Sequence[Form],
+    turning: Mapping[int, Mapping[tuple[int, int], Node]],
+    values: Mapping[Node, float],
+    together: Sequence[int],
+    judging: Sequence[int],
+) -> bool:
+    """Whether dw of the forms ``judging`` vanishes at a state, where the forms ``together`` do."""
+    matrix = np.zeros((len(together), size))
+    for row, k in enumerate(together):
+        for i, a in forms[k].items():
+            matrix[row, i] = values[a]
+    _, steep, directions = np.linalg.svd(matrix)
+    free = directions[int((steep > VANISHING * max(steep.max(initial=0.0), 1e-300)).sum()) :]
+    for k in judging:
+        derivative = np.zeros((size, size))
+        for (i, j), node in turning[k].items():
+            derivative[j, i] += values[node]
+            derivative[i, j] -= values[node]
+        inside = free @ derivative @ free.T
+        whole = max(float(np.abs(derivative).max(initial=0.0)), float(np.abs(matrix).max(initial=0.0)))
+        if np.abs(inside).max(initial=0.0) > VANISHING * whole:
+            return False
+    return True

@@ -1,0 +1,168 @@
+"""What is conserved and quadratic in the velocities, which no change of coordinates and time alone explains.
+
+Of one particle, or of two that move relative to each other, the sums
+
+    sum a_ij m v_i v_j + b_ij v_i L_j + c_ij L_i L_j / m + f(r)
+
+are looked through: their quadratic parts are the Killing tensors of flat space (products of translations and
+rotations; Thompson, J. Math. Phys. 27, 2693, 1986). f is a sum of x_i, x_i x_j and of the terms of U times 1,
+x_i and x_i x_j. Examples are the vector of Laplace, Runge and Lenz (Goldstein, Classical Mechanics, 3rd ed.,
+section 3.9), Fradkin's tensor of the isotropic oscillator (Am. J. Phys. 33, 207, 1965) and the constants of
+two fixed centres and of the Stark effect.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.text import joined, text_of
+from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.mechanics.embedding import Embedding
+from lagrange_cli.mechanics.noether import Noether
+from lagrange_cli.mechanics.reasons import term
+from lagrange_cli.mechanics.separation import terms_of_sum
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.records import dataclass
+
+MOST_TERMS = 4
+"""Terms of U of which products are tried."""
+TURNS = {2: {"z": (0, 1)}, 3: {"x": (1, 2), "y": (2, 0), "z": (0, 1)}}
+
+
+Vector = tuple[str, str]
+"""A component: of the velocity "v" or the angular momentum "L", and its axis."""
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """A function of the state, its ``rate`` of change along the motion, and what it is called. Where it
+    depends on velocities, it is a product of ``vectors``, such as ("v", "x") and ("L", "z")."""
+
+    node: Node
+    rate: Node
+    text: str
+    vectors: tuple[Vector, ...] = ()
+
+
+def candidates(model: Model[Node], noether: Noether) -> list[Candidate]:
+    """The terms of the sums, functions of place first; none where the system is not of this kind."""
+    moving = [one for one in model.particles if not one.body]
+    dimensions = {len(one.position) for one in moving}
+    if len(model.particles) != len(moving) or len(moving) not in (1, 2) or model.constraints:
+        return []
+    if len(dimensions) != 1 or len(model.q) != len(moving) * min(dimensions) or min(dimensions) == 1:
+        return []
+    velocities = 0
+    for v in model.v:
+        velocities |= v.symbols
+    bound = [model.potential, *noether.energetics.applied]
+    if any(one.symbols & (velocities | model.time.symbols) for one in bound):
+        return []
+    if any(x.symbols & model.time.symbols for one in moving for x in one.position):
+        return []
+    if any(one.kind is Kind.SWITCH or one.data == "atan2" for one in reachable(bound)):
+        return []  # a term of U may jump where U does not
+    pushes = [forces(model, noether, one) for one in moving]
+    if any(len(push) != min(dimensions) for push in pushes):
+        return []
+    return [*places(model, noether, moving), *products(graph_of(model), moving, pushes)]
+
+
+def forces(model: Model[Node], noether: Noether, particle: Particle[Node]) -> list[Node]:
+    """The force on a particle in space; shorter where it is not found."""
+    graph, embedding, found = graph_of(model), Embedding(model), list[Node]()
+    own = [force - graph.diff(model.potential, q) for q, force in zip(model.q, noether.energetics.applied)]
+    for i in range(len(particle.position)):
+        others = {(one.name, k): graph.zero for one in model.particles for k in range(len(particle.position))}
+        directions = embedding.change({**others, (particle.name, i): graph.one})
+        if directions is None:
+            break
+        found.append(graph.sum([(own[k] * xi, 1.0) for k, xi in directions.items()]))
+    return found
+
+
+def relative(graph: Graph, values: Sequence[Sequence[Node]]) -> list[Node]:
+    """The vector of one particle, or the difference of those of two."""
+    if len(values) == 1:
+        return [*values[0]]
+    return [graph.sum([(a, 1.0), (b, -1.0)]) for a, b in zip(*values)]
+
+
+def places(model: Model[Node], noether: Noether, moving: Sequence[Particle[Node]]) -> Iterator[Candidate]:
+    """Functions of place."""
+    graph = graph_of(model)
+    r = relative(graph, [one.position for one in moving])
+    simple = [(x, name) for x, name in zip(r, COMPONENTS)]
+    squares = [
+        (a * b, f"{m}**2" if m == n else f"{m}*{n}") for i, (a, m) in enumerate(simple) for b, n in simple[i:]
+    ]
+    terms = [one for one, _ in terms_of_sum(model.potential, 1.0) if one.symbols][:MOST_TERMS]
+    powers = [(one, text_of(one)) for one in terms]
+    given = [*simple, *squares, *powers]
+    given += [(x * u, f"{n}*{text}") for u, text in powers for x, n in (*simple, *squares)]
+    for node, text in given:
+        yield Candidate(node, noether.rate(node), text)
+
+
+def products(
+    graph: Graph, moving: Sequence[Particle[Node]], pushes: Sequence[Sequence[Node]]
+) -> Iterator[Candidate]:
+    """Products of two components of velocity and angular momentum, each of the order of m v^2."""
+    masses = [one.mass for one in moving]
+    mass = masses[0] if len(masses) == 1 else masses[0] * masses[1] / (masses[0] + masses[1])
+    r = relative(graph, [one.position for one in moving])
+    v = relative(graph, [one.velocity for one in moving])
+    a = relative(graph, [[f / m for f in push] for push, m in zip(pushes, masses)])
+    known: dict[tuple[str, str], tuple[Node, Node]] = {
+        ("v", name): (x, y) for name, x, y in zip(COMPONENTS, v, a)
+    }
+    for name, (i, j) in TURNS[len(r)].items():
+        known["L", name] = r[i] * v[j] - r[j] * v[i], r[i] * a[j] - r[j] * a[i]
+    keys = [*known]
+    for i, one in enumerate(keys):
+        for other in keys[i:]:
+            (x, x_rate), (y, y_rate) = known[one], known[other]
+            node, rate = mass * x * y, mass * (x_rate * y + x * y_rate)
+            yield Candidate(node, rate, name_of(one, other), (one, other))
+
+
+def name_of(one: tuple[str, str], other: tuple[str, str]) -> str:
+    """The product of two components, with one mass in all."""
+    first, second = (f"v{axis}" if kind == "v" else f"L_{axis}" for kind, axis in (one, other))
+    text = f"{first}**2" if first == second else f"{first}*{second}"
+    return f"m*{text}" if other[0] == "v" else f"{text}/m" if one[0] == "L" else text
+
+
+def is_turning(given: Sequence[Candidate], relation: Mapping[int, Node]) -> bool:
+    """Whether it is made of angular momenta alone, or of nothing that moves."""
+    return all({kind for kind, _ in given[i].vectors} == {"L"} for i in relation) or not any(
+        given[i].vectors for i in relation
+    )
+
+
+def described(
+    given: Sequence[Candidate], relation: Mapping[int, Node], number: int
+) -> tuple[str, str, str, float]:
+    """The name of a conserved sum, its formula, the reason, and the sign with which all this is meant."""
+    moving = {given[i].vectors: factor for i, factor in relation.items() if given[i].vectors}
+    kinds = {"".join(kind for kind, _ in one) for one in moving}
+    name, because, sign = f"I_{number}", "a hidden symmetry: it is constant by the equations of motion", 1.0
+    for axis, after, last in zip("xyz", "yzx", "zxy"):
+        pairs: dict[tuple[Vector, ...], float] = {
+            (("v", after), ("L", last)): 1.0,
+            (("v", last), ("L", after)): -1.0,
+        }
+        if kinds == {"vL"} and moving.keys() <= pairs.keys():
+            (first, factor), *_ = moving.items()
+            sign = pairs[first] * (-1.0 if text_of(factor).startswith("-") else 1.0)
+            name, because = f"A_{axis}", "a component of the vector of Laplace, Runge and Lenz, v x L + U r"
+            if len(relation) - len(moving) > 1:
+                because = "the equations of motion separate in parabolic coordinates"
+    if kinds == {"vv"} and len(moving) == 1:
+        ((one, other),) = moving
+        name, because = f"F_{one[1]}{other[1]}", "a component of Fradkin's tensor, m v v + k r r"
+    text = joined([term(sign * factor, given[i].text) for i, factor in reversed([*relation.items()])])
+    return name, text, because, sign

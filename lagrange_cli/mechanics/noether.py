@@ -1,0 +1,180 @@
+"""Noether's theorem: what is conserved if a change of coordinates and time leaves the equations as they are.
+
+With q_k -> q_k + e xi_k(q, t) and t -> t + e tau(t),
+
+    d/dt (sum_k xi_k p_k - tau h) = sum_k [xi_k (dL/dq_k + Q_k) + xi_dot_k p_k] - tau_dot h - tau h_dot,
+
+from Lagrange's equations with all forces Q outside L (E. Noether, Goett. Nachr. 1918, 235; D. S. Djukic and
+B. D. Vujanovic, Acta Mech. 23, 1975, 17, for forces). Where the right side is dF/dt for some F(q, t), the
+*current* sum xi_k p_k - tau h - F is conserved. Forces of constraint drop out where the change is compatible
+with the constraints: sum_k xi_k a_ik = 0, for nonholonomic ones as well (d'Alembert).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Node, reachable
+from lagrange_cli.expression.zero import branching, zeros
+from lagrange_cli.mechanics.constraints import Constraints
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass, field
+
+
+@dataclass(frozen=True)
+class Change:
+    """A change of the coordinates by xi_k(q, t), ``directions`` by k, and of the time by tau(t), ``time``.
+
+    ``gain`` is F(q, t), by whose rate it changes L. None of them stands for 0.
+    """
+
+    directions: Mapping[int, Node] = field(default_factory=dict)
+    time: Node | None = None
+    gain: Node | None = None
+
+
+@dataclass(frozen=True)
+class Noether:
+    """The currents of a model and their rates of change."""
+
+    model: Model[Node]
+
+    @property
+    def _graph(self) -> Graph:
+        return graph_of(self.model)
+
+    @cached_property
+    def energetics(self) -> Energetics:
+        """Its energies, momenta and forces."""
+        return Energetics(self.model)
+
+    @cached_property
+    def _torques(self) -> list[Node]:
+        """dL/dq_k and applied forces."""
+        rates = map(self.energetics.lagrangian_rate, self.model.q)
+        return [rate + force for rate, force in zip(rates, self.energetics.applied)]
+
+    @cached_property
+    def energy(self) -> Node:
+        """h."""
+        return self.energetics.energy_function
+
+    @cached_property
+    def _energy_rate(self) -> Node:
+        pairs = zip(self.energetics.applied, self.model.v)
+        power = self._graph.sum([(force * v, 1.0) for force, v in pairs])
+        return power - self.energetics.lagrangian_rate(self.model.time)
+
+    @cached_property
+    def constraints(self) -> Constraints:
+        """Those of the model."""
+        return Constraints(self.model)
+
+    @cached_property
+    def _deciding(self) -> list[Node]:
+        """What decides on branches of functions in L and the forces, of whose jumps no derivative tells."""
+        model = self.model
+        given = [model.potential, *(u for one in model.particles for u in one.velocity)]
+        given = given if model.lagrangian is None else [model.lagrangian]
+        moving = model.time.symbols
+        for symbol in (*model.q, *model.v):
+            moving |= symbol.symbols
+        inside = reachable([*given, *self.energetics.applied], lambda node: bool(node.symbols & moving))
+        return [*dict.fromkeys(u for node in inside for u in branching(node) if u.symbols & moving)]
+
+    @cached_property
+    def eliminated(self) -> Mapping[Node, Node]:
+        """Velocities by others, as the constraints have it, and coordinates that these are linear in."""
+        graph, model = self._graph, self.model
+        known: dict[Node, Node] = {}
+        for one, slopes, speed in zip(model.constraints, self.constraints.slopes, self.constraints.speeds):
+            here = dict(zip(slopes, substituted(graph, slopes.values(), known)))
+            (speed,) = substituted(graph, [speed], known)
+            free = {k: a for k, a in here.items() if model.v[k] not in known and not a.is_zero}
+            if not free:
+                continue
+            k = min(free, key=lambda one: bool(free[one].symbols & self._moving))
+            slope = graph.diff(speed, model.v[k])
+            if slope.is_zero:
+                continue
+            solved = [(model.v[k], (slope * model.v[k] - speed) / slope)]
+            if one.holonomic and not slope.symbols & self._moving:
+                (expression,) = substituted(graph, [one.expression], known)
+                rest = slope * model.q[k] - expression
+                if not rest.symbols & model.q[k].symbols:
+                    solved.append((model.q[k], rest / slope))
+            known = dict(zip(known, substituted(graph, known.values(), dict(solved)))) | dict(solved)
+        return known
+
+    @cached_property
+    def _moving(self) -> int:
+        bits = self.model.time.symbols
+        for symbol in (*self.model.q, *self.model.v):
+            bits |= symbol.symbols
+        return bits
+
+    def rate(self, node: Node) -> Node:
+        """df/dt of a function of q and t."""
+        graph, model = self._graph, self.model
+        terms = [(graph.diff(node, q) * v, 1.0) for q, v in zip(model.q, model.v) if node.symbols & q.symbols]
+        return graph.sum([*terms, (graph.diff(node, model.time), 1.0)])
+
+    def current(self, change: Change) -> Node:
+        """sum_k xi_k p_k - tau h - F."""
+        terms = [(xi * self.energetics.momenta[k], 1.0) for k, xi in change.directions.items()]
+        terms += [(change.time * self.energy, -1.0)] if change.time is not None else []
+        return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
+
+    def conditions(self, change: Change) -> tuple[Node, ...]:
+        """What has to vanish: linear functions of the change, and as many for every change."""
+        graph, model, energetics = self._graph, self.model, self.energetics
+        terms: list[tuple[Node, float]] = []
+        rates = {k: self.rate(xi) for k, xi in change.directions.items()}
+        for k, xi in change.directions.items():
+            terms += [(xi * self._torques[k], 1.0), (rates[k] * energetics.momenta[k], 1.0)]
+        stretch = graph.zero if change.time is None else self.rate(change.time)
+        if change.time is not None:
+            terms += [(stretch * self.energy, -1.0), (change.time * self._energy_rate, -1.0)]
+        if change.gain is not None:
+            terms.append((self.rate(change.gain), -1.0))
+        found = [graph.sum(terms)]
+        for slopes, drift in zip(self.constraints.slopes, self.constraints.drifts):
+            along = [(slopes[k] * xi, 1.0) for k, xi in change.directions.items() if k in slopes]
+            along += [(change.time * drift, 1.0)] if change.time is not None else []
+            found.append(graph.sum(along))
+        for u in self._deciding:
+            parts = [(graph.diff(u, model.q[k]) * xi, 1.0) for k, xi in change.directions.items()]
+            parts += [(graph.diff(u, model.v[k]) * xi_dot, 1.0) for k, xi_dot in rates.items()]
+            if change.time is not None:
+                parts.append((graph.diff(u, model.time) * change.time, 1.0))
+                parts += [(graph.diff(u, v) * v * stretch, -1.0) for v in model.v if u.symbols & v.symbols]
+            found.append(graph.sum(parts))
+        return substituted(graph, found, self.eliminated) if self.eliminated else tuple(found)
+
+    def keeps(self, change: Change) -> bool:
+        """Whether it is proven that the current is conserved."""
+        conditions = self.conditions(change)
+        return zeros(conditions) >= {*conditions}
+
+    def together(self, parts: Sequence[tuple[Node, Change]]) -> Change:
+        """A sum of changes with coefficients."""
+        graph = self._graph
+        directions: dict[int, list[tuple[Node, float]]] = {}
+        times: list[tuple[Node, float]] = []
+        gains: list[tuple[Node, float]] = []
+        for factor, change in parts:
+            for k, xi in change.directions.items():
+                directions.setdefault(k, []).append((factor * xi, 1.0))
+            times += [] if change.time is None else [(factor * change.time, 1.0)]
+            gains += [] if change.gain is None else [(factor * change.gain, 1.0)]
+        total = {k: graph.sum(terms) for k, terms in directions.items()}
+        return Change(
+            {k: xi for k, xi in total.items() if not xi.is_zero},
+            graph.sum(times) if times else None,
+            graph.sum(gains) if gains else None,
+        )

@@ -1,0 +1,94 @@
+"""What conserved quantities are, and why they are conserved, in words and formulas for the user."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.text import joined, text_of
+from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.noether import Change, Noether
+from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.model.model import Model
+
+LONGEST = 120
+"""Longer formulas are described."""
+
+
+def is_constant(model: Model[Node], change: Change) -> bool:
+    """Whether it changes coordinates by constants."""
+    moving = variables(model)
+    return change.time is None and not any(xi.symbols & moving for xi in change.directions.values())
+
+
+def has_field(model: Model[Node]) -> bool:
+    """Whether momenta are more than mass times velocity, as in a magnetic field."""
+    return any(model.potential.symbols & v.symbols for v in model.v)
+
+
+def momentum_text(model: Model[Node], axis: str) -> str:
+    """The total momentum along an axis."""
+    return f"sum of m*v{axis}" + f" - dU/dv{axis}" * has_field(model)
+
+
+def turning_text(model: Model[Node], i: int, j: int) -> str:
+    """The total angular momentum, of rotations from axis i to axis j."""
+    momenta = [f"(m*{u} - dU/d{u})" if has_field(model) else f"m*{u}" for u in VELOCITY_COMPONENTS]
+    spins = " + spins" * any(one.body for one in model.particles)
+    return f"sum of {COMPONENTS[i]}*{momenta[j]} - {COMPONENTS[j]}*{momenta[i]}{spins}"
+
+
+def unchanged(noether: Noether, change: Change) -> str:
+    """The end of a sentence on a displacement of all particles that leaves the equations as they are."""
+    applied = noether.energetics.applied
+    constrained = ", and agrees with the constraints" if noether.model.constraints else ""
+    if all(map(is_zero, applied)):
+        return f"changes neither T nor U{constrained}"
+    work = graph_of(noether.model).sum([(xi * applied[k], 1.0) for k, xi in change.directions.items()])
+    if is_zero(work):
+        return f"changes neither T nor U, and the other forces do no work in it{constrained}"
+    return f"leaves T as it is, and U changes by the work of the other forces{constrained}"
+
+
+def current_text(model: Model[Node], change: Change) -> str:
+    """A current in terms of momenta, coordinates and h."""
+    terms = [term(xi, f"p_{model.coordinates[k]}") for k, xi in sorted(change.directions.items())]
+    if change.time is not None and not change.time.is_zero:
+        terms.append(term(-change.time, "h"))
+    if change.gain is not None and not change.gain.is_zero:
+        terms.append(text_of(-change.gain))
+    text = joined(terms)
+    return text if len(text) <= LONGEST else f"a sum of {len(terms)} terms with p_k"
+
+
+def reason(noether: Noether, change: Change) -> str:
+    """Why a current is conserved."""
+    model = noether.model
+    gained = change.gain is not None and not is_zero(noether.rate(change.gain))
+    ending = "adds only a total time derivative to L" if gained else "leaves L as it is"
+    if change.time is not None:
+        ending = "leaves the action as it is"
+    if not all(map(is_zero, noether.energetics.applied)):
+        ending = "leaves the equations of motion as they are"
+    if model.constraints:
+        ending += " where the constraints hold, and agrees with them"
+    changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
+    names = [name for name, _ in changed]
+    if is_constant(model, change) and len(names) > 1:
+        ratio = " : ".join(text_of(xi) for _, xi in changed)
+        return f"changing {', '.join(names[:-1])} and {names[-1]} together, in the ratio {ratio}, {ending}"
+    if is_constant(model, change):
+        return f"changing {names[0]} {ending}"
+    changed += [] if change.time is None else [("t", change.time)]
+    text = ", ".join(f"{name} by {text_of(xi)}" for name, xi in changed)
+    return f"an infinitesimal change of {text if len(text) <= LONGEST else 'the coordinates'} {ending}"
+
+
+def term(factor: Node, name: str) -> str:
+    """``factor`` times something that has a name."""
+    if factor.kind is Kind.NUMBER and abs(factor.data) == 1:
+        return f"-{name}" if factor.data < 0 else name
+    single = factor.kind is Kind.SUM and len(factor.arguments) == 1 and factor.data[0] == 0
+    if single and factor.data[1][0] == -1:
+        return f"-{term(factor.arguments[0], name)}"
+    text = text_of(factor)
+    return f"{text}*{name}" if single or factor.kind is not Kind.SUM else f"({text})*{name}"

@@ -1,0 +1,33 @@
+"""Refuses an orientation that is no rotation: a body would be strained, and its motion wrong."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+from lagrange_cli.model.scope import Scope
+from lagrange_cli.spec.source import Source
+
+
+def refuse_strain(model: Model[Node]) -> None:
+    """Raise SpecError where a body's matrix is not orthogonal at all times, or mirrors."""
+    graph, spec = graph_of(model), model.spec
+    given = {} if spec is None else {k: b for k, b in spec.bodies.items() if b.orientation.form == "matrix"}
+    for name, body in given.items():
+        assert spec is not None
+        axes = Scope(spec, model.algebra).turning(name).axes
+        source, place = Source(spec.filename, spec.text), body.orientation.place
+        for i, one in enumerate(axes):
+            for j, other in enumerate(axes[: i + 1]):
+                product = graph.sum([(x * y, 1.0) for x, y in zip(one, other)])
+                if not is_zero(product - graph.one if i == j else product):
+                    what = f"column {i + 1} has not the length 1"
+                    if i != j:
+                        what = f"columns {j + 1} and {i + 1} are not at right angles"
+                    message = f"the matrix of body '{name}' is no rotation: {what}"
+                    raise source.error(place, message, "its columns are the body's axes in space")
+        (a, b, c), (d, e, f), (g, h, k) = axes
+        if is_zero(a * (e * k - f * h) + b * (f * g - d * k) + c * (d * h - e * g) + graph.one):
+            message = f"the matrix of body '{name}' is no rotation: it has the determinant -1"
+            raise source.error(place, message, "turn one of its axes round")

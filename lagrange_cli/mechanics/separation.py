@@ -1,0 +1,93 @@
+"""Systems that fall into parts: each part whose coordinates are in terms of L of its own keeps its energy."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model
+
+Term = tuple[Node, float]
+MOST = 2000
+"""Terms that products are multiplied out to."""
+
+
+def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tuple[list[str], Node]]:
+    """The coordinates of each part, and its conserved energy sum v_k p_k - L.
+
+    Parts with nothing but coordinates whose ``momenta`` (names) are conserved are left out. Nothing is said
+    of a single part, or of a system with constraints.
+    """
+    if model.constraints or len(model.q) < 2:
+        return []
+    energetics, graph = Energetics(model), graph_of(model)
+    own = [q.symbols | v.symbols for q, v in zip(model.q, model.v)]
+    terms = _terms_of(model)
+    masks = [term.symbols for term, _ in terms]
+    masks += [force.symbols | bits for force, bits in zip(energetics.applied, own) if not force.is_zero]
+    parts = [
+        part for part in _parts(own, masks) if not all(f"p_{model.coordinates[k]}" in momenta for k in part)
+    ]
+    found = []
+    for part in parts if len(parts) > 1 else ():
+        bits = sum(own[k] for k in part)
+        lagrangian = graph.sum([(term, c) for term, c in terms if term.symbols & bits])
+        power = graph.sum([(model.v[k] * energetics.applied[k], 1.0) for k in part])
+        if is_zero(power - graph.diff(lagrangian, model.time)):
+            moving = [(model.v[k] * energetics.momenta[k], 1.0) for k in part]
+            found.append(([model.coordinates[k] for k in part], graph.sum([*moving, (lagrangian, -1.0)])))
+    return found
+
+
+def _terms_of(model: Model[Node]) -> list[Term]:
+    """The terms that L is a sum of, with their coefficients."""
+    if model.lagrangian is not None:
+        return terms_of_sum(model.lagrangian, 1.0)
+    kinetic = [(one.mass * u * u, 0.5) for one in model.particles for u in one.velocity]
+    return kinetic + terms_of_sum(model.potential, -1.0)
+
+
+def terms_of_sum(node: Node, sign: float) -> list[Term]:
+    """Those of one sum, products with sums multiplied out, but for a constant: up to ``MOST`` terms. Of more,
+    some are left as they are."""
+    found: list[Term] = []
+    pending, left = [(node, sign)], MOST
+    while pending:
+        one, factor = pending.pop()
+        parts = _summands(one) if left > 0 else []
+        if parts:
+            left -= len(parts)
+            pending += [(term, factor * c) for term, c in reversed(parts) if c]
+        else:
+            found.append((one, factor))
+    return found
+
+
+def _summands(node: Node) -> list[Term]:
+    """The terms of a sum, or of a product with one as a factor; none of anything else."""
+    if node.kind is Kind.SUM:
+        return [*zip(node.arguments, node.data[1])]
+    if node.kind is Kind.PRODUCT:
+        inner = next((a for a, e in zip(node.arguments, node.data) if a.kind is Kind.SUM and e == 1), None)
+        if inner is not None:
+            rest, (constant, coefficients) = node / inner, inner.data
+            terms = [*zip(inner.arguments, coefficients), (node.graph.one, constant)]
+            return [(rest * term, c) for term, c in terms]
+    return []
+
+
+def _parts(own: list[int], masks: list[int]) -> list[list[int]]:
+    """Coordinates that stand together in expressions; these have the bits ``masks``, coordinates ``own``."""
+    groups: list[int] = []
+    for mask in [*own, *masks]:
+        here = 0
+        for bits in own:
+            here |= bits if bits & mask else 0
+        for other in [group for group in groups if group & here]:
+            groups.remove(other)
+            here |= other
+        groups += [here] if here else []
+    return sorted([k for k, bits in enumerate(own) if bits & group] for group in groups)

@@ -1,0 +1,318 @@
+"""What is conserved although no coordinate is cyclic: found by Noether's theorem, and proven.
+
+Tried are displacements of all particles (translations, rotations, Galilean boosts), and combinations of what
+changes coordinates by constants, by t, or linearly, in time or along nonholonomic constraints. Combinations
+are guessed from values at random states (``relations``). Nothing is said that is not proven (``noether``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.expression.zero import is_zero, zeros
+from lagrange_cli.mechanics.conservation import Conserved, broken
+from lagrange_cli.mechanics.embedding import Component, Embedding
+from lagrange_cli.mechanics.hidden import candidates, described, is_turning
+from lagrange_cli.mechanics.noether import Change, Noether
+from lagrange_cli.mechanics.reasons import (
+    current_text,
+    is_constant,
+    momentum_text,
+    reason,
+    turning_text,
+    unchanged,
+)
+from lagrange_cli.mechanics.relations import Relations, dependent
+from lagrange_cli.mechanics.separation import separate_energies
+from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.events import changes_of
+from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.records import dataclass
+
+MOST_LINEAR, MOST_COMBINED = 6, 40
+"""Coordinates of the largest systems of which linear changes, and combinations, are tried."""
+MOST_NAMES = 3
+"""Coordinates that are named in one sentence."""
+WORTH = 2_500_000
+"""Steps of work that each stage of the search may take."""
+
+TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
+"""The axes that a rotation turns into each other."""
+
+
+@dataclass(frozen=True)
+class Symmetry:
+    """A conserved quantity and the function of q, q_dot, t that it is."""
+
+    conserved: Conserved
+    node: Node
+
+
+def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
+    """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
+    search = _Search(model, known)
+    work = graph_of(model).work
+    for stage in (search.displacements, search.combinations, search.parts, search.hidden):
+        work.attempt(WORTH, stage)
+    return tuple(search.found)
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A displacement of all particles: what it may conserve, in a formula, and how it is done, or why that is
+    conserved."""
+
+    name: str
+    change: Change
+    text: str
+    how: str = ""
+    because: str = ""
+
+
+class _Search:
+    """What has been found so far."""
+
+    def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
+        self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
+        self.embedding = Embedding(model)
+        self.found: list[Symmetry] = []
+        self.names = {each.quantity for each in known}
+        momenta = zip(model.coordinates, self.noether.energetics.momenta)
+        self.kept = [p for name, p in momenta if f"p_{name}" in self.names]
+        self.kept += [self.noether.energy] if "h" in self.names else []
+        self.trials: list[Change] = []
+        """Displacements of all particles that conserve nothing by themselves."""
+        self.relations = Relations(self.graph, (model.time, *model.q, *model.v))
+
+    # ------------------------------------------------------------------ what is found
+
+    def add(self, name: str, text: str, because: str, change: Change) -> bool:
+        """Add a conserved current, unless it is a combination of those that are known; whether it is new."""
+        node = self.noether.current(change)
+        if self._is_known(node, change):
+            return False
+        while name in self.model.coordinates or name in self.names:
+            name += "'"
+        self.kept.append(node)
+        self.names.add(name)
+        self._store(Conserved(name, text, because), node)
+        return True
+
+    def _store(self, each: Conserved, node: Node) -> None:
+        if any(event.changes for event in self.model.events):
+            each = broken(self.graph, each, node, changes_of(self.model))
+        self.found.append(Symmetry(each, node))
+
+    def _is_known(self, node: Node, change: Change) -> bool:
+        """Whether a current is a sum of known ones with constant factors, or a constant."""
+        others = [one for one in self.kept if change.time is not None or one is not self.noether.energy]
+        known = substituted(self.graph, [*others, node], self.noether.eliminated)
+        columns = [[one] for one in (self.graph.one, *known)]
+        rows = self.relations.rows(columns, {})
+        return not rows or len(known) in dependent(rows, len(columns))
+
+    def _is_independent(self, node: Node) -> bool:
+        """Whether it is no function of those that are known, by the gradients at a state."""
+        symbols = [*self.model.q, *self.model.v]
+        columns = [[self.graph.diff(one, s) for s in symbols] for one in (*self.kept, node)]
+        rows = self.relations.rows(columns, {})[: len(symbols)]
+        return bool(rows) and len(self.kept) not in dependent(rows, len(columns))
+
+    # ------------------------------------------------------------------ displacements of all particles
+
+    def displacements(self) -> None:
+        """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
+        trials = [*self._translations(), *self._rotations(), *self._boosts()]
+        conditions = [self.noether.conditions(one.change) for one in trials]
+        kept = zeros([node for nodes in conditions for node in nodes])
+        for one, nodes in zip(trials, conditions):
+            if kept >= {*nodes}:
+                because = one.because or f"{one.how} {unchanged(self.noether, one.change)}"
+                self.add(one.name, one.text, because, one.change)
+            elif one.how:
+                self.trials.append(one.change)
+
+    @property
+    def _axes(self) -> int:
+        return max((len(one.position) for one in self._moving), default=0)
+
+    @property
+    def _everything(self) -> str:
+        return "everything" if any(one.body for one in self.model.particles) else "all particles"
+
+    def _translations(self) -> Iterable[Trial]:
+        """Moving all particles along an axis."""
+        for i, axis in enumerate(COMPONENTS[: self._axes]):
+            directions = self.embedding.change(self._shift(i, self.graph.one))
+            if directions:
+                text, how = momentum_text(self.model, axis), f"moving {self._everything} along {axis}"
+                yield Trial(f"P_{axis}", Change(directions), text, how)
+
+    def _rotations(self) -> Iterable[Trial]:
+        """Turning all particles about an axis, where all have as many components."""
+        model, axes = self.model, self._axes
+        if len({len(one.position) for one in model.particles}) > 1:
+            return
+        for axis, (i, j) in TURNS.items():
+            if max(i, j) < axes:
+                turn = dict[Component, Node]()
+                for one in model.particles:
+                    turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
+                directions = self.embedding.change(turn)
+                about = f"the {axis} axis" if axes == len(COMPONENTS) else "the origin"
+                if directions:
+                    how = f"turning {self._everything} about {about}"
+                    yield Trial(f"L_{axis}", Change(directions), turning_text(model, i, j), how)
+
+    def _boosts(self) -> Iterable[Trial]:
+        """The motion of the centre of mass, t P - M R; that of a single particle is plain."""
+        model = self.model
+        for i, axis in enumerate(COMPONENTS[: self._axes]):
+            places = [(one.mass * one.position[i], 1.0) for one in self._moving if len(one.position) > i]
+            directions = self.embedding.change(self._shift(i, model.time)) if len(places) > 1 else None
+            if directions:
+                because = f"the centre of mass moves uniformly along {axis} (Galilean boosts)"
+                change = Change(directions, gain=self.graph.sum(places))
+                yield Trial(f"K_{axis}", change, f"t*P_{axis} - sum of m*{axis}", because=because)
+
+    def _shift(self, i: int, by: Node) -> Mapping[Component, Node]:
+        """All components of one axis by as much."""
+        return {(one.name, i): by for one in self._moving if len(one.position) > i}
+
+    @property
+    def _moving(self) -> list[Particle[Node]]:
+        """The particles, without those that stand for the rotation of a body."""
+        return [one for one in self.model.particles if not one.body]
+
+    # ------------------------------------------------------------------ combinations
+
+    def combinations(self) -> None:
+        """Relations between the conditions for changes of coordinates."""
+        model, changes = self.model, [*self._elementary()]
+        if not model.q or len(model.q) > MOST_COMBINED:
+            return
+        columns = [self.noether.conditions(one) for one in changes]
+        number = 0
+        for relation in self.relations.relations(columns):
+            parts = [(factor, changes[i]) for i, factor in relation.items()]
+            change = self.noether.together(self._scaled(parts))
+            node = self.noether.current(change)
+            if not self._is_trivial(change, node) and self.noether.keeps(change):
+                name, because = self._momentum_of(change), reason(self.noether, change)
+                new = self.add(name or f"C_{number + 1}", current_text(model, change), because, change)
+                number += new and not name
+
+    def _elementary(self) -> Iterable[Change]:
+        """Changes whose combinations are tried, simple ones first."""
+        model, one = self.model, self.graph.one
+        small = len(model.q) <= MOST_LINEAR
+        yield from (Change({k: one}) for k in range(len(model.q)))
+        yield from self._along_constraints()
+        if small:
+            gains = dict.fromkeys((*model.q, *(x for each in model.particles for x in each.position)))
+            yield from (Change(gain=x) for x in gains if any(x.symbols & q.symbols for q in model.q))
+            yield Change(gain=model.time)
+        yield from self.trials
+        if "h" not in self.names:
+            yield Change(time=one)
+        if small:
+            yield from (Change({k: factor}) for factor in (model.time, *model.q) for k in range(len(model.q)))
+            yield Change(time=model.time)
+
+    def _along_constraints(self) -> Iterable[Change]:
+        """Changes that nonholonomic constraints allow, one for each coordinate that they leave free."""
+        model, graph, known = self.model, self.graph, self.noether.eliminated
+        if all(one.holonomic for one in model.constraints):
+            return
+        bound = {k: known[v] for k, v in enumerate(model.v) if v in known}
+        for s, v in enumerate(model.v):
+            slopes = {k: graph.diff(speed, v) for k, speed in bound.items()} if s not in bound else {}
+            slopes = {k: slope for k, slope in slopes.items() if not slope.is_zero}
+            if slopes:
+                factors = {base: e for slope in slopes.values() for base, e in _factors(slope) if e < 0}
+                clearing = graph.product([(base, 1) for base in factors])
+                yield Change({s: clearing, **{k: clearing * slope for k, slope in slopes.items()}})
+
+    def _scaled(self, parts: Sequence[tuple[Node, Change]]) -> list[tuple[Node, Change]]:
+        """The same with coefficients that have no denominators, the first of them positive."""
+        powers: dict[Node, float] = {}
+        for factor, _ in parts:
+            for base, exponent in _factors(factor):
+                powers[base] = min(exponent, powers.get(base, 0))
+        common = [(base, -exponent) for base, exponent in powers.items() if exponent]
+        sign = -1.0 if self.graph.split_coefficient(parts[0][0])[0] < 0 else 1.0
+        return [(sign * self.graph.product([(factor, 1), *common]), change) for factor, change in parts]
+
+    def _is_trivial(self, change: Change, node: Node) -> bool:
+        """Whether a current says nothing new: that a coordinate grows linearly, or that the momentum of a
+        constant force does; and where it is no momentum, what follows from other currents."""
+        model = self.model
+        time, places = model.time.symbols, 0
+        for q in model.q:
+            places |= q.symbols
+        if not change.directions and change.time is None:
+            return True
+        gain = change.gain
+        if gain is not None and gain.symbols & time and not gain.symbols & places:
+            return True
+        rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
+        if any(one.symbols & time for one in rates) and len(change.directions) <= 1:
+            return True
+        return not is_constant(model, change) and not self._is_independent(node)
+
+    def _momentum_of(self, change: Change) -> str:
+        """The name of the momentum that a current is, if it is one."""
+        if len(change.directions) != 1 or change.time is not None or change.gain is not None:
+            return ""
+        ((k, xi),) = change.directions.items()
+        return f"p_{self.model.coordinates[k]}" if xi is self.graph.one else ""
+
+    # ------------------------------------------------------------------ parts
+
+    def parts(self) -> None:
+        """Energies of parts of the system."""
+        for names, node in separate_energies(self.model, self.names) if "h" in self.names else ():
+            listed = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
+            because = f"no other coordinate is in the same terms of L as {listed}, nor is t"
+            self._store(Conserved(f"h_{names[0]}", f"the part of h with {listed}", because), node)
+
+    # ------------------------------------------------------------------ hidden symmetries
+
+    def hidden(self) -> None:
+        """What is quadratic in velocities, of one particle or two."""
+        given = candidates(self.model, self.noether) if "h" in self.names else []
+        number, before = 0, len(self.found)
+        for relation in self.relations.relations([[one.rate] for one in given]):
+            parts = [(given[i], factor) for i, factor in relation.items()]
+            rate = self.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
+            name, text, because, sign = described(given, relation, number + 1)
+            node = self.graph.sum([(factor * one.node, sign) for one, factor in parts])
+            if not is_turning(given, relation) and not self._is_made(node) and is_zero(rate):
+                number += name[0] == "I"
+                if len(self._moving) > 1:
+                    because += "; m, r and v are those of the relative motion"
+                while name in self.model.coordinates or name in self.names:
+                    name += "'"
+                self.names.add(name)
+                self._store(Conserved(name, text, because), node)
+        self.found[before:] = sorted(self.found[before:], key=lambda one: one.conserved.quantity)
+
+    def _is_made(self, node: Node) -> bool:
+        """Whether it is a sum of constants, of what is known, and of products of two of these."""
+        known = [*self.kept, *(one.node for one in self.found)]
+        known += [
+            a * b for i, a in enumerate(self.kept) for b in self.kept[i:] if self.noether.energy not in (a, b)
+        ]
+        columns = [[one] for one in (self.graph.one, *known, node)]
+        rows = self.relations.rows(columns, {})
+        return not rows or len(columns) - 1 in dependent(rows, len(columns))
+
+
+def _factors(node: Node) -> list[tuple[Node, float]]:
+    """The factors of a product with their exponents, but for a number."""
+    if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
+        return _factors(node.arguments[0])
+    return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

@@ -1,0 +1,68 @@
+"""The constraints of a system file, over any algebra."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.algebra import E
+from lagrange_cli.model.model import Constraint
+from lagrange_cli.model.scope import Scope, multiplier_name
+from lagrange_cli.spec.moving import NO_COORDINATE, NO_VELOCITY
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.spec import Expression
+
+
+def built_constraints(scope: Scope[E]) -> tuple[Constraint[E], ...]:
+    """The holonomic constraints, then the others.
+
+    Raises:
+        SpecError: where a holonomic constraint contains a velocity or no coordinate, and another one no
+            velocity.
+    """
+    state = frozenset(scope.q), frozenset(scope.v)
+    problems = Problems(Source(scope.spec.filename, scope.spec.text))
+    holonomic = [
+        _built(scope, *one, state, problems, holonomic=True) for one in scope.spec.constraints.items()
+    ]
+    others = [
+        _built(scope, *one, state, problems, holonomic=False) for one in scope.spec.nonholonomic.items()
+    ]
+    problems.stop_if_any()
+    return (*holonomic, *others)
+
+
+def _built(
+    scope: Scope[E],
+    name: str,
+    written: Expression,
+    state: tuple[frozenset[E], frozenset[E]],
+    problems: Problems,
+    *,
+    holonomic: bool,
+) -> Constraint[E]:
+    """One of them; ``state`` has the symbols of coordinates, and of velocities. What is wrong is noted."""
+    expression = scope.scalar(written)
+    symbols = {*scope.algebra.symbols(expression)}
+    moves, turns = (not symbols.isdisjoint(some) for some in state)
+    if holonomic and turns:
+        message = f"constraint '{name}' contains velocities"
+        problems.add_once(written.place, message, "write it under 'nonholonomic'")
+    elif not (moves if holonomic else turns):
+        message, hint = NO_COORDINATE if holonomic else NO_VELOCITY
+        problems.add_once(written.place, message.format(name), hint)
+    return Constraint(name, expression, scope.algebra.symbol(multiplier_name(name)), holonomic)
+
+
+def without_force(constrained: bool) -> str:
+    """Why a momentum is kept, as far as forces go; ``constrained`` where the system has constraints."""
+    if constrained:
+        return "neither a generalized force nor a force of constraint acts on it"
+    return "no generalized force acts on it"
+
+
+def without_work(applied: bool, constrained: bool) -> str:
+    """The same of h, as the end of a sentence; ``applied`` where there are generalized forces."""
+    if applied and constrained:
+        return ", and neither the generalized forces nor the forces of constraint do work"
+    if applied or constrained:
+        return f", and the {'generalized forces' if applied else 'forces of constraint'} do no work"
+    return ""

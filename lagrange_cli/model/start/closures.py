@@ -1,0 +1,171 @@
+"""The values that constraints leave to coordinates whose initial values are not given: all that are found.
+
+Newton's method is started from many places, the same ones in every run.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.model.start.linear import independent, least_squares, scattered
+from lagrange_cli.model.start.nearest import NEAR, ROUND, Surface, Values
+from lagrange_cli.records import dataclass
+
+STARTS, MOST_ENTRIES = 96, 400_000
+"""Places to start from, and entries of matrices in all of them together."""
+MOST_CLOSURES = 8
+SAME = 1e-6
+"""Closures that differ by less, relative to their size, are one."""
+ALMOST = 1e-5
+"""How far constraints may be off, relative to their terms, where given values are to be moved yet."""
+TURN = 2 * math.pi
+STEPS = 50
+
+
+@dataclass(frozen=True)
+class Closures:
+    """What was found: ``states`` as a whole, or coordinates that are ``left`` open, by number.
+
+    Where there is no closure, ``best`` is where the constraints are satisfied best.
+    """
+
+    states: list[list[float]]
+    left: list[int]
+    best: list[float] | None = None
+
+
+def closures(surface: Surface, x: Sequence[float], sizes: Sequence[float]) -> Closures:
+    """All values of the surface's unknown coordinates; ``x`` has the others, ``sizes`` are numbers of the
+    system, among which the lengths of its parts may be."""
+    found: list[list[float]] = []
+    best, least = None, math.inf
+    unknown = list(surface.unknown)
+    for begin in starts(x, unknown, sizes, len(surface.kept)):
+        state, off = solve(surface, begin)
+        if state is None:
+            continue
+        if off > ALMOST:
+            if off < 0.999 * least:
+                best, least = state, off
+            continue
+        left = undetermined(surface, state)
+        if left:
+            return Closures([], left)
+        state = tidied(surface, state)
+        if not any(alike(surface, state, other) for other in found):
+            found.append(state)
+        if len(found) >= MOST_CLOSURES:
+            break
+    return Closures(sorted(found), [], best)
+
+
+def starts(
+    x: Sequence[float], unknown: Sequence[int], sizes: Sequence[float], rows: int
+) -> Iterator[list[float]]:
+    """Places to start from: some are small, some large, all are spread over both signs."""
+    known = [abs(one) for k, one in enumerate(x) if k not in set(unknown) and one]
+    lengths = list(dict.fromkeys([*known, *(abs(one) for one in sizes if one), 1.0, math.pi]))[:12]
+    count = max(4, min(STARTS, MOST_ENTRIES // max(1, rows * len(unknown))))
+    for i in range(count):
+        begin = list(x)
+        for k, one in zip(unknown, scattered(i, len(unknown))):
+            begin[k] = 1.5 * lengths[i % len(lengths)] * one
+        yield begin
+
+
+def matrix_of(surface: Surface, values: Values) -> tuple[Any, Any]:
+    """The functions and their slopes by the unknown coordinates, as arrays."""
+    f, rows = values
+    places = {k: place for place, k in enumerate(surface.unknown)}
+    matrix = np.zeros((len(surface.kept), len(places)))
+    for i, number in enumerate(surface.kept):
+        for k, a in rows[number].items():
+            if k in places:
+                matrix[i, places[k]] = a
+    return matrix, np.array([float(f[i]) for i in surface.kept])
+
+
+def solve(surface: Surface, begin: Sequence[float]) -> tuple[list[float] | None, float]:
+    """A place near the one to start from where the constraints are satisfied best, by Gauss and Newton's
+    method, and how far they are off, relative to their terms; None where it does not converge."""
+    x, last, halved = list(begin), math.inf, 0
+    size = max(map(abs, begin), default=1.0) or 1.0
+    for _ in range(STEPS):
+        try:
+            matrix, f = matrix_of(surface, surface.at(x))
+            step = least_squares(matrix, -f)
+        except (ArithmeticError, np.linalg.LinAlgError):
+            return None, math.inf
+        if not np.isfinite(step).all():
+            return None, math.inf
+        length = float(np.abs(step).max(initial=0.0)) / size
+        halved = halved + 1 if 0.4 < length / last < 0.6 else 0
+        factor = 2.0 if halved > 2 else min(1.0, 0.7 / length) if length else 1.0
+        for k, dx in zip(surface.unknown, step.tolist()):
+            x[k] += factor * dx
+        if length <= ROUND or (length >= last / 2 and last <= NEAR):
+            bound = sum(np.abs(matrix) @ np.array([abs(x[k]) for k in surface.unknown]))
+            terms = max(float(bound), float(np.abs(matrix).max(initial=0.0)) * size)
+            return x, float(np.abs(f).max(initial=0.0)) / (terms or size)
+        last = length
+    return None, math.inf
+
+
+def undetermined(surface: Surface, state: Sequence[float]) -> list[int]:
+    """The unknown coordinates that could change with the constraints still satisfied."""
+    matrix, _ = matrix_of(surface, surface.at(state))
+    rank = np.linalg.matrix_rank(matrix, tol=NEAR * max(1e-300, float(np.abs(matrix).max(initial=0.0))))
+    if rank == len(surface.unknown):
+        return []
+    near = list(state)
+    for k, one in zip(surface.unknown, scattered(0, len(surface.unknown))):
+        near[k] += 0.05 * surface.scale[k] * one  # the slopes may vanish at this place only
+    try:
+        matrix, _ = matrix_of(surface, surface.at(near))
+    except ArithmeticError:
+        return []
+    _, values, directions = np.linalg.svd(matrix)
+    least = NEAR * max(1e-300, float(values.max(initial=0.0)))
+    free = directions[int((values > least).sum()) :]
+    return [k for k, moves in zip(surface.unknown, np.abs(free).max(axis=0, initial=0.0)) if moves > NEAR]
+
+
+def tidied(surface: Surface, state: list[float]) -> list[float]:
+    """0 in place of what rounding has left of it, and angles from -pi to pi."""
+    for k in surface.unknown:
+        if abs(state[k]) <= NEAR * surface.scale[k] and satisfied(
+            surface, [*state[:k], 0.0, *state[k + 1 :]]
+        ):
+            state[k] = 0.0
+        turns = round(state[k] / TURN)
+        turned = [*state[:k], state[k] - TURN * turns, *state[k + 1 :]]
+        if turns and satisfied(surface, turned):
+            state = turned
+    return state
+
+
+def satisfied(surface: Surface, state: Sequence[float]) -> bool:
+    """Whether a state is a solution, to rounding."""
+    try:
+        values, rows = surface.at(state)
+    except ArithmeticError:
+        return False
+    return all(
+        abs(float(values[i])) <= NEAR * sum(abs(float(a)) * surface.scale[k] for k, a in rows[i].items())
+        for i in surface.kept
+    )
+
+
+def alike(surface: Surface, one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether two closures are the same."""
+    return all(abs(one[k] - other[k]) <= SAME * max(surface.scale[k], abs(one[k])) for k in surface.unknown)
+
+
+def determined(rows: Sequence[Any], unknown: Sequence[int], scale: Sequence[float]) -> list[int]:
+    """The rows that are independent as functions of the unknown coordinates alone."""
+    inner = set(unknown)
+    return independent([{k: a for k, a in row.items() if k in inner} for row in rows], scale)

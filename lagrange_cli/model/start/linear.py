@@ -1,0 +1,223 @@
+"""Linear algebra of constraints: which of them are independent, and the shortest way in the metric of the
+masses.
+
+Corrections are computed in doubles, whatever the numbers that they are added to: each round of corrections
+gives as many digits again as a double has.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.model.start.equations import Masses, Row
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Array: TypeAlias = "NDArray[np.float64]"
+
+DEPENDENT = 1e-7
+"""A constraint depends on others where the sine of the angle between its slopes and theirs is smaller."""
+APART = 1e-5
+"""The same at states that are not known exactly."""
+CLEAR = 1e-4
+"""The square of this sine, from which on no closer look is needed."""
+MOST_UNKNOWN = 4000
+"""Coordinates that are solved for with a full matrix."""
+
+
+def scattered(number: int, count: int) -> list[float]:
+    """Numbers from -1 to 1, the same in every run: another row for each ``number``."""
+    golden = (math.sqrt(5) - 1) / 2
+    return [2 * ((0.5 + golden * (number * count + k + 1)) % 1.0) - 1 for k in range(count)]
+
+
+def scales(masses: Masses, values: Sequence[Any], extent: float = 0.0) -> list[float]:
+    """How large a value of each coordinate, or velocity, is when the whole system moves by its own size.
+
+    In the metric of the masses the size is sqrt(sum m_k x_k^2), or that of the ``extent`` of the particles.
+    Without a mass it is the largest of the values.
+    """
+    diagonal = [abs(float(masses.rows.get(k, {}).get(k, 0.0))) for k in range(len(values))]
+    numbers = [float(x) for x in values]
+    whole = math.sqrt(max(sum(m * x * x for m, x in zip(diagonal, numbers)), extent))
+    largest = max(map(abs, numbers), default=0.0) or 1.0
+    return [whole / math.sqrt(m) if m and whole else largest for m in diagonal]
+
+
+def steepness(rows: Sequence[Row], scale: Sequence[float]) -> list[float]:
+    """How fast each constraint changes with x_k/``scale[k]``."""
+    return [math.hypot(*(float(a) * scale[k] for k, a in row.items())) for row in rows]
+
+
+def independent(
+    rows: Sequence[Row],
+    scale: Sequence[float],
+    typical: Sequence[float] = (),
+    sine: float = DEPENDENT,
+) -> list[int]:
+    """The rows, in their order, that do not depend on earlier ones, with slopes by x_k/``scale[k]``.
+
+    A row that is nothing beside its ``typical`` steepness depends on any others. ``sine`` is that of the
+    angle below which one does.
+    """
+    scaled = [{k: float(a) * scale[k] for k, a in row.items()} for row in rows]
+    norms, least = steepness(rows, scale), [sine * x for x in typical] or [0.0] * len(rows)
+    kept = [i for i, norm in enumerate(norms) if least[i] < norm < math.inf]
+    if not kept:
+        return []
+    unit = [{k: a / norms[i] for k, a in scaled[i].items()} for i in kept]
+    try:
+        pivots = np.diag(np.linalg.cholesky(products(unit, unit))) ** 2
+        if pivots.min() > CLEAR:
+            return kept
+    except np.linalg.LinAlgError:
+        pass
+    places = {k: place for place, k in enumerate(sorted({k for row in unit for k in row}))}
+    basis = np.zeros((min(len(unit), len(places)), len(places)))
+    found: list[int] = []
+    for i, row in zip(kept, unit):
+        rest = np.zeros(len(places))
+        rest[[places[k] for k in row]] = list(row.values())
+        done = basis[: len(found)]
+        for _ in range(2):  # twice is enough (Kahan and Parlett)
+            rest -= done.T @ (done @ rest)
+        norm = float(np.linalg.norm(rest))
+        if norm > sine and len(found) < len(basis):
+            basis[len(found)] = rest / norm
+            found.append(i)
+    return found
+
+
+def coupled(rows: Sequence[Row], kept: Sequence[int], scale: Sequence[float]) -> tuple[int, ...]:
+    """The rows that combinations with those that are not ``kept`` vanish of, and these."""
+    unit = [
+        {k: float(a) * scale[k] / (norm or 1.0) for k, a in row.items()}
+        for row, norm in zip(rows, steepness(rows, scale))
+    ]
+    mine = [unit[i] for i in kept]
+    rest = [i for i in range(len(rows)) if i not in kept]
+    if not rest:
+        return ()
+    shares = least_squares(products(mine, mine), products(mine, [unit[i] for i in rest]))
+    return tuple(sorted([*rest, *(i for i, row in zip(kept, shares) if np.abs(row).max() > APART)]))
+
+
+def products(rows: Sequence[Row], others: Sequence[Row]) -> Array:
+    """The matrix of the rows' scalar products with others, of which there are as many."""
+    matrix = np.zeros((len(rows), len(others)))
+    columns: dict[int, list[tuple[int, float]]] = {}
+    for j, row in enumerate(others):
+        for k, a in row.items():
+            columns.setdefault(k, []).append((j, float(a)))
+    for i, row in enumerate(rows):
+        for k, a in row.items():
+            for j, b in columns.get(k, ()):
+                matrix[i, j] += float(a) * b
+    return matrix
+
+
+@dataclass(frozen=True)
+class Shortest:
+    """Solves M dx - A^T mu = g, A dx = r for the ``unknown`` coordinates, and ``rows`` A that are
+    independent."""
+
+    masses: Masses
+    rows: Sequence[Row]
+    unknown: Sequence[int]
+
+    def solve(self, g: Mapping[int, float], r: Sequence[float]) -> tuple[dict[int, float], list[float]]:
+        """dx by coordinate, and mu; ``g`` is by coordinate, too."""
+        inner = set(self.unknown)
+        rows = [{k: float(a) for k, a in row.items() if k in inner} for row in self.rows]
+        sizes = [math.hypot(*row.values()) or 1.0 for row in rows]
+        rows = [{k: a / size for k, a in row.items()} for row, size in zip(rows, sizes)]
+        found, mu = self._of_unit_rows(rows, g, [x / size for x, size in zip(r, sizes)])
+        return found, [x / size for x, size in zip(mu, sizes)]
+
+    def _of_unit_rows(
+        self, rows: Sequence[Mapping[int, float]], g: Mapping[int, float], r: Sequence[float]
+    ) -> tuple[dict[int, float], list[float]]:
+        """The same for rows whose norm is 1."""
+        inner = set(self.unknown)
+        matter = {
+            j: {k: float(m) for k, m in self.masses.rows.get(j, {}).items() if k in inner}
+            for j in self.unknown
+        }
+        diagonal = {j: row.get(j, 0.0) for j, row in matter.items()}
+        if all(len(row) == 1 for row in matter.values()) and all(m > 0 for m in diagonal.values()):
+            weighted = [{k: a / diagonal[k] for k, a in row.items()} for row in rows]
+            alone = {j: g.get(j, 0.0) / m for j, m in diagonal.items()}
+            rest = [x - sum(a * alone[k] for k, a in row.items()) for row, x in zip(rows, r)]
+            mu = solved(products(rows, weighted), np.array(rest))
+            for row, x in zip(weighted, mu):
+                for k, a in row.items():
+                    alone[k] += a * x
+            return alone, mu
+        return self._together(rows, matter, g, r)
+
+    def _together(
+        self,
+        rows: Sequence[Row],
+        matter: Mapping[int, Mapping[int, float]],
+        g: Mapping[int, float],
+        r: Sequence[float],
+    ) -> tuple[dict[int, float], list[float]]:
+        """By the whole saddle-point matrix; where masses are unknown, each coordinate has the mass 1."""
+        places = {k: place for place, k in enumerate(self.unknown)}
+        n = len(places)
+        whole = np.zeros((n + len(rows), n + len(rows)))
+        for j, row in matter.items():
+            for k, m in row.items():
+                whole[places[j], places[k]] = m
+        if not whole.any():
+            whole[range(n), range(n)] = 1.0
+        for i, bound in enumerate(rows):
+            for k, a in bound.items():
+                whole[n + i, places[k]], whole[places[k], n + i] = a, -a
+        right = np.array([*(g.get(k, 0.0) for k in places), *r])
+        found = solved(whole, right)
+        return dict(zip(places, found[:n])), found[n:]
+
+
+def damped(
+    rows: Sequence[Row], values: Sequence[float], scale: Sequence[float], damping: float = 1.0
+) -> dict[int, float]:
+    """A step towards where ``values`` with these slopes are 0, whatever the rank: that of Levenberg and
+    Marquardt, damped by the square of the values (J. Fan and Y. Yuan, Computing 74, 2005)."""
+    norms = [x or 1.0 for x in steepness(rows, scale)]
+    matrix = [{k: float(a) * scale[k] / norm for k, a in row.items()} for row, norm in zip(rows, norms)]
+    right = np.array([-value / norm for value, norm in zip(values, norms)])
+    square = products(matrix, matrix)
+    square[np.diag_indices(len(rows))] += max(damping * float(right @ right), 1e-30)
+    found: dict[int, float] = {}
+    for row, x in zip(matrix, solved(square, right)):
+        for k, a in row.items():
+            found[k] = found.get(k, 0.0) + scale[k] * a * x
+    return found
+
+
+def solved(matrix: Array, right: Array) -> list[float]:
+    """The solution, or that of least squares and least norm."""
+    if not len(right):
+        return []
+    try:
+        with np.errstate(all="ignore"):
+            found = np.linalg.solve(matrix, right)
+        if np.isfinite(found).all() and np.abs(matrix @ found - right).max() <= 1e-6 * np.abs(right).max():
+            return found.tolist()  # type: ignore[no-any-return]
+    except np.linalg.LinAlgError:
+        pass
+    if not np.isfinite(matrix).all():
+        raise ArithmeticError("a slope of the constraints has no value")
+    return least_squares(matrix, right).tolist()  # type: ignore[no-any-return]
+
+
+def least_squares(matrix: Array, right: Array, cut: float = 1e-10) -> Array:
+    """The solution of least squares and least norm."""
+    return np.asarray(np.linalg.lstsq(matrix, right, rcond=cut)[0], dtype=np.float64)

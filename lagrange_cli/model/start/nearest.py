@@ -1,0 +1,148 @@
+"""The nearest point of a surface f(x) = 0, in the metric of the masses.
+
+First Newton's method leads to the surface, each step by the shortest way; then the way as a whole is made the
+shortest, M (x - x0) = A^T mu (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
+VII.2). f is evaluated with all digits, so that these corrections converge to all of them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from lagrange_cli.model.start.equations import Masses, Row
+from lagrange_cli.model.start.linear import Shortest
+from lagrange_cli.records import dataclass
+
+Values = tuple[Sequence[Any], Sequence[Row]]
+"""f, and its slopes."""
+ROUNDS = 80
+FAR = 0.5
+"""A step is at most this part of the scale."""
+ROUND = 2.0**-52
+"""What rounding makes of values of their scale, in doubles."""
+LONG_ROUND = 2.0**-106
+"""The same of two doubles."""
+CONTRACTING = 0.5
+"""Steps that become shorter by this factor converge."""
+DESCENTS = 400
+NEAR = 1e-9
+"""Newton's method has converged if its steps are no longer than this, and do not become shorter."""
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Where the functions ``at`` are 0 that have the numbers ``kept``, for changes of the ``unknown``
+    coordinates; ``scale`` is that of each coordinate, and ``unit`` what rounding makes of 1."""
+
+    at: Callable[[Sequence[Any]], Values]
+    kept: Sequence[int]
+    unknown: Sequence[int]
+    masses: Masses
+    scale: Sequence[float]
+    unit: float
+
+    def reach(self, x: Sequence[Any]) -> list[Any] | None:
+        """A point of it, by Newton's method from ``x``; None where there is none."""
+        found, last, halved = list(x), math.inf, 0
+        if not self.kept:
+            return found
+        for _ in range(ROUNDS):
+            values, rows = self.at(found)
+            step, _mu = self._shortest(rows).solve({}, [-float(values[i]) for i in self.kept])
+            size = self.size(step)
+            if not math.isfinite(size):
+                return None
+            halved = halved + 1 if 0.4 < size / last < 0.6 else 0
+            factor = 2.0 if halved > 2 else min(1.0, FAR / size) if size else 1.0  # 2: at a double root
+            found = self.moved(found, step, factor)
+            if size <= self.unit or (size >= last / 2 and last <= self.unit * 2**12):
+                return found
+            last = size
+        return found if last <= NEAR else None
+
+    def shorten(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
+        """The point nearest to ``start``, from another one.
+
+        All of it at once, if that converges: it does where the way is short beside the radii of curvature.
+        """
+        found, mu, last = list(x), [0.0 * one for one in self.kept], math.inf
+        for _ in range(ROUNDS):
+            values, rows = self.at(found)
+            pull = self.pull(start, found)
+            for i, one in zip(self.kept, mu):
+                for k, a in rows[i].items():
+                    if k in pull:
+                        pull[k] += a * one
+            step, more = self._shortest(rows).solve(
+                {k: float(one) for k, one in pull.items()}, [-float(values[i]) for i in self.kept]
+            )
+            size = self.size(step)
+            if not size < CONTRACTING * last and last > self.unit * 2**12:
+                break
+            found, mu = self.moved(found, step, 1.0), [a + b for a, b in zip(mu, more)]
+            if size <= self.unit or last <= self.unit * 2**12:
+                return found
+            last = size
+        return self.descend(start, x)
+
+    def descend(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
+        """The same along the surface, by steps that make the way shorter."""
+        found, part = list(x), 1.0
+        slide, length = self.slide(start, found)
+        for _ in range(DESCENTS):
+            if length <= NEAR**1.5 or part < NEAR:
+                break
+            trial = self.reach(self.moved(found, slide, part))
+            if trial is None:
+                part /= 2
+                continue
+            other, rest = self.slide(start, trial)
+            if rest < length or self.gap(start, trial) < self.gap(start, found) * (1 - NEAR):
+                found, slide, length, part = trial, other, rest, min(2.0, 1.2 * part)
+            else:
+                part /= 2
+        return found
+
+    def slide(self, start: Sequence[Any], x: Sequence[Any]) -> tuple[Mapping[int, float], float]:
+        """The way towards ``start`` along the surface, and its size."""
+        pull = {k: float(one) for k, one in self.pull(start, x).items()}
+        step, _ = self._shortest(self.at(x)[1]).solve(pull, [0.0] * len(self.kept))
+        return step, self.size(step)
+
+    def pull(self, start: Sequence[Any], x: Sequence[Any]) -> dict[int, Any]:
+        """M (start - x)."""
+        found: dict[int, Any] = dict.fromkeys(self.unknown, 0.0)
+        for j in self.unknown:
+            for k, m in self.masses.rows.get(j, {}).items():
+                found[j] += m * (start[k] - x[k])
+        return found
+
+    def gap(self, start: Sequence[Any], x: Sequence[Any]) -> float:
+        """The square of the way from ``start``."""
+        return float(sum(one * (start[k] - x[k]) for k, one in self.pull(start, x).items()))
+
+    def _shortest(self, rows: Sequence[Row]) -> Shortest:
+        return Shortest(self.masses, [rows[i] for i in self.kept], self.unknown)
+
+    def size(self, step: Mapping[int, Any]) -> float:
+        """The largest part of its scale that a coordinate moves by."""
+        return max((abs(float(x)) / self.scale[k] for k, x in step.items()), default=0.0)
+
+    def moved(self, x: Sequence[Any], step: Mapping[int, float], factor: float) -> list[Any]:
+        """The point after a step."""
+        found = list(x)
+        for k, dx in step.items():
+            found[k] = found[k] + factor * dx
+        return found
+
+    def nearest(self, start: Sequence[Any]) -> list[Any] | None:
+        """The nearest point; ``start`` itself where it is one to rounding, and None where there is none."""
+        found = self.reach(start)
+        if found is None:
+            return None
+        shortest = self.shorten(start, found)
+        found = self.reach(shortest) or shortest  # what the long way has left of rounding
+        way = {k: found[k] - start[k] for k in self.unknown}
+        return list(start) if self.size(way) <= 4 * self.unit else found

@@ -1,0 +1,143 @@
+"""What is said of a start that is not consistent: each constraint that is not satisfied, at its place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.model.start.linear import steepness
+from lagrange_cli.spec.problems import MOST
+from lagrange_cli.spec.source import Source
+from lagrange_cli.spec.spec import Expression, Spec
+
+SATISFIED = 1e-12
+"""A constraint that is off by less, relative to its terms, is not listed."""
+MOST_SHOWN = 4
+
+
+class Refusal:
+    """Makes the errors."""
+
+    def __init__(self, spec: Spec) -> None:
+        self.spec = spec
+        self.source = Source(spec.filename, spec.text)
+
+    def written(self, name: str) -> Expression:
+        """A constraint as it stands in the file."""
+        return self.spec.all_constraints[name]
+
+    def residuals(
+        self, values: Sequence[Any], rows: Sequence[Any], scale: Sequence[float], hint: str, *, speeds: bool
+    ) -> SpecError:
+        """One problem for each constraint that is not satisfied."""
+        names = [*self.spec.all_constraints]
+        worst = [
+            (name, float(value))
+            for name, value, steep in zip(names, values, steepness(rows, scale))
+            if abs(float(value)) > SATISFIED * steep
+        ]
+        problems = []
+        for name, value in worst[:MOST]:
+            what = "its rate of change" if speeds and name in self.spec.constraints else "it"
+            when = "velocities" if speeds else "values"
+            message = (
+                f"constraint '{name}' is not satisfied by the initial {when}: {what} is {value:.3g}, not 0"
+            )
+            problems.append(self.source.problem(self.written(name).place, message, hint))
+            hint = ""
+        return SpecError(self.spec.filename, problems)
+
+    def far_off(
+        self,
+        values: Sequence[Any],
+        rows: Sequence[Any],
+        scale: Sequence[float],
+        moves: Sequence[tuple[str, float]],
+        *,
+        speeds: bool = False,
+    ) -> SpecError:
+        """Given values are too far from any consistent state."""
+        shown = ", ".join(f"{name} = {value:.6g}" for name, value in moves[:MOST_SHOWN])
+        more = ", ..." if len(moves) > MOST_SHOWN else ""
+        hint = f"--project-initial takes the nearest consistent state ({shown}{more})"
+        hint += "; or leave a value out, so that it is found"
+        return self.residuals(values, rows, scale, hint, speeds=speeds)
+
+    def contradiction(
+        self,
+        values: Sequence[Any],
+        rows: Sequence[Any],
+        scale: Sequence[float],
+        found: Sequence[Any] | None,
+        *,
+        speeds: bool = False,
+    ) -> SpecError:
+        """No state nearby satisfies all constraints."""
+        what = "velocities" if speeds else "values"
+        hint = f"the constraints contradict each other: no {what} near these satisfy all of them"
+        return self.residuals(values, rows, scale, hint, speeds=speeds)
+
+    def restricting(self, name: str, *, later: bool) -> SpecError:
+        """A constraint depends on others where all hold, and does not follow from them."""
+        if later:
+            message = f"constraint '{name}' agrees with the others at the start, and contradicts them later"
+            return self.source.error(
+                self.written(name).place, message, "leave it out, or let it agree with them at all times"
+            )
+        message = (
+            f"the derivatives of constraint '{name}' depend on those of the others wherever all hold (a "
+            "constraint alone: they are 0), and yet it restricts the motion"
+        )
+        hint = "write an expression that changes its sign where it becomes 0, f in place of f**2"
+        return self.source.error(self.written(name).place, message, hint)
+
+    def constant(self, name: str) -> SpecError:
+        """A constraint is a constant."""
+        kind, hint = "no coordinate", "write an expression in coordinates that stays 0"
+        if name in self.spec.nonholonomic:
+            kind, hint = "no velocity", "write an expression in velocities that stays 0"
+        message = f"constraint '{name}' does not change with any state: it contains {kind}"
+        return self.source.error(self.written(name).place, message, hint)
+
+    def open_coordinate(self, number: int) -> SpecError:
+        """A coordinate is not given, and the constraints leave it free."""
+        coordinate = self.spec.coordinates[number]
+        message = f"coordinate '{coordinate.name}' has no initial value, and the constraints leave it free"
+        hint = f"write {coordinate.name}: {{initial: 0.1}}, or --set {coordinate.name}=0.1"
+        return self.source.error(coordinate.place, message, hint)
+
+    def no_closure(self, given: Sequence[int], unknown: Sequence[int]) -> SpecError:
+        """No values of the open coordinates satisfy the constraints."""
+        names = [self.spec.coordinates[k].name for k in unknown]
+        listed = ", ".join(names[:MOST_SHOWN]) + (", ..." if len(names) > MOST_SHOWN else "")
+        message = (
+            f"no value of {listed} was found that satisfies the constraints with the values that are given"
+        )
+        others = [self.spec.coordinates[k].name for k in given]
+        listed = ", ".join(others[:MOST_SHOWN]) + (", ..." if len(others) > MOST_SHOWN else "")
+        hint = f"change {listed}, or the parameters" if others else "check the constraints and the parameters"
+        return self.source.error(self.spec.coordinates[unknown[0]].place, message, hint)
+
+    def several(self, found: Sequence[Mapping[int, float]], *, more: bool) -> SpecError:
+        """Several closures are possible."""
+
+        def shown(one: Mapping[int, float]) -> str:
+            listed = [f"{self.spec.coordinates[k].name} = {x:.15g}" for k, x in one.items()]
+            return ", ".join(listed[:MOST_SHOWN]) + (", ..." if len(listed) > MOST_SHOWN else "")
+
+        first = self.spec.coordinates[next(iter(found[0]))]
+        count = f"{len(found)} or more" if more else str(len(found))
+        listed = "".join(f"\n    {shown(one)}" for one in found)
+        message = f"the constraints leave {count} possible starts:{listed}"
+        differs = next(
+            (k for k in found[0] if any(one[k] != found[0][k] for one in found)), next(iter(found[0]))
+        )
+        name, value = self.spec.coordinates[differs].name, found[0][differs]
+        hint = f"give one of them, as in --set {name}={value:.15g} or {name}: {{initial: {value:.15g}}}"
+        return self.source.error(first.place, message, hint)
+
+    def speed_of(self, number: int) -> str:
+        """The name of a velocity."""
+        return velocity_name(self.spec.coordinates[number].name)

@@ -1,0 +1,86 @@
+"""Events and guards of a model in the numbers of ``Interface``, and what ``@act`` computes for them."""
+
+from __future__ import annotations
+
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.mechanics.guards import Guard, Guarded
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Event, Model
+from lagrange_cli.native.interface import CUT, SIMPLE
+from lagrange_cli.native.state import Role
+
+FEW_EVENTS = 64
+"""Events of the largest system whose actions compiled code does."""
+
+
+def number_of(guard: Guard) -> int:
+    """A switch's guard as ``Interface`` has it."""
+    if guard.auxiliary is not None:
+        return guard.auxiliary
+    return CUT if guard.cut else SIMPLE
+
+
+def events_of(
+    model: Model[Node], smooth: Guarded, parts: int
+) -> tuple[tuple[tuple[int, int, int], ...], tuple[tuple[int, int], ...]]:
+    """The model's events as ``Interface`` has them, and which arguments simple actions change.
+
+    An action is simple if nothing but events may have to be chosen anew, and not its own, and no mass has to
+    be looked at, nor the state be moved back to constraints.
+    """
+    rests = {one.event: one.auxiliary for one in smooth.rests}
+    few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
+    few = few and not model.constraints
+    masses = [one.mass for one in model.particles]
+    found, affected = list[tuple[int, int, int]](), list[tuple[int, int]]()
+    for i, event in enumerate(model.events):
+        bits = _changed_by(event, model)
+        simple = bool(event.changes) and few and not event.argument.symbols & bits
+        simple = simple and not any(mass.symbols & bits for mass in masses)
+        acts = Role.CHANGE if simple else Role.ACTION
+        role = acts if event.stops or event.changes else Role.RECORD
+        found.append((event.direction, int(role), rests.get(i, -1)))
+        if simple:
+            affected += [(i, k) for k, one in enumerate(model.events) if one.argument.symbols & bits]
+    return tuple(found), tuple(affected)
+
+
+def _changed_by(event: Event[Node], model: Model[Node]) -> int:
+    """The symbols that it changes."""
+    symbols = dict(zip(model.coordinates, model.q))
+    symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}
+    symbols |= dict(model.parameters)
+    return reduce(or_, (symbols[name].symbols for name in event.changes), 0)
+
+
+def masses_of(model: Model[Node]) -> dict[str, Node]:
+    """The masses that events change, by particle; particles with the same mass stand for each other."""
+    bits = reduce(or_, (_changed_by(event, model) for event in model.events), 0)
+    found = {one.mass: one.name for one in reversed(model.particles) if one.mass.symbols & bits}
+    return {name: mass for mass, name in reversed(found.items())}
+
+
+def changes_of(model: Model[Node]) -> tuple[tuple[tuple[int, int], ...], list[Node]]:
+    """What events change: each event with the place of a name among coordinates, velocities and parameters;
+    and the new values."""
+    names = [*model.coordinates, *map(velocity_name, model.coordinates), *model.parameters]
+    places = {name: i for i, name in enumerate(names)}
+    found = [(i, name, node) for i, event in enumerate(model.events) for name, node in event.changes.items()]
+    return tuple((i, places[name]) for i, name, _ in found), [node for *_, node in found]
+
+
+def sizes_of(model: Model[Node]) -> list[Node]:
+    """How large the terms of each event's argument are, and those of its rate but for accelerations: what
+    their rounding is measured by."""
+    graph, found = graph_of(model), list[Node]()
+    for event in model.events:
+        slopes = [graph.diff(event.argument, x) for x in (*model.q, *model.v, model.time)]
+        values = (*model.q, *model.v, model.time)
+        rates = (*model.v, *(graph.zero for _ in model.v), graph.one)
+        for factors in (values, rates):
+            found.append(graph.sum([(graph.absolute(s * x), 1.0) for s, x in zip(slopes, factors)]))
+    return found

@@ -1,0 +1,80 @@
+"""Programs whose motions are followed eight at once, in the lanes of vectors (see ``stepping.ensemble``)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.linear.blocks import UNROLLED
+from lagrange_cli.native.llvm.text import tables
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.observation import write_prepare
+from lagrange_cli.native.orders import lane_order
+from lagrange_cli.native.program import Program
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.records import replace
+
+MOST_SERIES = 600
+"""Series of the largest system that is followed in lanes.
+
+The code of a larger one takes too long to compile, and single motions use vectors as well.
+"""
+
+
+def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node] = ()) -> bool:
+    """Whether its motions are followed eight at once: not where a force may hide, or a switch changes."""
+    if (
+        program.hiding
+        or residual.bent
+        or residual.model.events
+        or switches([*residual.residual, *integrands], residual.variables)
+    ):
+        return False
+    degrees, definite = len(residual.model.q), residual.definite
+    blocks = [block for block in residual.blocks if not definite or block[-1] < degrees]
+    largest = max(map(len, blocks), default=0)
+    unrolled = UNROLLED["definite" if definite else "general"]
+    return len(program.series.series) <= MOST_SERIES and largest <= unrolled
+
+
+def with_lanes(program: Program, residual: Residual, tolerance: float, section: str = "") -> Program:
+    """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``), or through
+    a ``section`` (see ``stepping.crossings``)."""
+    from lagrange_cli.native.functions.elementary import definitions
+    from lagrange_cli.native.numbers.lanes import LaneEmitter
+    from lagrange_cli.native.recurrences.compensated import compensated_expansion
+    from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
+    from lagrange_cli.native.recurrences.paired import Memory, write_paired_jet
+    from lagrange_cli.native.stepping.ensemble import follow
+    from lagrange_cli.native.stepping.pack import Pack
+
+    order, constants, series = lane_order(tolerance), Constants(), program.series
+    emitter, layout, width = LaneEmitter(), arrange_lanes(series, order), program.state.width
+    expansion = compensated_expansion(emitter, residual, series, constants, width, 0)
+    jet = write_paired_jet(Memory(expansion, emitter, layout))
+    parameters, constrained = residual.model.parameters, bool(residual.multipliers)
+    sizes = layout.span, 0, layout.vectors, program.state.quadratures
+    pack = Pack(program.degrees, program.rows, width, *sizes, constrained=constrained)
+    project = ""
+    if constrained:
+        from lagrange_cli.native.stepping.projection import Places, in_lanes
+
+        at = pack.places
+        places = Places(at["state"], at["state"] + pack.degrees, width, at["time"], at["time_low"])
+        project = in_lanes(residual, places, constants)
+    prepare, size = write_prepare(Emitter(), constants, parameters, "internal void @prepare_lane")
+    pack = replace(pack, constants=size)
+    given = order, tolerance, len(program.parameters)
+    if section:
+        from lagrange_cli.native.stepping.crossings import follow_section
+
+        stepping, pack = follow_section(pack, *given, section)
+    else:
+        stepping = follow(pack, *given)
+    text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, project, stepping])
+    text = "\n".join([text, definitions(text)])
+    emitter.allow(text.count(" = "))
+    return replace(program, text=text, lanes=LANES * pack.places["size"])

@@ -1,0 +1,7 @@
+"""When a pivot is nothing but rounding."""
+
+from __future__ import annotations
+
+FLOOR = 128.0
+"""Units of rounding: a pivot smaller than this part of its diagonal entry is nothing else, and the matrix is
+singular."""

@@ -1,0 +1,140 @@
+"""Code that factors the equations of motion with constraints, [[M, -A^T], [-A, 0]], and solves with them.
+
+It is L D L^T of the symmetric matrix. With a positive M the coordinates are eliminated first; what is left is
+-A M^-1 A^T, which is negative if the constraints are independent. So no pivoting is needed (M. Benzi, G. H.
+Golub and J. Liesen, Acta Numerica 14, 2005, sec. 5). What is 0 is never computed with: of coordinates, and
+then of constraints, the one that meets the fewest others is eliminated next (minimum degree: W. F. Tinney and
+J. W. Walker, Proc. IEEE 55, 1967).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Generic
+
+from lagrange_cli.native.linear.pivots import FLOOR
+from lagrange_cli.native.numbers.kind import Condition, NumberKind, V
+from lagrange_cli.records import dataclass
+
+
+@dataclass(frozen=True)
+class Saddle(Generic[V]):
+    """L D L^T of a block: the pivots in their ``order``, ``columns[p]`` the entries (i, L_ip) below
+    that of p, and the reciprocals of D."""
+
+    kind: NumberKind[V]
+    order: Sequence[int]
+    columns: Sequence[Sequence[tuple[int, V]]]
+    reciprocals: Sequence[V | None]
+
+    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
+        """x with K x = ``scale * right``."""
+        kind, x = self.kind, list(right)
+        for p in self.order:
+            for i, entry in self.columns[p]:
+                x[i] = kind.fms(entry, x[p], x[i])
+        for p in reversed(self.order):
+            x[p] = kind.mul(x[p], kind.mul(self.reciprocals[p], scale))
+            for i, entry in self.columns[p]:
+                x[p] = kind.fms(entry, x[i], x[p])
+        return x
+
+
+@dataclass(frozen=True)
+class LooseSaddle(Generic[V]):
+    """A block with M + c A^T A in place of M, factored; ``weighted`` is -c A, row by row."""
+
+    saddle: Saddle[V]
+    weighted: Sequence[Sequence[V | None]]
+
+    def solve(self, right: list[V | None], scale: V | None) -> list[V | None]:
+        """x with K x = ``scale * right``."""
+        kind, coordinates = self.saddle.kind, len(right) - len(self.weighted)
+        moved = list(right)
+        for row, value in zip(self.weighted, right[coordinates:]):
+            for k, entry in enumerate(row):
+                moved[k] = kind.fma(entry, value, moved[k])
+        return self.saddle.solve(moved, scale)
+
+
+def factor_loose_saddle(
+    kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int
+) -> tuple[LooseSaddle[V], Condition]:
+    """A block whose M is singular although the whole block is not, and whether it is regular.
+
+    M + c A^T A is positive, and has the same solutions: what it adds to the equations follows from those of
+    the constraints (G. H. Golub and C. Greif, SIAM J. Sci. Comput. 24, 2003). The weight c makes both parts
+    of equal size.
+    """
+    total: V | None = None
+    squares: V | None = None
+    for j, row in enumerate(matrix):
+        for entry in row[:coordinates] if j >= coordinates else row[j : j + 1]:
+            if j < coordinates:
+                total = kind.add(total, entry)
+            else:
+                squares = kind.fma(entry, entry, squares)
+    weight = kind.div(total, squares)
+    wider = [list(row) for row in matrix]
+    weighted = []
+    for row in matrix[coordinates:]:
+        scaled = [kind.mul(weight, entry) for entry in row[:coordinates]]
+        weighted.append(scaled)
+        for j, entry in enumerate(row[:coordinates]):
+            for k in range(coordinates):
+                wider[j][k] = kind.fma(scaled[k], entry, wider[j][k])
+    made, regular = factor_saddle(kind, wider, coordinates)
+    return LooseSaddle(made, weighted), regular
+
+
+def factor_saddle(
+    kind: NumberKind[V], matrix: list[list[V | None]], coordinates: int
+) -> tuple[Saddle[V], Condition]:
+    """L D L^T of a block with so many ``coordinates`` before its constraints, and whether it is regular."""
+    size = len(matrix)
+    rows = [{k: entry for k, entry in enumerate(row) if entry is not None} for row in matrix]
+    order = elimination([set(row) - {j} for j, row in enumerate(rows)], coordinates)
+    columns: list[list[tuple[int, V]]] = [[] for _ in range(size)]
+    reciprocals: list[V | None] = [None] * size
+    floors: list[V | None] = []
+    regular, unit = kind.true, kind.number(FLOOR * kind.unit)
+    for step, p in enumerate(order):
+        if step in (0, coordinates):
+            floors = [kind.mul(unit, rows[j].get(j)) for j in range(size)]
+        row = rows[p]
+        pivot = row.pop(p, None)
+        positive = p < coordinates
+        relation = "ogt" if positive else "olt"
+        regular = kind.both(regular, kind.compare(relation, pivot, floors[p]))
+        reciprocals[p] = inverse = kind.div(kind.one, pivot)
+        below = list(row.items())
+        for i, _ in below:
+            del rows[i][p]
+        for place, (i, entry) in enumerate(below):
+            scaled = kind.mul(entry, inverse)
+            assert scaled is not None
+            columns[p].append((i, scaled))
+            for k, other in below[place:]:
+                value = kind.fms(scaled, other, rows[i].get(k))
+                assert value is not None
+                rows[i][k] = rows[k][i] = value
+    return Saddle(kind, order, columns, reciprocals), regular
+
+
+def elimination(neighbours: Sequence[set[int]], coordinates: int) -> list[int]:
+    """In which order to eliminate: the ``coordinates`` first, of each part what has fewest neighbours then.
+
+    ``neighbours`` are the places of entries off the diagonal, by row; it is used up.
+    """
+    order = []
+    for part in (range(coordinates), range(coordinates, len(neighbours))):
+        left = dict.fromkeys(part)
+        while left:
+            p = min(left, key=lambda one: len(neighbours[one]))
+            del left[p]
+            order.append(p)
+            around = neighbours[p]
+            for i in around:
+                neighbours[i] |= around
+                neighbours[i] -= {i, p}
+    return order

@@ -1,0 +1,545 @@
+"""``@jet`` as loops over members: the code of a large system grows with its kinds of series, not with these.
+
+Eight members of a batch are worked on at once, a lane for each. What stands elsewhere in memory is gathered
+by tables of places. The recurrences are those of ``Stage``; sums of many terms are loops over rows of tables.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import cast
+
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.linear.blocks import Factorization
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.kind import NumberKind, V
+from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.layout_batches import (
+    BEFORE,
+    CHANGE,
+    INVERSE,
+    LOW,
+    SLOPE,
+    Blocks,
+    Tables,
+    count,
+)
+from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
+from lagrange_cli.native.recurrences.tables_batches import Column, Quotient, View, quotient
+from lagrange_cli.records import dataclass
+from lagrange_cli.series.program import Op, Series, reciprocal
+
+CHAINS = 4
+"""Sums that a dot product is made of, so that its additions need not wait for each other."""
+BEGINNING = 2
+"""The first stage that a loop may have where every series is of level 0 or more."""
+
+
+@dataclass
+class Jet:
+    """What all stages of the jet have in common while it is written."""
+
+    residual: Residual
+    quotient: Quotient
+    blocks: Blocks
+    tables: Tables
+    f: Function
+    emitter: LaneEmitter
+    time: Operand = ""
+
+    @contextmanager
+    def members(self, batch: int, k: int | Integer, executed: int) -> Iterator[BatchStage]:
+        """A loop over the members of a batch in stage ``k``, eight at a time."""
+        blocks = count(self.blocks.batches[batch].members)
+        self.emitter.repeated = blocks * executed
+        with self.f.loop(0, blocks, tested=False) as b:
+            yield BatchStage(self, k, batch, b)
+        self.emitter.repeated = 1
+
+
+class _Loaded(dict[int, "Value"]):
+    """Numbers of series that are loaded where they are asked for: those in one vector of their blocks."""
+
+    def __init__(self, stage: BatchStage, vector: int) -> None:
+        self.stage, self.vector = stage, vector
+
+    def __missing__(self, index: int) -> Value:
+        return self.stage.vector(index, self.vector)
+
+
+class _First(dict[int, "Value"]):
+    """Coefficient 0 of a series."""
+
+    def __init__(self, stage: BatchStage, index: int) -> None:
+        self.stage, self.index = stage, index
+
+    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
+        return self[m]
+
+    def __missing__(self, m: int) -> Value:
+        return self.stage.vector(self.index, m)
+
+
+class _Remainders(_Loaded):
+    """What q and q_dot, and copies of these, are more than their numbers."""
+
+    def __contains__(self, index: object) -> bool:
+        return self.stage.jet.quotient.views[index].moving if isinstance(index, int) else False
+
+    def get(self, index: int, default: Value = None) -> Value:  # type: ignore[override]
+        return self[index] if self.__contains__(index) else default
+
+
+class _Changes(_Loaded):
+    """What a correction has added to the newest coefficients of series."""
+
+    def get(self, index: int, default: Value = None) -> Value:  # type: ignore[override]
+        return self[index] if self.stage.expansion.program.series[index].corrected else default
+
+
+class _Slopes(dict[int, "tuple[Value, Value]"]):
+    """dp/dx and 1/x of powers p of x."""
+
+    def __init__(self, stage: BatchStage) -> None:
+        self.stage = stage
+
+    def __missing__(self, index: int) -> tuple[Value, Value]:
+        return self.stage.vector(index, SLOPE), self.stage.vector(index, INVERSE)
+
+
+class BatchExpansion(Expansion[str]):
+    """The expansion of eight members of a batch."""
+
+    stage: BatchStage
+
+    def constant(self, node: Node) -> Value:
+        return self.stage.constant(node)
+
+    def coordinate(self, i: int) -> str:
+        return self.stage.given(0)
+
+    def velocity(self, i: int) -> str:
+        return self.stage.given(1)
+
+
+class BatchStage(Stage[str]):
+    """Stage ``k`` of the eight members of a batch from the ``b``-th block on."""
+
+    def __init__(self, jet: Jet, k: int | Integer, batch: int, b: Integer) -> None:
+        expansion = BatchExpansion(
+            jet.residual, jet.quotient.program, jet.emitter,
+            Everywhere(jet.tables.constants.slots),
+            Factorization(jet.emitter, 0, {}, {}), jet.time, 0,
+        )  # fmt: skip
+        super().__init__(expansion, careful=True)
+        expansion.stage = self
+        expansion.table = [_First(self, i) for i in range(len(jet.quotient.program.series))]
+        expansion.remainders = _Remainders(self, LOW)
+        expansion.sensitivities = _Slopes(self)
+        self.jet, self.k, self.batch, self.b = jet, k, batch, b
+        self.f, self.emitter = jet.f, jet.emitter
+        self._places: dict[int, Operand] = {}
+        self._pointers: dict[int, Pointer] = {}
+        self._known: dict[tuple[int, int, bool], Operand] = {}
+        self._dots: list[Operand] = []
+
+    # places
+
+    def view(self, index: int) -> View:
+        return self.jet.quotient.views[index]
+
+    def _vector_at(self, m: int, relative: bool) -> str:
+        """The number of a vector, from coefficient 0 on, or from coefficient k on, in doubles."""
+        if not relative:
+            return str(LANES * m)
+        if isinstance(self.k, int):
+            return str(LANES * (self.k + m))
+        return (self.k * LANES + LANES * m if m else self.k * LANES).name
+
+    def pointer(self, index: int) -> Pointer:
+        """Where coefficient 0 of a series is, if it stands beside the members in blocks of its own."""
+        if index not in self._pointers:
+            span, block = self.jet.blocks.span, self.view(index).block
+            assert block is not None
+            at = self.b * (LANES * span) + LANES * (span * block + BEFORE)
+            self._pointers[index] = self.f.place("%work", at, "double")
+        return self._pointers[index]
+
+    def vector(self, index: int, m: int, *, relative: bool = False) -> Operand:
+        """A vector of a series: coefficient m or, if that is ``relative``, k + m; or what stands before."""
+        key = index, m, relative
+        if key not in self._known:
+            at = self._vector_at(m, relative)
+            if self.view(index).block is not None:
+                place = self.emitter.define(
+                    f"getelementptr inbounds double, ptr {self.pointer(index).name}, i64 {at}"
+                )
+                self._known[key] = self.emitter.define(f"load {VECTOR}, ptr {place}, align {8 * LANES}")
+            else:
+                base = self.emitter.define(f"getelementptr inbounds double, ptr %work, i64 {at}")
+                self._known[key] = gathered(self.emitter, base, self.places(self.view(index).table))
+        return self._known[key]
+
+    def put(self, value: Value, m: int, *, relative: bool = False) -> None:
+        """Store a vector of the batch."""
+        at = self._vector_at(m, relative)
+        place = self.emitter.define(
+            f"getelementptr inbounds double, ptr {self.pointer(self.batch).name}, i64 {at}"
+        )
+        self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place}, align {8 * LANES}")
+        self._known.pop((self.batch, m, relative), None)
+
+    def places(self, table: int) -> Operand:
+        """The members' row of a table of places."""
+        if table not in self._places:
+            self._places[table] = places_at(self.f, self.b * LANES + table if table else self.b * LANES)
+        return self._places[table]
+
+    def given(self, derivatives: int) -> Operand:
+        """The coordinates or the velocities of the state."""
+        table = self.jet.quotient.given[self.batch]
+        degrees = len(self.jet.residual.model.q)
+        base = self.f.place("%state", derivatives * degrees, "double")
+        return gathered(self.emitter, base.name, self.places(table))
+
+    def constant(self, node: Node) -> Operand:
+        """A constant of the motion, or one of each member."""
+        column = self.jet.quotient.columns.get(node)
+        if column is None:
+            return self.emitter.everywhere("%constants", "0", self.jet.tables.constants.slot(node))
+        return column_at(self.f, self.emitter, column, self.b * LANES, self.places)
+
+    # what Stage asks for
+
+    def at(self, index: int, ahead: int) -> Value:
+        if isinstance(self.k, int) and self.k + ahead < 0:
+            return None
+        return self.vector(index, ahead, relative=True)
+
+    def number(self, ahead: int) -> Value:
+        if isinstance(self.k, int):
+            return self.emitter.number(self.k + ahead)
+        return self.emitter.everywhere("@numbers", self.k.name, ahead)
+
+    def reciprocal(self, ahead: int) -> Value:
+        return None
+
+    def divided(self, value: Value, ahead: int) -> Value:
+        """By k + ahead, correctly rounded but for what is lost in the product of two small numbers."""
+        if isinstance(self.k, int):
+            inverse = self.emitter.number(1.0 / (self.k + ahead))
+            rest = self.emitter.number(reciprocal_rest(self.k + ahead))
+        else:
+            inverse, rest = (
+                self.emitter.everywhere(f"@{name}", self.k.name, ahead) for name in ("reciprocals", "rests")
+            )
+        return self.emitter.fma(value, inverse, self.emitter.mul(value, rest))
+
+    def is_index(self, ahead: int, index: int) -> bool:
+        return isinstance(self.k, int) and self.k + ahead == index
+
+    def dot(
+        self, index: int, a: int, b: int, ahead: int, weighted: bool = False
+    ) -> tuple[Value, Factors[str]]:
+        if isinstance(self.k, int) and self.k + ahead < 2:
+            return None, []
+        if not self._dots:
+            one = self.expansion.program.series[index]
+            n = str(self.k + ahead) if isinstance(self.k, int) else (self.k + ahead).name
+            places = [f"ptr {self.pointer(part).name}" for part in ((a,) if a == b else (a, b))]
+            self._dots = self._summed(one, ", ".join([*places, f"i64 {n}"]))
+        return self._dots[weighted], []
+
+    def _summed(self, one: Series, given: str) -> list[Operand]:
+        """The dot product of a series, and for a power the weighted one, too."""
+        define = self.emitter.define
+        if one.op is Op.POWER and not reciprocal(one.data):
+            both = f"{{ {VECTOR}, {VECTOR} }}"
+            made = define(f"call {both} @power_dots({given})")
+            return [define(f"extractvalue {both} {made}, {i}") for i in (0, 1)]
+        name = "square_dot" if len(set(one.arguments)) < len(one.arguments) else "dot"
+        return [define(f"call {VECTOR} @{name}({given})")]
+
+    # stages
+
+    def write(self) -> None:
+        """The newest coefficients of the batch, as far as they are known before the accelerations."""
+        one = self.expansion.program.series[self.batch]
+        begins = self.is_index(one.level, 0)
+        if self.jet.blocks.batches[self.batch].long:
+            value: Value = self._long_sum(begins, one)
+        else:
+            value = self.begin(self.batch) if begins else self.recur(self.batch)
+        self.put(value, one.level, relative=True)
+        if begins and one.op is Op.POWER:
+            slope, inverse = self.expansion.sensitivities[self.batch]
+            self.put(slope, SLOPE)
+            self.put(inverse, INVERSE)
+        if begins and self.view(self.batch).moving:
+            self.put(self._remainder(one), LOW)
+
+    def _remainder(self, one: Series) -> Value:
+        """That of a coordinate, a velocity, or what the batch is a copy of."""
+        if one.op is Op.LINEAR:
+            return self.vector(one.arguments[0], LOW)
+        base = self.f.place(
+            "%state", self.jet.quotient.low + (one.op is Op.DERIVATIVE) * self.degrees, "double"
+        )
+        return gathered(self.emitter, base.name, self.places(self.jet.quotient.given[self.batch]))
+
+    @property
+    def degrees(self) -> int:
+        return len(self.jet.residual.model.q)
+
+    def _long_sum(self, begins: bool, one: Series) -> Value:
+        batch, start = self.jet.quotient.sums[self.batch], None
+        if begins:
+            assert isinstance(one.data, tuple)
+            start = None if one.data[0].is_zero else self.constant(one.data[0])
+            if batch.remainders:
+                start = self.summed(self.batch, str(LANES * LOW), start)
+        return self.summed(self.batch, self._vector_at(one.level, True), start)
+
+    def summed(self, index: int, at: str, start: Value, *, changes: bool = False) -> Operand:
+        """``start`` + the sum of the vectors ``at`` that distance of all terms of a long sum."""
+        table = self.jet.quotient.sums[index]
+        total = self.f.variable(Real(self.f, self.emitter.written(start), LANES))
+        base = self.emitter.define(f"getelementptr inbounds double, ptr %work, i64 {at}")
+        first = self.b * (LANES * table.terms)
+        with self.f.loop(0, table.terms, tested=False) as t:
+            row = first + t * LANES
+            places = places_at(self.f, row + table.places if table.places else row)
+            known: dict[int, Operand] = {}
+
+            def listed(start: int) -> Operand:
+                if start not in known:
+                    known[start] = places_at(self.f, row + start if start else row)
+                return known[start]
+
+            column = table.changing if changes else table.factors
+            factor = column_at(self.f, self.emitter, column, row, listed)
+            value = self.emitter.fma(factor, gathered(self.emitter, base, places), total.get().name)
+            assert value is not None
+            total.set(Real(self.f, value, LANES))
+        return total.get().name
+
+    def correct(self) -> None:
+        """Add what the accelerations add to the newest coefficients of the batch."""
+        one, index = self.expansion.program.series[self.batch], self.batch
+        if one.op is Op.PRIMITIVE and self.is_index(one.level, 0):
+            return
+        if self.jet.blocks.batches[index].long:
+            change: Value = self.summed(index, str(LANES * CHANGE), None, changes=True)
+        else:
+            change = self.correction(index, _Changes(self, CHANGE), None)
+        self.put(self.emitter.add(self.at(index, one.level), change), one.level, relative=True)
+        self.put(change, CHANGE)
+
+    def accelerate(self, velocity: BatchStage, root: int) -> None:
+        """The newest coefficients of coordinates and velocities, from the equations' residual."""
+        scale = self.vector(self.batch, INVERSE)
+        value = self.emitter.neg(self.emitter.mul(self.vector(root, 0, relative=True), scale))
+        value = self.integrated(value, 1)
+        velocity.put(value, 1, relative=True)
+        velocity.put(value, CHANGE)
+        value = self.integrated(value, 2)
+        self.put(value, 2, relative=True)
+        self.put(value, CHANGE)
+
+
+def places_at(f: Function, at: Integer) -> Operand:
+    """Eight places of the table, from the ``at``-th on."""
+    place = f.place("@places", at, "i32")
+    return f.define(f"load <{LANES} x i32>, ptr {place.name}, align {4 * LANES}")
+
+
+def gathered(emitter: LaneEmitter, base: Operand, places: Operand) -> Operand:
+    """The doubles at these places from ``base`` on."""
+    many = f"<{LANES} x ptr>"
+    listed = emitter.define(f"getelementptr inbounds double, ptr {base}, <{LANES} x i32> {places}")
+    given = f"{many} {listed}, i32 8, <{LANES} x i1> {emitter.true}, {VECTOR} poison"
+    return emitter.define(f"call {VECTOR} @llvm.masked.gather.v{LANES}f64.v{LANES}p0({given})")
+
+
+def column_at(
+    f: Function, emitter: LaneEmitter, column: Column, at: Integer, places: Callable[[int], Operand]
+) -> Operand:
+    """Numbers of eight members, or terms, from the ``at``-th on, whose row of a table ``places`` loads."""
+    if column.node is not None:
+        if column.node.kind is Kind.NUMBER:
+            return emitter.written(emitter.number(column.node.data))
+        return emitter.everywhere("%constants", "0", column.table)
+    if column.numbers:
+        place = f.place("@factors", at + column.table if column.table else at, "double")
+        return f.define(f"load {VECTOR}, ptr {place.name}, align {8 * LANES}")
+    return gathered(emitter, "%constants", places(column.table))
+
+
+class Everywhere(Constants):
+    """Constants of the motion in every lane."""
+
+    def value(self, kind: NumberKind[V], node: Node) -> V | None:
+        if node.kind is Kind.NUMBER:
+            return kind.number(node.data)
+        assert isinstance(kind, LaneEmitter)
+        return cast("V", kind.everywhere("%constants", "0", self.slot(node)))
+
+
+def dot_product() -> str:
+    """``@dot(a, b, n)``: sum_{m=1}^{n-1} a[m] b[n-m] of vectors."""
+    f = Function(f"define internal {VECTOR} @dot(ptr %a, ptr %b, i64 %n) #0", LANES)
+    n = Integer(f, "%n", 1)
+    sums = chained(f, n, lambda m: [(f.load("%a", m), f.load("%b", n - m))])
+    f.give(sums[0])
+    return f.text()
+
+
+def square_dot() -> str:
+    """``@square_dot(a, n)``: that of a series with itself, from half of the terms."""
+    f = Function(f"define internal {VECTOR} @square_dot(ptr %a, i64 %n) #0", LANES)
+    n = Integer(f, "%n", 1)
+    middle = (n + 1).operation("lshr", 1)
+    half, _ = chained(f, middle, lambda m: [(f.load("%a", m), f.load("%a", n - m))])
+    total = f.variable(half + half)
+    with f.when(~n.odd()):
+        one = f.load("%a", middle)
+        total.set(f.fused(one, one, total.get()))
+    f.give(total.get())
+    return f.text()
+
+
+def power_dots() -> str:
+    """``@power_dots(a, b, n)``: sum_{m=1}^{n-1} a[m] b[n-m], and that of m a[m] b[n-m]."""
+    both = f"{{ {VECTOR}, {VECTOR} }}"
+    f = Function(f"define internal {both} @power_dots(ptr %a, ptr %b, i64 %n) #0", LANES)
+    n = Integer(f, "%n", 1)
+
+    def terms(m: Integer) -> list[tuple[Real, Real]]:
+        a, b = f.load("%a", m), f.load("%b", n - m)
+        return [(a, b), (f.splat(m.to_real(), LANES) * a, b)]
+
+    f.give(*chained(f, n, terms))
+    return f.text()
+
+
+def chained(f: Function, last: Integer, terms: Callable[[Integer], list[tuple[Real, Real]]]) -> list[Real]:
+    """The sums of products ``terms(m)`` for m = 1, 2, .. below ``last``, each in several chains."""
+    m, zero = f.variable(f.count(1)), f.zero(LANES)
+
+    def add(m: Integer, sums: list[Variable[Real]]) -> None:
+        for total, (a, b) in zip(sums, terms(m)):
+            total.set(f.fused(a, b, total.get()))
+
+    chains = [[f.variable(zero), f.variable(zero)] for _ in range(CHAINS)]
+    with f.forever() as rounds:
+        with f.when(m.get() + CHAINS > last):
+            rounds.leave()
+        for i, sums in enumerate(chains):
+            add(m.get() + i if i else m.get(), sums)
+        m.set(m.get() + CHAINS)
+    with f.forever() as rounds:
+        with f.when(m.get() >= last):
+            rounds.leave()
+        add(m.get(), chains[0])
+        m.set(m.get() + 1)
+    found = []
+    for part in zip(*chains):
+        values = [total.get() for total in part]
+        while len(values) > 1:
+            values = [a + b for a, b in zip(values[::2], values[1::2])]
+        found.append(values[0])
+    return found
+
+
+def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> tuple[str, int]:
+    """The text of ``@jet`` and of what it calls, and the number of its operations.
+
+    Remainders of the state are ``low`` behind its numbers. Raises ``Misfit`` if the system is of another
+    kind.
+    """
+    f = Function(
+        "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
+    )
+    emitter = LaneEmitter()
+    emitter.lines = f.sink
+    jet = Jet(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
+    jet.time = f.splat(Real(f, "%t", 1), LANES).name
+    last = blocks.order - 2
+    looped = max(1, BEGINNING - min(one.level for one in blocks.program.series))
+    regular = f.variable(Bit(f, "true", 1))
+    for k in range(-2, min(looped, last + 1)):
+        stage(jet, k, 1)
+        if k == -1:
+            factor(jet, regular)
+    if looped <= last:
+        with f.loop(looped, last + 1, tested=False) as counter:
+            stage(jet, counter, last + 1 - looped)
+    copy_state(jet)
+    f.give(regular.get())
+    rests = ", ".join(
+        f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(blocks.order + 4)
+    )
+    parts = [
+        f"@rests = private constant [{blocks.order + 4} x double] [{rests}]",
+        dot_product(),
+        square_dot(),
+        power_dots(),
+        f.text(),
+    ]
+    return "\n".join(parts), emitter.operations
+
+
+def stage(jet: Jet, k: int | Integer, executed: int) -> None:
+    """All batches in stage ``k``, then the accelerations, and what depends on them."""
+    series = jet.quotient.program.series
+    for batch in range(len(jet.blocks.batches)):
+        if not isinstance(k, int) or k + series[batch].level >= 0:
+            with jet.members(batch, k, executed) as one:
+                one.write()
+    if isinstance(k, int) and k < 0:
+        return
+    moved = set[int]()
+    for coordinate, velocity, root, _ in jet.quotient.motion:
+        with jet.members(coordinate, k, executed) as one:
+            one.accelerate(BatchStage(jet, k, velocity, one.b), root)
+        moved |= {coordinate, velocity}
+    for batch in range(len(jet.blocks.batches)):
+        if series[batch].corrected and batch not in moved and batch in jet.quotient.read:
+            with jet.members(batch, k, executed) as one:
+                one.correct()
+
+
+def factor(jet: Jet, regular: Variable[Bit]) -> None:
+    """The reciprocals of the masses, and whether these are regular."""
+    f, emitter = jet.f, jet.emitter
+    for coordinate, _, _, masses in jet.quotient.motion:
+        with jet.members(coordinate, 0, 1) as one:
+            mass = column_at(f, emitter, masses, one.b * LANES, one.places)
+            one.put(emitter.div(emitter.one, mass), INVERSE)
+            size = mass if jet.residual.definite else emitter.magnitude(mass)
+            good = Bit(f, emitter.compare("ogt", size, None), LANES)
+            regular.set(regular.get() & f.all(good))
+
+
+def copy_state(jet: Jet) -> None:
+    """The coefficients of the state's rows to where steps read them."""
+    blocks, f = jet.blocks, jet.f
+    offsets = [blocks.offsets[i] for i in blocks.program.state]
+    offsets += [blocks.zero] * (blocks.width - len(offsets))
+    table = jet.tables.of_places(offsets)
+    with f.loop(0, blocks.width // LANES, tested=False) as b:
+        at = b * LANES
+        places = places_at(f, at + table if table else at)
+        row = b * (LANES * blocks.span)
+        with f.loop(1, blocks.order + 1, tested=False) as m:
+            value = gathered(jet.emitter, f.place("%work", m * LANES, "double").name, places)
+            to = row + m * LANES + LANES * BEFORE
+            f.store_row(Real(f, value, LANES), "%work", to, aligned=True)

@@ -1,0 +1,274 @@
+"""Batches of series as a program of their own: one series for each batch, one for each way its operands lie.
+
+A *view* is an operand of all members of a batch: in blocks beside theirs, or at places that a table lists. A
+*column* is a factor of each member: one number for all, or a table. Operands of products stand beside them:
+where they do not, a copy of them does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import chain
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.recurrences.layout_batches import Blocks, Tables, count
+from lagrange_cli.records import dataclass, field, replace
+from lagrange_cli.series.batches import Batch, batches
+from lagrange_cli.series.program import Op, Series, SeriesProgram
+
+
+@dataclass(frozen=True)
+class View:
+    """Where an operand of a batch's members is: in blocks from ``block`` on, or at the places of a table.
+    Coordinates and velocities, which are ``moving``, have remainders."""
+
+    block: int | None
+    table: int
+    moving: bool
+
+
+@dataclass(frozen=True)
+class Column:
+    """A factor of each member: the one ``node``, in a slot of ``%constants`` if it is no number, a table of
+    ``numbers``, or one of slots."""
+
+    node: Node | None
+    table: int = 0
+    numbers: bool = False
+
+
+@dataclass(frozen=True)
+class LongSum:
+    """The terms of a batch of long sums: as many for each member, some of them 0. Those ``changing`` depend
+    on the newest accelerations; ``remainders`` are those of coordinates or velocities."""
+
+    terms: int
+    places: int
+    factors: Column
+    changing: Column
+    remainders: bool
+
+
+@dataclass(frozen=True)
+class Quotient:
+    """``program`` has a series for each batch, then those of views; ``views`` are where each of them is.
+
+    ``columns`` are factors that differ between members, by what stands for them in the program, ``given`` the
+    tables of rows of the state by batches of coordinates and of velocities, ``low`` is where their remainders
+    begin. ``motion`` has the batches of coordinates, each with that of the velocities, the view of the
+    residuals, and the masses. ``read`` are those that another one, or the state, reads.
+    """
+
+    program: SeriesProgram
+    views: Sequence[View]
+    columns: Mapping[Node, Column]
+    given: Mapping[int, int]
+    sums: Mapping[int, LongSum]
+    low: int
+    motion: Sequence[tuple[int, int, int, Column]]
+    read: frozenset[int]
+
+
+FARTHEST = 2**31 - 1
+"""The largest place that a table can hold."""
+FEWEST = 8
+"""Series that a batch must have on average: straight code is shorter than a loop over fewer."""
+
+
+class Misfit(Exception):
+    """The system is not of the kind that is computed in batches."""
+
+
+def arrange(residual: Residual, program: SeriesProgram, order: int) -> Blocks:
+    """The batches of the series ``program``, with copies of what products do not have beside them.
+
+    Raises ``Misfit`` where they would be too many, or too much.
+    """
+    listed = batches(program, residual.variables)
+    if len(listed) * FEWEST > len(program.series):
+        raise Misfit
+    blocks = Blocks(*with_copies(program, listed, residual.graph), order)
+    if blocks.doubles > FARTHEST:
+        raise Misfit
+    return blocks
+
+
+def with_copies(
+    program: SeriesProgram, listed: Sequence[Batch], graph: Graph
+) -> tuple[SeriesProgram, Sequence[Batch]]:
+    """The same with a batch of copies for each operand of a product that does not stand beside it."""
+    series, found = list(program.series), list[Batch]()
+    where = places_of(listed)
+    made: dict[tuple[int, tuple[int, ...]], tuple[int, ...]] = {}
+
+    def beside(row: tuple[int, ...], level: int) -> tuple[int, ...]:
+        if aligned(where, row):
+            return row
+        if (level, row) not in made:
+            copies = made[level, row] = tuple(range(len(series), len(series) + len(row)))
+            data = graph.zero, (graph.one,)
+            series.extend(Series(Op.LINEAR, (i,), data, level=level, order=series[i].order) for i in row)
+            zeros = (graph.zero,) * len(row)
+            ones = ((graph.one,) * len(row),)
+            found.append(Batch(copies, series[copies[0]], (row,), ones, zeros, copy=True))
+        return made[level, row]
+
+    for batch in listed:
+        if batch.one.op in (Op.MULTIPLY, Op.POWER):
+            operands = tuple(beside(row, batch.one.level) for row in batch.operands)
+            batch = replace(batch, operands=operands)
+        found.append(batch)
+    return replace(program, series=tuple(series)), found
+
+
+def places_of(listed: Sequence[Batch]) -> dict[int, tuple[int, int]]:
+    """The batch of each series, and its place there."""
+    return {
+        index: (number, place)
+        for number, batch in enumerate(listed)
+        for place, index in enumerate(batch.members)
+    }
+
+
+def aligned(where: Mapping[int, tuple[int, int]], row: Sequence[int]) -> bool:
+    """Whether these series are side by side in one batch, the first one at the beginning of a block."""
+    batch, first = where[row[0]]
+    return first % LANES == 0 and all(where[i] == (batch, first + j) for j, i in enumerate(row))
+
+
+def quotient(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> Quotient:
+    """The program of the batches."""
+    maker = _Maker(residual, blocks, tables)
+    series: list[Series] = []
+    for number, batch in enumerate(blocks.batches):
+        series.append(maker.series(number, batch))
+    motion = [maker.motion(number) for number, one in enumerate(series) if one.op is Op.COORDINATE]
+    coordinates = tuple(one[0] for one in motion)
+    program = SeriesProgram((*series, *maker.further), coordinates, (), (), ())
+    own = [
+        View(first, 0, maker.is_moving(batch.members[0]))
+        for first, batch in zip(blocks.first, blocks.batches)
+    ]
+    read = {i for batch in blocks.batches for row in batch.operands for i in row} | {*blocks.program.state}
+    return Quotient(
+        program, (*own, *maker.views), maker.columns, maker.given, maker.sums, low, motion,
+        frozenset(maker.where[i][0] for i in read),
+    )  # fmt: skip
+
+
+@dataclass
+class _Maker:
+    residual: Residual
+    blocks: Blocks
+    tables: Tables
+    further: list[Series] = field(default_factory=list)
+    views: list[View] = field(default_factory=list)
+    seen: dict[tuple[int, ...], int] = field(default_factory=dict)
+    columns: dict[Node, Column] = field(default_factory=dict)
+    given: dict[int, int] = field(default_factory=dict)
+    sums: dict[int, LongSum] = field(default_factory=dict)
+    names: Graph = field(default_factory=Graph)
+    moving: set[int] = field(default_factory=set)
+
+    def __post_init__(self) -> None:
+        program = self.blocks.program
+        self.moving = {*program.coordinates, *program.velocities}
+        self.where = places_of(self.blocks.batches)
+
+    def is_moving(self, index: int) -> bool:
+        """Whether a series is a coordinate, a velocity, or a copy of one."""
+        one = self.blocks.program.series[index]
+        copied = self.blocks.batches[self.where[index][0]].copy
+        return (one.arguments[0] if copied else index) in self.moving
+
+    def series(self, number: int, batch: Batch) -> Series:
+        """The series that stands for a batch."""
+        one = batch.one
+        if one.op in (Op.SELECT, Op.MULTIPLIER):
+            raise Misfit
+        if batch.members[0] in self.moving and one.op in (Op.COORDINATE, Op.DERIVATIVE):
+            program = self.blocks.program
+            rows = {i: row for row, i in enumerate(program.coordinates)}
+            rows |= {i: row for row, i in enumerate(program.velocities)}
+            self.given[number] = self.tables.of_places([rows[i] for i in batch.members])
+        if batch.long:
+            self.sums[number] = self.long_sum(batch)
+            return replace(one, arguments=(), data=(self.column(batch.constants), ()))
+        arguments = tuple(map(self.view, batch.operands))
+        data = one.data
+        if one.op is Op.LINEAR:
+            data = self.column(batch.constants), tuple(map(self.column, batch.scales))
+        sources = tuple(
+            self.view([self.blocks.program.series[i].sources[p] for i in batch.members])
+            for p in range(len(one.sources))
+        )
+        return replace(one, arguments=arguments, sources=sources, data=data)
+
+    def view(self, row: Sequence[int]) -> int:
+        """The number of the view of these series."""
+        key = tuple(row)
+        if key not in self.seen:
+            batch, first = self.where[row[0]]
+            beside = aligned(self.where, row)
+            block = self.blocks.first[batch] + first // LANES if beside else None
+            table = 0 if beside else self.tables.of_places([self.blocks.offsets[i] for i in row])
+            self.seen[key] = len(self.blocks.batches) + len(self.views)
+            self.views.append(View(block, table, self.is_moving(row[0])))
+            self.further.append(self.blocks.program.series[row[0]])
+        return self.seen[key]
+
+    def column(self, nodes: Sequence[Node]) -> Node:
+        """What stands for the factors ``nodes`` of all members."""
+        if all(node is nodes[0] for node in nodes):
+            return nodes[0]
+        found = self.table(nodes)
+        symbol = self.names.symbol(f"column {len(self.columns)}")
+        self.columns[symbol] = found
+        return symbol
+
+    def table(self, nodes: Sequence[Node]) -> Column:
+        if all(node is nodes[0] for node in nodes):
+            number = nodes[0].kind is Kind.NUMBER
+            return Column(nodes[0], 0 if number else self.tables.constants.slot(nodes[0]))
+        if all(node.kind is Kind.NUMBER for node in nodes):
+            return Column(None, self.tables.of_numbers([float(node.data) for node in nodes]), numbers=True)
+        return Column(None, self.tables.of_constants(nodes))
+
+    def long_sum(self, batch: Batch) -> LongSum:
+        """Its tables, block after block, term after term."""
+        series, zero = self.blocks.program.series, self.residual.graph.zero
+        terms, size = max(map(len, batch.operands)), count(batch.members)
+        offsets = self.blocks.offsets
+        places: list[int] = []
+        factors: list[Node] = []
+        changing: list[Node] = []
+        level = batch.one.level
+        for block in range(size):
+            members = range(LANES * block, LANES * (block + 1))
+            rows = [min(i, len(batch.members) - 1) for i in members]
+            for t in range(terms):
+                for row in rows:
+                    there = t < len(batch.operands[row])
+                    operand = batch.operands[row][t] if there else -1
+                    places.append(offsets[operand] if there else self.blocks.zero)
+                    factors.append(batch.scales[row][t] if there else zero)
+                    changes = there and series[operand].corrected and series[operand].level == level
+                    changing.append(factors[-1] if changes else zero)
+        remainders = any(i in self.moving for i in chain(*batch.operands))
+        first = self.tables.of_places(places)
+        return LongSum(terms, first, self.table(factors), self.table(changing), remainders)
+
+    def motion(self, number: int) -> tuple[int, int, int, Column]:
+        """A batch of coordinates with its velocities, residuals and masses."""
+        program, residual = self.blocks.program, self.residual
+        rows = [self.blocks.program.series[i].data for i in self.blocks.batches[number].members]
+        numbers = [row for row in rows if isinstance(row, int)]
+        velocities = self.blocks.batches[self.where[program.velocities[numbers[0]]][0]].members
+        if velocities != tuple(program.velocities[row] for row in numbers):
+            raise Misfit
+        masses = self.table([residual.mass_matrix[row][row] for row in numbers])
+        root = self.view([program.residual[row] for row in numbers])
+        return number, self.where[velocities[0]][0], root, masses

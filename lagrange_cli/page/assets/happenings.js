@@ -1,0 +1,259 @@
+// Events where compiled code leaves them to its caller (`integrate/methods/happenings.py`): actions, resting
+// contact, and the end of a motion.
+
+const Role = { RECORD: 2, CHANGE: 3, ACTION: 4, REST: 5 };
+const AFTER = -1;
+const NO_TIME = 2 ** -50, AGAIN = 1000, MOST_EVENTS = 20000;
+
+class Happenings {
+  constructor(motion, settling) {
+    this.motion = motion;
+    this.settling = settling;
+    this.engine = settling.engine;
+    this.layout = settling.layout;
+    this.rows = settling.rows;
+    this.events = this.rows.events;
+    this.first = this.rows.switches;
+    this.released = new Set();
+    this.rests = new Map(this.events.flatMap((one, e) => (one.rest < 0 ? [] : [[e, one.rest]])));
+    this.same = 0;
+    this.latest = -Infinity;
+    this.start = settling.now;
+    this.happened = 0;
+  }
+
+  get memory() { return this.settling.memory; }
+  get modes() { return this.settling.modes; }
+  side(e) { return this.modes[e + this.first]; }
+  atZero(e) { return this.settling.marks[e + this.first] > 0; }
+  coefficients(e) { return this.settling.argument(e + this.first); }
+  seriesOf(e) { this.settling.series(); return this.coefficients(e); }
+  allCoefficients() { this.settling.series(); return this.events.map((_, e) => this.coefficients(e)); }
+  name(e) { return `event '${this.events[e].name}'`; }
+  state(memory) { return this.engine.data.outer.map((row) => memory[row]); }
+  flip(e) { this.modes[e + this.first] *= -1; this.settling.mark([e + this.first]); }
+
+  // What actions set, were they all done now, the sizes of arguments and the masses that actions change.
+  actOn(state) {
+    const { engine } = this, count = this.rows.changed.length;
+    this.settling.prepare();
+    const clock = (number) => this.settling.clock(number);
+    engine.at(engine.moment, 2).set([clock(Clock.TIME), clock(Clock.LOW)]);
+    engine.at(engine.state, state.length).set(state);
+    engine.call.act(engine.places.constants, engine.moment, engine.state, engine.acted, 1n, 1n);
+    const found = Array.from(engine.at(engine.acted, engine.data.acted));
+    const sizes = this.events.map((_, e) => found.slice(count + 2 * e, count + 2 * e + 2));
+    return { values: found.slice(0, count), sizes, masses: found.slice(count + 2 * this.events.length) };
+  }
+
+  // Choose the sides where the motion begins: a zero there is no event.
+  begin() {
+    this.memory.fill(NaN, this.rows.times, this.rows.times + 2 * this.events.length);
+    const { values, sizes } = this.actOn(this.state(this.memory));
+    for (const [e, [size, rate]] of sizes.entries()) {
+      const { direction } = this.rows.guards[e + this.first], u = this.seriesOf(e);
+      this.chooseSide(e, u, ROUNDING * size, rate);
+      const still = this.atZero(e) && Math.abs(u[1]) <= ROUNDING * rate;
+      if (still && direction && this.side(e) === direction) {
+        if (this.rests.has(e)) this.hold(e, -direction);
+        else if (this.changesNothing(e, values)) return `${this.name(e)} goes on happening while time does not`;
+      }
+    }
+    return "";
+  }
+
+  changesNothing(e, values) {
+    const { outer, degrees } = this.engine.data, motion = 2 * degrees;
+    const own = this.rows.changed.flatMap(([event, place], i) => (event === e ? [[i, place]] : []));
+    const there = (place) => this.memory[place < motion ? outer[place] : this.rows.settings + place - motion];
+    return own.length > 0 && own.every(([i, place]) => values[i] === there(place));
+  }
+
+  // Take over the records that compiled code has made since it was called, before that sample.
+  drain(sample) {
+    const { engine, layout } = this, info = engine.integers(engine.places.info, INFO);
+    const count = Number(info[RECORDED]), size = engine.data.sizes.memory;
+    info[RECORDED] = 0n;
+    const records = engine.at(engine.places.trial + 8 * engine.data.records, count * size);
+    for (let k = 0; k < count; k++) {
+      const record = records.subarray(k * size, (k + 1) * size), clock = (number) => record[layout.clock + number];
+      if (clock(Clock.STEP) === AFTER) {
+        const earlier = records.subarray((k - 1) * size, k * size);
+        this.changed(sample + earlier[layout.clock + Clock.LEAVING], record);
+      } else if (this.crossed(clock(Clock.STEP) - this.first, clock(Clock.TIME))) {
+        return "there are more events than a page shows";
+      }
+    }
+    return "";
+  }
+
+  crossed(event, t) {
+    this.happened += 1;
+    this.motion.events.push({ t, event });
+    return this.happened > MOST_EVENTS;
+  }
+
+  // An action may have changed parameters before the sample of that number.
+  changed(sample, memory) {
+    const parameters = memory.slice(this.rows.settings, this.rows.settings + this.rows.parameters);
+    if (this.rows.setsParameters) this.motion.changes.push({ sample, parameters });
+  }
+
+  // Do what is to be done at the guard that is due, before the sample of that number; why the motion ends, if so.
+  happen(due, sample) {
+    const guard = this.rows.guards[due], e = due - this.first;
+    if (guard.role === Role.REST) { this.release(due); return ""; }
+    if (this.atZero(e) && !this.drivenBack(e)) { this.flip(e); return ""; }
+    if (this.side(e) * guard.direction > 0) { this.flip(e); return ""; }
+    if (this.crossed(e, this.settling.now)) return "there are more events than a page shows";
+    this.released.delete(e);
+    if (guard.role === Role.RECORD) { this.flip(e); return ""; }
+    if (!this.rows.changed.some(([event]) => event === e)) return `${this.name(e)} stops it`;
+    return this.act(e, sample);
+  }
+
+  drivenBack(e) {
+    if (this.rows.guards[e + this.first].role === Role.RECORD) return false;
+    const rate = this.actOn(this.state(this.memory)).sizes[e][1];
+    return this.seriesOf(e)[1] * this.side(e) < -ROUNDING * rate;
+  }
+
+  // Change what the event's action changes.
+  act(e, sample) {
+    const now = this.settling.now, earlier = this.state(this.memory);
+    const length = this.settling.clock(Clock.STEP), side = this.side(e);
+    const rows = this.allCoefficients(), { values } = this.actOn(earlier);
+    if (!this.put(e, values)) return `the action of ${this.name(e)} gives no finite value`;
+    const { masses } = this.actOn(this.state(this.memory));
+    if (masses.some((mass) => !(mass > 0))) return `${this.name(e)} makes a mass 0 or negative`;
+    this.settling.beginSwitches();
+    const { sizes } = this.actOn(this.state(this.memory)), later = this.allCoefficients();
+    for (const [k, [, rate]] of sizes.entries()) {
+      if (this.side(k) === 0) this.goOn(k, later[k][1], ROUNDING * rate);
+      else if (k === e || later[k][0] !== rows[k][0]) {
+        this.chooseSide(k, later[k], k === e ? 2 * Math.abs(rows[k][0]) : 0, rate);
+      }
+    }
+    const ended = this.recurs(e, now);
+    if (!ended && this.rests.has(e) && this.atZero(e)) {
+      this.settle({ e, side, earlier, speed: rows[e][1], noise: ROUNDING * sizes[e][1], length });
+    }
+    this.memory.set([now, this.settling.clock(Clock.LOW)], this.rows.times + 2 * e);
+    this.changed(sample, this.memory);
+    return ended;
+  }
+
+  recurs(e, now) {
+    const atOnce = now - this.latest <= NO_TIME * Math.max(Math.abs(now), now - this.start);
+    this.same = atOnce ? this.same + 1 : 0;
+    this.latest = now;
+    return this.same >= AGAIN ? `${this.name(e)} goes on happening while time does not` : "";
+  }
+
+  // Set what an action sets; whether that is finite.
+  put(e, values) {
+    const { layout, memory } = this, { outer, degrees } = this.engine.data, motion = 2 * degrees;
+    const chosen = this.rows.changed.flatMap(([event, place], i) => (event === e ? [[values[i], place]] : []));
+    if (!chosen.every(([value]) => Number.isFinite(value))) return false;
+    for (const [value, place] of chosen) {
+      if (place < motion) {
+        const row = outer[place];
+        memory[row] = value;
+        memory[layout.width + row] = memory[layout.third + row] = 0;
+      } else {
+        memory[this.rows.settings + place - motion] = value;
+      }
+    }
+    this.beginAnew();
+    return true;
+  }
+
+  // Forget what was known of the motion before: momenta follow from velocities.
+  beginAnew() {
+    const { layout, memory } = this, [from, to] = layout.cyclic;
+    for (const start of [0, layout.width, layout.third]) memory.fill(0, start + from, start + to);
+    this.settling.forget();
+    this.settling.prepare();
+  }
+
+  // The side of an event at the state as it is. Up to `noise` its argument is 0; its rate's terms are `rate`.
+  chooseSide(e, values, noise, rate) {
+    const { settling } = this, j = e + this.first;
+    settling.marks[j] = 0;
+    let leads = values[0];
+    if (!(Math.abs(leads) > noise)) {
+      settling.mark([j]);
+      const { layout, memory } = this;
+      const speed = Math.max(0, ...memory.subarray(layout.v, 2 * layout.v).map(Math.abs));
+      settling.series();
+      const factor = Math.min(rate, speed) > 0 ? rate / speed : 1, scale = settling.scale().map((one) => one * factor);
+      const sizes = [rate, ...scale.slice(1, -1).map((one, m) => Math.max(one, scale[m + 2]))];
+      const counting = values.slice(1).find((one, m) => !(Math.abs(one) <= ROUNDING * sizes[m]));
+      leads = counting ?? -settling.modes[j];
+    }
+    settling.modes[j] = leads > 0 ? 1 : -1;
+  }
+
+  // Let the motion rest if all further impacts together take no time that counts.
+  settle(impact) {
+    const { e } = impact, [, left, bend] = this.seriesOf(e), { times } = this.rows;
+    const low = this.settling.clock(Clock.LOW), [last, lastLow] = this.memory.subarray(times + 2 * e);
+    const since = this.settling.now - last + (low - lastLow);
+    const flight = bend !== 0 ? -left / bend : Infinity;
+    if (Math.abs(left) <= impact.noise) {
+      this.stopAt(impact, left);
+      this.hold(e, impact.side);
+    } else if (flight > 0 && flight < since && this.side(e) === impact.side) {
+      const remaining = flight / (1 - flight / since);
+      if (remaining <= SOON * Math.min(impact.length, this.settling.now - this.start)) {
+        this.stopAt(impact, left);
+        this.hold(e, impact.side);
+      }
+    }
+  }
+
+  // Take the speed that is `left` away, in the direction of the impact.
+  stopAt(impact, left) {
+    if (left === 0 || left === impact.speed) return;
+    const { layout, memory } = this, { outer, degrees } = this.engine.data;
+    for (let k = degrees; k < 2 * degrees; k++) {
+      const row = outer[k], change = memory[row] - impact.earlier[k];
+      if (change === 0) continue;
+      memory[row] -= change * (left / (left - impact.speed));
+      memory[layout.width + row] = memory[layout.third + row] = 0;
+    }
+    this.beginAnew();
+  }
+
+  // Rest at an event, if the force that holds the motion pushes to the `side` that it came from.
+  hold(e, side) {
+    const { settling, modes } = this, j = e + this.first, rest = this.rests.get(e);
+    [modes[rest], modes[j]] = [side, 0];
+    settling.series();
+    const force = settling.coefficients(this.rows.guards[rest].row)[0];
+    if (!(force * side > 0)) {
+      [modes[rest], modes[j]] = [0, side];
+      settling.mark([j]);
+      settling.prepare();
+    }
+  }
+
+  // Rest on after another event's action, if that has given the motion no `speed` here.
+  goOn(e, speed, noise) {
+    const { settling, modes } = this, j = e + this.first, rest = this.rests.get(e), side = modes[rest];
+    [modes[rest], modes[j]] = [0, side];
+    settling.mark([j]);
+    if (speed * side < -noise) settling.marks[j] = 0;
+    if (Math.abs(speed) <= noise) this.hold(e, side); else settling.prepare();
+  }
+
+  // End a contact: the force that holds the motion would have to pull.
+  release(rest) {
+    const e = [...this.rests].find(([, one]) => one === rest)[0], j = e + this.first, { modes } = this;
+    [modes[j], modes[rest]] = [modes[rest], 0];
+    this.settling.mark([j]);
+    this.released.add(e);
+    this.beginAnew();
+    this.settling.beginSwitches();
+  }
+}

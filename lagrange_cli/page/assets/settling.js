@@ -1,0 +1,226 @@
+// Modes of switches (`integrate/methods/settling.py`): where the argument of |u| or sign(u) is 0, the side that
+// the motion leads to; or 0, where the motion is held there (A. F. Filippov 1988, sec. 4).
+
+const DERIVATIVES = 6;
+const ROUNDING = 2 ** -44;      // a derivative that is so small beside the terms of the others is rounding
+const HELD = 1 + 2 ** -40;      // multipliers up to this hold the motion
+const JUMP = 2 ** -20;
+const SOON = 2 ** -30;
+const CHANGES = 64;
+const ATTEMPTS = 8, ROUNDS = 8;
+const SMALLEST = 2 ** -1022;
+
+class Settling {
+  constructor(engine) {
+    this.engine = engine;
+    this.rows = engine.data.guards;
+    this.layout = engine.data.layout;
+    this.count = this.rows.switches;
+    this.attempts = 0;
+    this.latest = NaN;
+  }
+
+  get memory() { return this.engine.memory; }
+  get modes() { return this.memory.subarray(this.rows.mode, this.rows.mode + this.rows.guards.length); }
+  get marks() { return this.memory.subarray(this.rows.fresh, this.rows.fresh + this.rows.guards.length); }
+  get now() { return this.memory[this.layout.clock + Clock.TIME]; }
+  clock(number) { return this.memory[this.layout.clock + number]; }
+  set(number, value) { this.memory[this.layout.clock + number] = value; }
+  forget() { for (const number of BEGINNING) this.set(number, 0); }
+
+  mark(guards) {
+    for (const j of guards) this.marks[j] = Math.max(this.clock(Clock.LENGTH), SMALLEST);
+  }
+
+  get parameters() { return this.memory.slice(this.rows.settings, this.rows.settings + this.rows.parameters); }
+
+  // The constants of the equations, from parameters and modes.
+  prepare() {
+    this.engine.call.prepare(this.engine.places.memory + 8 * this.rows.settings, this.engine.places.constants);
+  }
+
+  // The series from here on; the rates of velocities and integrals.
+  series() {
+    const { places, rates, call, data } = this.engine;
+    this.prepare();
+    this.engine.at(places.work, data.sizes.work).fill(0);
+    call.accelerate(places.constants, this.now, places.memory, places.work, rates);
+    return this.engine.at(rates, data.inner - this.layout.v);
+  }
+
+  // The first derivatives of what a row is the quadrature of, divided by factorials, from the value on.
+  coefficients(row) {
+    const [first, step, term] = this.rows.seriesAt;
+    const work = this.engine.at(this.engine.places.work, this.engine.data.sizes.work);
+    return Array.from({ length: DERIVATIVES + 1 }, (_, i) => work[first + row * step + (i + 1) * term] * (i + 1));
+  }
+
+  argument(j) { return this.coefficients(this.rows.guards[j].row); }
+
+  arguments() {
+    this.series();
+    return Array.from({ length: this.count }, (_, j) => this.argument(j)[0]);
+  }
+
+  // The largest coefficients of each order among velocities.
+  scale() {
+    const found = new Array(DERIVATIVES + 2).fill(0);
+    for (let row = this.layout.v; row < 2 * this.layout.v; row++) {
+      this.coefficients(row).forEach((one, m) => { found[m + 1] = Math.max(found[m + 1], Math.abs(one)); });
+    }
+    return found;
+  }
+
+  begin(parameters) {
+    this.memory.set(parameters, this.rows.settings);
+    this.beginSwitches();
+  }
+
+  // Choose the modes of all switches, whatever was before.
+  beginSwitches() {
+    for (let j = 0; j < this.count; j++) this.modes[j] = 1;
+    let values = [];
+    for (let round = 0; round <= this.count; round++) {
+      values = this.arguments();
+      const signs = values.map((one) => (one < 0 ? -1 : 1));
+      if (signs.every((one, j) => one === this.modes[j])) break;
+      signs.forEach((one, j) => { this.modes[j] = one; });
+    }
+    const zero = values.flatMap((one, j) => (one === 0 ? [j] : []));
+    if (zero.length) this.choose(zero, new Map(zero.map((j) => [j, 1]))); else this.prepare();
+  }
+
+  goesOn(stop, due) {
+    if (stop === Stop.GUARD) return this.settle(due) || this.rest();
+    return (stop === Stop.UNDERFLOW || stop === Stop.NOT_FINITE) && this.rest();
+  }
+
+  // Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound.
+  settle(due) {
+    this.attempts = this.now === this.latest ? this.attempts + 1 : 0;
+    this.latest = this.now;
+    if (due < 0 || due >= this.count || this.attempts > ATTEMPTS * (this.count + 1)) return false;
+    this.series();
+    const was = this.modes[due], [value, rate] = this.argument(due);
+    if (was * value < 0 && Math.abs(value) > JUMP * Math.abs(rate * this.clock(Clock.STEP))) {
+      this.modes[due] = -was; // it has not come through 0, but jumped
+      this.prepare();
+      return true;
+    }
+    this.forget();
+    const marked = [];
+    for (let j = 0; j < this.count; j++) if (j !== due && this.marks[j] > 0 && this.modes[j] !== 0) marked.push(j);
+    const multiplier = this.rows.guards[due].multiplier;
+    if (this.clock(Clock.PASSES) >= CHANGES && multiplier) this.stopAt(due);
+    if (was === 0) {
+      const leaving = multiplier ? this.multiplier(due) : this.arguments()[due];
+      return this.choose([due, ...marked], new Map([[due, leaving > 0 ? 1 : -1]]), false);
+    }
+    return this.choose([due, ...marked], new Map([[due, -was]]));
+  }
+
+  // Let a velocity be 0 that a force has brought to rest which is 0 there, but has no series.
+  rest() {
+    this.series();
+    const soon = Math.max(Math.abs(this.now), SMALLEST) * SOON;
+    for (let j = 0; j < this.count; j++) {
+      const [u, rate] = this.argument(j);
+      const near = this.modes[j] * rate < 0 && Math.abs(u) > 0 && Math.abs(u) <= Math.abs(rate) * soon;
+      if (near && this.rests(j, u)) return true;
+      this.series();
+    }
+    return false;
+  }
+
+  rests(j, u) {
+    const { layout } = this, memory = this.memory.slice();
+    const row = memory.subarray(layout.v, 2 * layout.v).indexOf(u) + layout.v;
+    if (row < layout.v) return false;
+    this.memory[row] = this.memory[layout.width + row] = 0;
+    this.modes[j] = 0;
+    this.series();
+    const scale = this.scale();
+    if (this.argument(j).every((one, m) => Math.abs(one) <= ROUNDING * scale[m])) {
+      this.marks[j] = 0;
+      this.forget();
+      return true;
+    }
+    this.memory.set(memory);
+    return false;
+  }
+
+  // Choose the modes of guards whose arguments are 0: held where that is possible, else the side tried first.
+  choose(guards, first, held = true) {
+    const able = held ? guards.filter((j) => this.rows.guards[j].multiplier) : [];
+    for (let j = 0; j < this.count; j++) this.marks[j] = 0;
+    this.mark(guards);
+    for (const j of guards) this.modes[j] = able.includes(j) ? 0 : first.get(j) ?? this.modes[j];
+    for (let round = 0; round < ROUNDS * (guards.length + 1); round++) {
+      this.series();
+      const loose = able.filter((j) => this.modes[j] === 0).map((j) => [this.holding(j), j]);
+      const worst = loose.filter(([size]) => !(size <= HELD)).sort((a, b) => b[0] - a[0])[0];
+      if (worst) {
+        const j = worst[1];
+        this.modes[j] = first.get(j) || (this.multiplier(j) > 0 ? 1 : -1);
+        this.series();
+        if (!this.leads(j)) this.modes[j] = -this.modes[j];
+        continue;
+      }
+      const wrong = guards.filter((j) => this.modes[j] !== 0 && !this.leads(j));
+      if (!wrong.length) return true;
+      for (const j of wrong) {
+        this.modes[j] = -this.modes[j];
+        this.series();
+        if (this.leads(j)) continue;
+        if (this.rows.guards[j].multiplier) {
+          this.modes[j] = 0;
+          able.push(j);
+        } else { // both sides lead back: it touches 0, and rounding decides
+          this.modes[j] = -this.modes[j];
+          guards = guards.filter((one) => one !== j);
+        }
+      }
+    }
+    return false;
+  }
+
+  // Take away the velocity with which the motion passes u = 0 ever more often.
+  stopAt(j) {
+    const { layout } = this;
+    const [first, other] = [1, -1].map((mode) => {
+      this.modes[j] = mode;
+      const accelerations = this.series().slice(0, layout.v);
+      return { accelerations, u: this.argument(j) };
+    });
+    const jump = 2 * (first.u[2] - other.u[2]);
+    if (first.u[1] !== other.u[1] || jump === 0) return;
+    for (let k = 0; k < layout.v; k++) {
+      this.memory[layout.v + k] -= (first.accelerations[k] - other.accelerations[k]) * first.u[1] / jump;
+      this.memory[layout.width + layout.v + k] = 0;
+    }
+    this.set(Clock.PASSES, 0);
+  }
+
+  multiplier(j) { return this.coefficients(this.rows.guards[j].multiplier)[0]; }
+
+  // The size of the multiplier, infinite where the motion passes u = 0 with a velocity.
+  holding(j) {
+    const u = this.argument(j), noise = ROUNDING * this.scale()[1], size = Math.abs(this.multiplier(j));
+    return Math.abs(u[1]) <= noise && Number.isFinite(size) ? size : Infinity;
+  }
+
+  // Whether the motion leads to the side of a guard's mode; or along u = 0.
+  leads(j) {
+    this.modes[j] = -this.modes[j];
+    this.series();
+    const other = this.argument(j);
+    this.modes[j] = -this.modes[j];
+    this.series();
+    const u = this.argument(j), scale = this.scale();
+    for (let m = 1; m < u.length; m++) {
+      const size = Math.max(scale[m], Math.abs(u[m] - other[m]) || 0);
+      if (!(Math.abs(u[m]) <= ROUNDING * size)) return u[m] * this.modes[j] > 0;
+    }
+    return u.every(Number.isFinite);
+  }
+}

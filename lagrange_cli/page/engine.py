@@ -1,0 +1,156 @@
+"""The engine of a page: a system's program as WebAssembly, and what its driver must know of it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, cast
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.vocabulary import TIME
+from lagrange_cli.integrate.methods.stepper import outer_rows
+from lagrange_cli.model.scope import Scope
+from lagrange_cli.native.compilation.webassembly import compile_webassembly
+from lagrange_cli.native.interface import INFO, Interface
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.observation import write_map, write_prepare, write_values
+from lagrange_cli.native.program import Program
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.state import Role
+from lagrange_cli.page.packed import packed
+from lagrange_cli.spec.spec import Spec
+
+
+def engine(
+    spec: Spec,
+    program: Program | None,
+    points: Sequence[Node],
+    sizes: Sequence[Node],
+    free: Sequence[str] = (),
+) -> dict[str, Any]:
+    """The module of ``program``, and the layout of its arrays, in terms of JSON.
+
+    Besides ``program``'s own functions it has ``@place``, which computes ``points``, functions of q, t and
+    parameters, at states, and of what is ``free``, which has rows behind those of q; ``@derive``, which
+    computes what the file gives as expressions in parameters: the parameters themselves, q and v; and
+    ``@measure``, which computes ``sizes``. Without a ``program`` it has these alone, for pages that replay.
+    """
+    placing, constants = place(spec, points, free)
+    text = "\n".join(["" if program is None else program.text, placing, derived(spec, sizes)])
+    module = compile_webassembly(text)
+    degrees = len(spec.coordinates)
+    described = NOTHING if program is None else layout(spec, program)
+    return described | {
+        "heap": module.heap,
+        "degrees": degrees,
+        "parameters": [one.name for one in spec.parameters],
+        "points": len(points),
+        "free": len(free),
+        "derived": len(spec.parameters) + 2 * degrees,
+        "measured": len(sizes),
+        "sizes": ({} if program is None else array_sizes(program)) | {"placing": max(1, constants)},
+        "code": packed(module.code),
+    }
+
+
+def place(spec: Spec, points: Sequence[Node], free: Sequence[str] = ()) -> tuple[str, int]:
+    """``@place`` and ``@prepare_place``, and how many constants they take."""
+    if not points:
+        return "", 0
+    symbol, constants = symbols_like(points[0]), Constants()
+    q = [symbol(name) for name in (*(one.name for one in spec.coordinates), *free)]
+    text, _ = write_values("place", Emitter(), symbol(TIME), q, len(q), [*points], constants)
+    named = {one.name: symbol(one.name) for one in spec.parameters}
+    prepare, count = write_prepare(Emitter(), constants, named, "void @prepare_place")
+    return f"{text}\n{prepare}", count
+
+
+def symbols_like(node: Node) -> Callable[[str], Node]:
+    """The symbols of the graph that a node is in, by name."""
+    return cast(Graph, node.graph).symbol
+
+
+def derived(spec: Spec, sizes: Sequence[Node]) -> str:
+    """``@derive``: each parameter as the file has it, q and v; and ``@measure``: the sizes."""
+    scope = Scope(spec, GraphAlgebra())
+    zero = scope.algebra.number("0")
+    given = [one.value for one in spec.parameters]
+    state = [one.initial for one in spec.coordinates] + [one.velocity for one in spec.coordinates]
+    nodes = [zero if one is None else scope.scalar(one) for one in (*given, *state)]
+    parts = [function("derive", scope.parameters, nodes)]
+    if sizes:
+        symbol = symbols_like(sizes[0])
+        parts.append(function("measure", {one.name: symbol(one.name) for one in spec.parameters}, sizes))
+    return "\n".join(parts)
+
+
+def function(name: str, parameters: Mapping[str, Node], nodes: Sequence[Node]) -> str:
+    """A function of parameters that puts ``nodes`` one after the other."""
+    return write_map(Emitter(), parameters, [(node, i, 0) for i, node in enumerate(nodes)], f"void @{name}")
+
+
+def array_sizes(program: Interface) -> dict[str, int]:
+    """The arrays that the program's functions work on, in doubles."""
+    constants = max(1, program.constants)
+    return {
+        "constants": constants,
+        "observing": constants,
+        "memory": program.inner.memory,
+        "work": max(1, program.work),
+        "trial": max(1, program.trial),
+        "info": INFO,
+    }
+
+
+NOTHING = {"rows": 0, "inner": 0, "outer": [], "room": 0, "observed": [], "acted": 0, "records": 0}
+"""What a page that replays needs to know of a program."""
+
+
+def layout(spec: Spec, program: Interface) -> dict[str, Any]:
+    """Where a state has its parts, and what the rows of arrays are."""
+    inner = program.inner
+    cyclic = inner.cyclic_momenta
+    return {
+        "rows": program.rows,
+        "inner": inner.rows,
+        "outer": outer_rows(program).tolist(),
+        "room": program.rows_of_guards.count if program.guarded else 0,
+        "observed": list(program.observed),
+        "acted": program.acted,
+        "records": program.records,
+        "layout": {
+            "v": inner.degrees,
+            "width": inner.width,
+            "third": inner.third,
+            "clock": inner.clock.start,
+            "cyclic": [cyclic.start, cyclic.stop],
+        },
+        "guards": guards(spec, program) if program.guarded else None,
+    }
+
+
+def guards(spec: Spec, program: Interface) -> dict[str, Any]:
+    """What settling modes and acting at events takes."""
+    rows, inner = program.rows_of_guards, program.inner
+    rests = iter([j for j, one in enumerate(rows.guards) if one.role is Role.REST])
+    motion = 2 * program.degrees
+    return {
+        "switches": len(program.guards),
+        "guards": [
+            {"role": int(one.role), "row": one.row, "multiplier": one.multiplier, "direction": one.direction}
+            for one in rows.guards
+        ],
+        "settings": inner.settings.start,
+        "parameters": rows.parameters,
+        "mode": rows.mode(inner),
+        "fresh": rows.fresh(inner),
+        "times": rows.times(inner).start,
+        "seriesAt": list(program.series_at),
+        "events": [
+            {"name": name, "rest": next(rests) if one[2] >= 0 else -1}
+            for name, one in zip(spec.events, program.events)
+        ],
+        "changed": [list(one) for one in program.changed],
+        "setsParameters": any(place >= motion for _, place in program.changed),
+    }

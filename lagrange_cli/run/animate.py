@@ -1,0 +1,173 @@
+"""``animate``: the drawing of a motion as a film."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
+from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.plot import Asked as Plotted
+from lagrange_cli.run.plot import outputs_for
+from lagrange_cli.run.reel import FINER, FPS, USUAL_FPS, Asked, Reel, usual_speed
+from lagrange_cli.store.target import Target, unwritable
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from lagrange_cli.run.monitor import Interrupted, Progress
+    from lagrange_cli.run.motion import Motion
+    from lagrange_cli.run.request import Request
+
+SAMPLED = 4
+"""Pictures of a film by which its size and the colours of a GIF are known."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """A film that was written: how many pictures it has, of how many, and how long it lasts in seconds."""
+
+    pictures: int
+    count: int
+    seconds: float
+
+    @property
+    def whole(self) -> bool:
+        """Whether it was not interrupted."""
+        return self.pictures == self.count
+
+
+def format_of(name: str) -> str:
+    """The format of a film, which the ending of its name says; a folder has none.
+
+    Raises ``UsageError`` for any other ending.
+    """
+    suffix = Path(name).suffix.lower()
+    if name.endswith(("/", "\\")) or suffix == "":
+        return FRAMES
+    if suffix not in FORMATS:
+        listed = ", ".join(FORMATS)
+        raise UsageError(f"--output {name}: the name must end in {listed}, or in / for a folder of pictures")
+    return suffix
+
+
+def fps_of(kind: str) -> float:
+    """The usual number of pictures a second."""
+    return FPS.get(kind, USUAL_FPS)
+
+
+def request_for(motion: Motion, request: Request, asked: Asked) -> Request:
+    """The request of a motion whose samples and outputs are those of a film."""
+    settings = motion.settings
+    begin = settings.start if asked.begin is None else asked.begin
+    end = settings.stop if asked.end is None else asked.end
+    speed = asked.speed or usual_speed(abs(end - begin))
+    step = min(speed / asked.fps / FINER, abs(settings.stop - settings.start))
+    has_particles = not motion.spec.lagrangian
+    outputs = outputs_for(Plotted(asked.panels or ("q", "v")), has_particles=has_particles)
+    options = replace(request.options, outputs=outputs, samples=None)
+    return replace(request, options=options, times={**request.times, "step": repr(step)})
+
+
+def write(reel: Reel, target: Target, kind: str, progress: Progress, interrupted: Interrupted) -> Made:
+    """Write a film to its file, or its pictures into its folder. One that is interrupted ends there.
+
+    Raises ``FileError`` where it cannot be written, and ``UsageError`` where it is too large for its format.
+    """
+    scene = reel.scene()
+    numbers = np.unique(np.linspace(0, reel.count - 1, SAMPLED).round().astype(int))
+    sample = np.stack([reel.picture(scene, int(number)) for number in numbers])
+    if kind == ".gif" and reel.count * sample[0, ..., 0].size > GIF_PIXELS:
+        raise UsageError(
+            f"a GIF of {reel.count} pictures is too large: a greater --speed, a lower --fps or a smaller "
+            "--size makes it smaller; .mp4 has no such limit"
+        )
+    done = 0
+
+    def fill(path: Path) -> None:
+        nonlocal done
+        with film(path, kind, reel.fps, sample) as add:
+            for number in range(reel.count):
+                add(reel.picture(scene, number))
+                done += 1
+                progress.show(done)
+                if interrupted():
+                    break
+
+    try:
+        if kind == FRAMES:
+            into_folder(target, fill)
+        else:
+            into_file(target, fill)
+    finally:
+        progress.clear()
+    return Made(done, reel.count, done / reel.fps)
+
+
+def into_file(target: Target, fill: Callable[[Path], None]) -> None:
+    """Fill a file that gets its name when it is complete."""
+    with target.claimed():
+        try:
+            fill(target.temporary)
+        except OSError as error:
+            target.discard()
+            raise unwritable(target.shown, error) from error
+        except BaseException:
+            target.discard()
+            raise
+        target.publish(complete=True)
+
+
+def into_folder(target: Target, fill: Callable[[Path], None]) -> None:
+    """Fill a folder that gets its name when it is complete."""
+    unfinished = target.temporary
+    try:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        unfinished.mkdir()
+        fill(unfinished)
+        if target.path.exists():
+            shutil.rmtree(target.path)
+        unfinished.rename(target.path)
+    except OSError as error:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        raise unwritable(target.shown, error) from error
+    except BaseException:
+        shutil.rmtree(unfinished, ignore_errors=True)
+        raise
+
+
+def find_folder(name: str, *, force: bool) -> Target:
+    """The folder for single pictures: a new one, or with ``force`` one that holds nothing but such pictures.
+
+    Raises ``FileError`` where it cannot be made.
+    """
+    import os
+
+    path = Path(os.path.realpath(name))
+    if path.is_dir():
+        others = [one.name for one in path.iterdir() if not (one.suffix == ".png" and one.stem.isdigit())]
+        if others:
+            raise FileError(f"{name} holds other files ({sorted(others)[0]}): name a new folder")
+        if any(path.iterdir()) and not force:
+            raise FileError(f"{name} already exists: --force replaces its pictures")
+    elif path.exists():
+        raise FileError(f"{name} is a file: a film's name ends in {', '.join(FORMATS)}")
+    parent = path.parent
+    if not parent.is_dir():
+        raise FileError(f"{name} cannot be written: there is no directory {parent}")
+    if not os.access(parent, os.W_OK | os.X_OK):
+        raise FileError(f"{name} cannot be written: no permission to write in {parent}")
+    return Target(name, path, force)
+
+
+def told(reel: Reel, made: Made) -> str:
+    """What there is to say of a film: ``600 pictures, 20 s, t goes at 3 d a second``."""
+    unit = f" {reel.unit}" if reel.unit else ""
+    real = reel.speed == 1 and reel.unit in ("", "s")
+    pace = "in real time" if real else f"t advances by {reel.speed:g}{unit} a second"
+    many = f"{made.pictures} picture{'s' * (made.pictures != 1)}"
+    return f"{many}, {made.seconds:.3g} s, {pace}"

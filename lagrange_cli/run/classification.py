@@ -1,0 +1,186 @@
+"""What ``check`` finds, in words and as data."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.run.source import count_of
+
+if TYPE_CHECKING:
+    from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.run.check import Classification
+    from lagrange_cli.spec.spec import Spec
+
+MOST_LINES = 20
+"""Entries of one list that are shown."""
+
+
+def as_object(found: Classification) -> dict[str, Any]:
+    """The facts for ``--json``."""
+    from lagrange_cli.model.events import DIRECTIONS, action_of
+    from lagrange_cli.spec.spelling import spelled
+
+    residual = found.residual
+    return {
+        "name": found.spec.name,
+        "degrees_of_freedom": found.spec.degrees_of_freedom,
+        "scleronomic": residual.scleronomic,
+        "cyclic": list(residual.cyclic),
+        **constraints_object(found),
+        "conserved": [
+            {
+                "quantity": each.quantity,
+                "expression": each.expression,
+                "because": each.because,
+                **({"broken_by": list(each.breaks)} if each.breaks else {}),
+            }
+            for each in found.conserved
+        ],
+        "events": [
+            {
+                "name": name,
+                "when": spelled(each.when, found.spec.sizes),
+                "direction": DIRECTIONS[each.direction],
+                "action": action_of(each.stops, each.changes),
+                "set": {target: spelled(value, found.spec.sizes) for target, value in each.changes.items()},
+            }
+            for name, each in found.spec.events.items()
+        ],
+        "skipped": list(found.skipped),
+        "engine": list(found.engine),
+        "formulation": residual.formulation,
+        "convolutions": dict(residual.costs),
+        "warnings": [
+            {"line": each.line, "column": each.column, "message": each.message, "hint": each.hint}
+            for each in found.warnings
+        ],
+    }
+
+
+def dependence_on_time(residual: Residual) -> str:
+    """Whether the system is scleronomic or rheonomic, and by what."""
+    from lagrange_cli.mechanics.derive import depending_on_time
+
+    depending = depending_on_time(residual.model)
+    if depending:
+        depend = "depends" if depending == ("L",) else "depend"
+        return f"rheonomic: {listed(depending)} {depend} on t"
+    model = residual.model
+    independent = ["L" if model.lagrangian is not None else "positions"]
+    independent += ["orientations"] * any(one.body for one in model.particles)
+    independent += ["constraints"] * bool(model.constraints)
+    do = "does" if independent == ["L"] else "do"
+    return f"scleronomic: {listed(independent)} {do} not depend on t"
+
+
+def listed(words: Sequence[str]) -> str:
+    """``a, b and c``."""
+    return " and ".join([*([", ".join(words[:-1])] if words[1:] else []), words[-1]])
+
+
+def as_text(found: Classification, *, verbose: bool) -> str:
+    """The facts in a few lines."""
+    residual = found.residual
+    conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in found.conserved]
+    degrees = count_of(found.spec.degrees_of_freedom, "degree")
+    return "\n".join(
+        (
+            f"{found.spec.name}: {degrees} of freedom, {dependence_on_time(residual)}",
+            f"  coordinates: {', '.join(in_short(residual.coordinates, residual))}",
+            f"  cyclic: {', '.join(in_short(residual.cyclic, residual)) or 'none'}",
+            *constraints_shown(found),
+            *section("conserved", conserved, "neither h nor any p_k"),
+            *(section("events", events_of(found.spec), "") if found.spec.events else ()),
+            *section("skipped by solve", found.skipped, "nothing"),
+            *(section("integration", found.engine, "") if verbose and found.engine else ()),
+        )
+    )
+
+
+def constraints_object(found: Classification) -> dict[str, Any]:
+    """What is known of constraints, for ``--json``."""
+    names = found.spec.all_constraints
+    if not names:
+        return {}
+    said: dict[str, Any] = {"constraints": [*names], "initial": found.begin.as_data()}
+    if found.integrability is not None:
+        alone = found.integrability.alone
+        said["integrable"] = {"together": found.integrability.together, **alone}
+        said["integrals"] = dict(found.integrals)
+    return said
+
+
+def constraints_shown(found: Classification) -> list[str]:
+    """The same in lines."""
+    from lagrange_cli.run.start import notes
+
+    names = found.spec.all_constraints
+    if not names:
+        return []
+    lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
+    lines += integrable(found)
+    residual = found.residual
+    kept = {each.quantity for each in residual.conserved}
+    changing = [name for name in residual.cyclic if f"p_{name}" not in kept]
+    if changing:
+        cyclic = ", ".join(in_short(changing, residual))
+        those = "it, so that its momentum" if len(changing) == 1 else "them, so that their momenta"
+        lines.append(f"L does not contain {cyclic}, but forces may act along {those} may change")
+    return [f"  constraints: {', '.join(names)}", *(f"    {line}" for line in lines)]
+
+
+def integrable(found: Classification) -> list[str]:
+    """What Frobenius' theorem says of each constraint on velocities, and of all of them."""
+    if found.integrability is None:
+        return []
+    lines, alone = [], found.integrability.alone
+    for name, is_so in alone.items():
+        if is_so:
+            integral = found.integrals.get(name)
+            what = f"{integral} is constant" if integral is not None else "a function of q and t is constant"
+            lines.append(f"{name} is integrable (Frobenius), so it is holonomic: {what}")
+        elif is_so is not None:
+            lines.append(f"{name} is not integrable (Frobenius): it is nonholonomic")
+    if len(alone) > 1 and found.integrability.together and not all(alone.values()):
+        lines.append(f"together {', '.join(alone)} are integrable (Frobenius): they are holonomic")
+    return lines
+
+
+def events_of(spec: Spec) -> list[str]:
+    """Each event in a line: its name, where it is, and what happens there."""
+    from lagrange_cli.model.events import HOW
+    from lagrange_cli.spec.spelling import spelled
+
+    lines = []
+    for name, each in spec.events.items():
+        what = "the motion ends" if each.stops else "recorded"
+        if each.changes:
+            sizes = spec.sizes
+            what = ", ".join(f"{target} -> {spelled(value, sizes)}" for target, value in each.changes.items())
+        lines.append(f"{name}: {spelled(each.when, spec.sizes)} = 0, {HOW[each.direction]}: {what}")
+    return lines
+
+
+def in_short(names: Sequence[str], residual: Residual) -> list[str]:
+    """The names, with all members of a family as one: ``u[0..19,0..9]``."""
+    from lagrange_cli.expression.vocabulary import family_name, member_name
+
+    families = residual.model.families.get("coordinates", {})
+    present = set(names)
+    whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
+    shown: dict[str, None] = {}
+    for name in names:
+        family = whole.get(family_name(name))
+        shown[name if family is None else member_name(family.name, (f"0..{n - 1}" for n in family.shape))] = (
+            None
+        )
+    return list(shown)
+
+
+def section(title: str, lines: Sequence[str], none: str) -> list[str]:
+    """A titled list, one line for each entry as long as there are not too many; ``none`` if it is empty."""
+    left = len(lines) - MOST_LINES
+    more = [f"    and {left} more, see --json"] if left > 0 else []
+    shown = [f"    {line}" for line in lines[:MOST_LINES]]
+    return [f"  {title}:", *shown, *more] if lines else [f"  {title}: {none}"]

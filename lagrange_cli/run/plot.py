@@ -1,0 +1,200 @@
+"""``plot``: what a physicist looks at first, of outputs of ``solve``, ``sweep`` and ``section``."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.expression.near import near_match, shown
+from lagrange_cli.figures.panels import Page, Panel
+from lagrange_cli.figures.style import FORMATS
+from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
+from lagrange_cli.records import dataclass
+from lagrange_cli.run.plots import motions, sections, sweeps
+from lagrange_cli.run.plots.motions import Run, What, opened
+from lagrange_cli.run.plots.quantities import look_up, output_of
+from lagrange_cli.run.request import HDF5, Request
+from lagrange_cli.store.result import Result
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.outcome import Outcome
+    from lagrange_cli.run.certify import Demand
+    from lagrange_cli.run.monitor import Monitor
+    from lagrange_cli.run.motion import Motion
+    from lagrange_cli.store.target import Target
+
+WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
+    "motion": (motions.WHAT, motions.USUAL),
+    "sweep": (sweeps.WHAT, sweeps.USUAL),
+    "section": (sections.WHAT, sections.USUAL),
+}
+"""Of each kind of output the words of ``--what``, and those that are drawn unless others are asked for."""
+ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
+MOST_PANELS = 40
+
+
+@dataclass(frozen=True)
+class Asked:
+    """What is to be drawn: words of ``--what``, or ``y`` over ``x``; nothing means the usual."""
+
+    what: tuple[str, ...] = ()
+    x: str | None = None
+    y: tuple[str, ...] = ()
+
+
+def outputs_for(asked: Asked, *, has_particles: bool) -> tuple[str, ...]:
+    """The outputs that a motion must have for a plot of its system file."""
+    words = asked.what or (() if asked.y else motions.USUAL)
+    found = {output for word in words if word in motions.WHAT for output in motions.WHAT[word].outputs}
+    found |= {output for name in (asked.x or "", *asked.y) if (output := output_of(name))}
+    found |= {"q", "v", "observables"}
+    return tuple(one for one in OUTPUTS if one in found and (has_particles or one not in PARTICLE_OUTPUTS))
+
+
+def page_of(results: Sequence[Result], asked: Asked) -> Page:
+    """The page that shows ``results``, which must be of one kind.
+
+    Raises ``UsageError`` for what cannot be drawn, with what to ask for.
+    """
+    kinds = {result.kind for result in results}
+    if len(kinds) > 1:
+        raise UsageError(
+            f"a {' and a '.join(sorted(kinds))} cannot be drawn over each other: plot them apart"
+        )
+    several = len(results) > 1
+    runs = [opened(one, stem(one.name) if several else "") for one in results]
+    panels = across(runs, asked) if asked.y or asked.x else worded(runs, asked.what)
+    if not panels:
+        raise UsageError(f"{results[0].name} holds nothing to plot: solve again with --outputs q,v,h")
+    if len(panels) > MOST_PANELS:
+        raise UsageError(
+            f"{len(panels)} panels are too many for a page (up to {MOST_PANELS}): see --what, --y"
+        )
+    titles = dict.fromkeys(one.title for one in results)
+    return Page(", ".join(titles), tuple(panels), note_of(results))
+
+
+def stem(name: str) -> str:
+    """A run's name in a legend, which is no formula."""
+    return Path(name).stem.replace("$", r"\$")
+
+
+def note_of(results: Sequence[Result]) -> str:
+    """How the runs ended, if not at their end, and from when on curves are pale."""
+    notes = []
+    for one in results:
+        told = one.attributes
+        if one.kind == "motion" and told.get("status") not in ("complete", "stopped"):
+            notes.append(f"{Path(one.name).name}: {told.get('message', told.get('status', 'interrupted'))}")
+        if (until := opened_until(one)) is not None:
+            notes.append(f"pale where six digits can no longer be trusted, from t = {until:g} on")
+    return "; ".join(notes)
+
+
+def opened_until(result: Result) -> float | None:
+    """Up to when the motion can be trusted, where that is before its end."""
+    until = Run(result, {}).trusted_until
+    if until is None or "t" not in result.held or not result.held["t"].shape[0]:
+        return None
+    return until if until < float(result.read("t", -1)) else None
+
+
+def worded(runs: Sequence[Run], what: Sequence[str], option: str = "--what") -> list[Panel]:
+    """The panels of words of ``option``; raises ``UsageError`` for a word that means nothing here."""
+    words, usual = WORDS[runs[0].result.kind]
+    panels: list[Panel] = []
+    for word in what or usual:
+        if word not in words:
+            if word in ALL_WORDS:
+                raise UsageError(
+                    f"{option} {word}: not for a {runs[0].result.kind}; known: {', '.join(words)}"
+                )
+            near = near_match(word, list(words))
+            hint = f"did you mean {near}?" if near else f"known: {', '.join(words)}"
+            raise UsageError(f"{option} {shown(word)}: there is no such plot; {hint}")
+        made = words[word].panels(runs)
+        if not made and what:
+            raise UsageError(missing(runs[0], word, words[word], option))
+        panels += made
+    return panels
+
+
+def missing(run: Run, word: str, what: What, option: str) -> str:
+    """What to ask for where an output does not hold what a plot needs."""
+    if word == "error":
+        return f"{option} error: {run.result.name} has no estimated errors: solve again with --certify"
+    needed = ",".join(what.outputs)
+    if run.result.kind == "section":
+        return f"{option} {word}: {run.result.name} does not hold it"
+    command = "sweep" if run.result.kind == "sweep" else "solve"
+    return f"{option} {word}: {run.result.name} does not hold it: {command} again with --outputs {needed}"
+
+
+def across(runs: Sequence[Run], asked: Asked) -> list[Panel]:
+    """``--y`` over ``--x``, which is t by default."""
+    kind = runs[0].result.kind
+    x = asked.x or "t"
+    if not asked.y:
+        raise UsageError("--x needs --y: the quantity over it")
+    panels = []
+    for y in asked.y:
+        own = []
+        for run in runs:
+            one, other = look_up(run.result, run.known, x, "--x"), look_up(run.result, run.known, y, "--y")
+            own.append((run, one.name, other.name))
+        run, one_name, other_name = own[0]
+        if kind == "sweep":
+            panels += [sweeps.across_members(*each) for each in own]
+        elif kind == "section":
+            panels.append(sections.across([each for each, *_ in own], one_name, other_name, ""))
+        elif x == "t" and kind == "motion":
+            panels.append(motions.panel_over_time(other_name, [(run, run.known[n]) for run, _, n in own]))
+        else:
+            panels.append(motions.across([each for each, *_ in own], one_name, other_name, ""))
+    return panels
+
+
+def check_format(name: str) -> str:
+    """The format of a picture, which its ending says; raises ``UsageError`` for any other ending."""
+    suffix = Path(name).suffix.lower()
+    if suffix not in FORMATS:
+        raise UsageError(f"--output {name}: the name must end in {', '.join(FORMATS[:-1])} or {FORMATS[-1]}")
+    return suffix
+
+
+def write(picture: bytes, target: Target) -> None:
+    """Write a picture to its file, whole or not at all; raises ``FileError`` where that fails."""
+    from lagrange_cli.store.target import unwritable
+
+    with target.claimed():
+        try:
+            target.temporary.write_bytes(picture)
+        except OSError as error:
+            target.discard()
+            raise unwritable(target.shown, error) from error
+        target.publish(complete=True)
+
+
+@contextmanager
+def solved(
+    motion: Motion, request: Request, demand: Demand | None, monitor: Monitor
+) -> Iterator[tuple[Result, Outcome]]:
+    """The motion of a system file as the result that ``solve`` would write, and how it ended."""
+    from lagrange_cli.run.attributes import units_of
+    from lagrange_cli.run.memory import follow, save
+    from lagrange_cli.run.motion import prepare_all
+    from lagrange_cli.store.find_target import find_target
+
+    name = motion.spec.filename
+    units = units_of(motion.spec, monitor.tell)
+    followed = follow(prepare_all(motion, request, demand, monitor.stage), units, monitor, demand)
+    with tempfile.TemporaryDirectory(prefix="lagrange-") as folder:
+        target = find_target(str(Path(folder) / f"{Path(name).stem}.h5"), force=True)
+        save(followed, target, HDF5)
+        with Result(str(target.path)) as result:
+            result.name = name
+            yield result, followed.outcome

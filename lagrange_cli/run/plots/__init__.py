@@ -1,0 +1,1 @@
+"""What plots of an output show."""

@@ -1,0 +1,231 @@
+"""The files of sections: of many motions, of one, and of one as a table; and what they are continued from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
+
+from lagrange_cli.integrate.checkpoint import Checkpointing
+from lagrange_cli.integrate.ending import DONE
+from lagrange_cli.records import replace
+from lagrange_cli.run.attributes import finite, series_of
+from lagrange_cli.run.ensemble import Ensemble, dimensions, series
+from lagrange_cli.run.members_kept import MembersKept
+
+if TYPE_CHECKING:
+    from contextlib import AbstractContextManager
+
+    import numpy as np
+
+    from lagrange_cli.integrate.checkpoint import Schedule
+    from lagrange_cli.integrate.ensemble.method import Kept
+    from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+    from lagrange_cli.integrate.prepared import Prepared
+    from lagrange_cli.run.resume import Start
+    from lagrange_cli.store.checkpoint import Checkpoint
+    from lagrange_cli.store.layout import Series
+
+KEPT = "motion/"
+"""What the names of arrays in a checkpoint begin with that a motion is continued from."""
+
+
+class SectionFile(Protocol):
+    """Where the crossings of motions go."""
+
+    @property
+    def output(self) -> AbstractContextManager[Any]:
+        """What is entered before the motions are followed."""
+
+    def of_motion(self, schedule: Schedule) -> Checkpointing[Kept] | None:
+        """How the only motion is kept on its way, if it is."""
+
+    def of_members(self, schedule: Schedule) -> Checkpointing[EnsembleOutcome] | None:
+        """How those of many motions are kept that have ended, if they are. Raises ``Unusable``."""
+
+    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
+        """Write what members ``index`` (b,) have given."""
+
+    def found(self) -> np.ndarray:
+        """The numbers of crossings (members,)."""
+
+    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+        """Complete the file."""
+
+
+class Grid:
+    """The file of many motions: like that of a sweep, with the dimension ``crossing`` in place of a time."""
+
+    def __init__(
+        self, ensemble: Ensemble, prepared: Prepared, start: Start, units: Mapping[str, str]
+    ) -> None:
+        import numpy as np
+
+        from lagrange_cli.store.ensemble import EnsembleWriter
+        from lagrange_cli.store.layout import Dimension, Layout
+
+        assert ensemble.cut is not None
+        self.output = EnsembleWriter(
+            start.target,
+            Layout(series(ensemble, prepared, units)),
+            members=ensemble.values.members,
+            times=None,
+            dimensions=dimensions(ensemble, units),
+            samples=Dimension("crossing", ensemble.cut.kept.count, long_name="crossing of the motion"),
+        )
+        self._kept = MembersKept(start, self.output, ensemble.values.members)
+        self._found = np.zeros(ensemble.values.members, dtype=np.int64)
+
+    def of_motion(self, schedule: Schedule) -> None:
+        """See ``SectionFile``."""
+
+    def of_members(self, schedule: Schedule) -> Checkpointing[EnsembleOutcome]:
+        """See ``SectionFile``."""
+        begin, earlier = self._kept.restored(), self._kept.start.earlier
+        if earlier is not None:
+            from lagrange_cli.store.checkpoint import damaged
+
+            before = earlier.checkpoint.arrays.get("crossings")
+            if before is None or before.dtype != self._found.dtype or before.shape != self._found.shape:
+                raise damaged(earlier.shown)
+            self._found[:] = before
+        return Checkpointing(begin, schedule, lambda outcome: self.output.keep(self._checkpoint(outcome)))
+
+    def _checkpoint(self, outcome: EnsembleOutcome, *, inside: bool = False) -> Checkpoint:
+        return self._kept.checkpoint(outcome, {"crossings": self._found}, inside=inside)
+
+    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
+        """See ``SectionFile``."""
+        if "crossings" in values:
+            self._found[index] = values["crossings"]
+        self.output.write(index, values)
+
+    def found(self) -> np.ndarray:
+        """See ``SectionFile``."""
+        return self._found
+
+    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+        """See ``SectionFile``."""
+        last = self._checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
+        self.output.write_texts("message", "how the member ended", endings, outcome.endings)
+        self.output.close(attributes, last)
+
+
+class Single:
+    """The file of one motion: like that of ``solve``, with its crossings as the samples."""
+
+    def __init__(
+        self, ensemble: Ensemble, prepared: Prepared, start: Start, units: Mapping[str, str]
+    ) -> None:
+        from lagrange_cli.store.layout import Layout
+        from lagrange_cli.store.writer import Writer
+
+        assert ensemble.cut is not None
+        layout = Layout(series_at(units, prepared), time_unit=units.get("t", ""))
+        times = replace(ensemble.times, count=ensemble.cut.kept.count, step=0.0)
+        self.output = Writer(start.target, layout, times)
+        self._start, self._crossings = start, Crossings(layout.series)
+        self._last: Kept | None = None
+
+    def of_motion(self, schedule: Schedule) -> Checkpointing[Kept]:
+        """See ``SectionFile``."""
+        begin, earlier = None, self._start.earlier
+        if earlier is not None:
+            arrays = earlier.checkpoint.arrays.items()
+            begin = {name.removeprefix(KEPT): one for name, one in arrays if name.startswith(KEPT)}
+        return Checkpointing(begin, schedule, self._keep)
+
+    def of_members(self, schedule: Schedule) -> None:
+        """See ``SectionFile``."""
+
+    def _keep(self, kept: Kept) -> None:
+        self._last = kept
+        self.output.keep(self._checkpoint(kept))
+
+    def _checkpoint(self, kept: Kept, *, inside: bool = False) -> Checkpoint:
+        from lagrange_cli.integrate.ensemble.method import reached_in
+
+        reached, arrays = reached_in(kept), {f"{KEPT}{name}": one for name, one in kept.items()}
+        return self._start.checkpoint({"reached": reached, "crossings": reached}, arrays, inside=inside)
+
+    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
+        """See ``SectionFile``."""
+        if self._crossings.take(values):
+            self.output.append(self._crossings.chunk)
+
+    def found(self) -> np.ndarray:
+        """See ``SectionFile``."""
+        return self._crossings.count
+
+    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+        """See ``SectionFile``."""
+        last = None
+        if outcome.status == "interrupted" and self._last is not None:
+            last = self._checkpoint(self._last, inside=True)
+        self.output.close({**attributes, **finite({"t_end": self._crossings.t_end})}, last)
+
+
+class Table:
+    """The crossings of one motion as CSV, in a file or a stream."""
+
+    def __init__(
+        self,
+        ensemble: Ensemble,
+        prepared: Prepared,
+        start: Start,
+        units: Mapping[str, str],
+        stream: BinaryIO | None,
+    ) -> None:
+        from lagrange_cli.store.csv_file import CsvFile
+
+        series = series_at(units, prepared)
+        self.output = CsvFile(start.target if stream is None else None, series, stream)
+        self._crossings = Crossings(series)
+
+    def of_motion(self, schedule: Schedule) -> None:
+        """See ``SectionFile``."""
+
+    def of_members(self, schedule: Schedule) -> None:
+        """See ``SectionFile``."""
+
+    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
+        """See ``SectionFile``."""
+        if self._crossings.take(values):
+            self.output.append(self._crossings.chunk)
+
+    def found(self) -> np.ndarray:
+        """See ``SectionFile``."""
+        return self._crossings.count
+
+    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+        """See ``SectionFile``."""
+        self.output.close(complete=outcome.status in DONE)
+
+
+def series_at(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...]:
+    """The datasets at the crossings of one motion, with their units; those of times have low parts, too."""
+    from lagrange_cli.store.layout import Series
+
+    found = series_of(units, prepared)
+    if prepared.machine.program.parts == 1:
+        return found
+    text = "low part of the time, to be added to /t"
+    return (*found, Series("low/t", unit=units.get("t", ""), long_name=text))
+
+
+class Crossings:
+    """Those of one motion, as the samples of ``series``."""
+
+    def __init__(self, series: tuple[Series, ...]) -> None:
+        import numpy as np
+
+        self._paths = ["t", *(one.path for one in series)]
+        self.count, self.t_end = np.zeros(1, dtype=np.int64), float("nan")
+        self.chunk: dict[str, np.ndarray] = {}
+
+    def take(self, values: Mapping[str, Any]) -> bool:
+        """Whether there are any in what the motion has given."""
+        if "crossings" not in values:
+            return False
+        self.count[:], self.t_end = values["crossings"], float(values["t_end"][0])
+        self.chunk = {path: values[path][0][: self.count[0]] for path in self._paths}
+        return True

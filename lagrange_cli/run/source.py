@@ -1,0 +1,48 @@
+"""Systems by their names, as users write them, and words about them in messages."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.limits import whole
+
+STANDARD_INPUT = "-"
+
+
+def display_name(system: str) -> str:
+    """The name under which messages speak of a system, or of a table."""
+    return "<stdin>" if system == STANDARD_INPUT else system
+
+
+def count_of(number: int, noun: str) -> str:
+    """``1 step``, ``2 steps``."""
+    return f"{number} {noun}" if number == 1 else f"{number} {noun}s"
+
+
+def read_file(system: str) -> bytes:
+    """The content of the file, up to one byte more than the reader accepts.
+
+    Raises ``FileError`` where it cannot be read, ``UsageError`` where this is not the name of a file.
+    """
+    try:
+        with Path(system).open("rb") as file:
+            return file.read(whole("bytes") + 1)
+    except FileNotFoundError as error:
+        raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
+    except OSError as error:
+        if Path(system).is_dir():  # no permission to read it is what Windows says
+            raise FileError(f"{system} is a directory, not a system file") from error
+        raise FileError(f"{system} could not be read: {error.strerror or error}") from error
+    except ValueError as error:  # a NUL in the name
+        raise UsageError(f"{system!r} is not the name of a file: {error}") from error
+
+
+def shipped_hint(system: str) -> str:
+    """How to get the shipped system that was perhaps meant, or an empty text."""
+    from lagrange_cli.run import shipped
+
+    name = Path(system).stem
+    if name not in shipped.names():
+        return ""
+    return f"\n  there is an example system of that name: lagrange systems {name} > {name}.yaml"

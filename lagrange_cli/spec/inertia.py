@@ -1,0 +1,63 @@
+"""Whether moments of inertia are those of a body."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import combinations
+
+ROUNDING = 1e-9
+"""Moments that are equal but for so much, relatively, may have been rounded."""
+Flaw = tuple[int, str, str]
+"""The place of a wrong entry, what is wrong, and a way out."""
+TRIANGLE = "in no body one moment of inertia exceeds the sum of the other two"
+
+
+def flaw(entries: Sequence[float]) -> Flaw | None:
+    """What is wrong with three principal moments, or with the nine entries of a matrix, if anything is.
+
+    The second moments of mass J = tr(I)/2 - I must not be negative along any axis, or I_1 > I_2 + I_3.
+    """
+    if len(entries) == 3:
+        for i, one in enumerate(entries):
+            if one <= 0:
+                return i, f"the value {one:g} is not positive", "a rod without thickness is 'solid: {rod: l}'"
+        largest = max(entries)
+        if 2 * largest > sum(entries) + ROUNDING * largest:
+            others = " + ".join(f"{one:g}" for one in sorted(entries)[:2])
+            return entries.index(largest), f"the value {largest:g} exceeds {others}", TRIANGLE
+        return None
+    return tensor_flaw(entries)
+
+
+def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
+    """The same of a matrix."""
+    scale = max(map(abs, entries))
+    for i, j in combinations(range(3), 2):
+        upper, lower = entries[3 * i + j], entries[3 * j + i]
+        if abs(upper - lower) > ROUNDING * scale:
+            row, column = f"{i + 1}{j + 1}", f"{j + 1}{i + 1}"
+            message = f"not symmetric: I{row} = {upper:g}, but I{column} = {lower:g}"
+            return 3 * j + i, message, "moments of inertia are a symmetric matrix"
+    half = sum(entries[::4]) / 2
+    second = [(half if k % 4 == 0 else 0.0) - one for k, one in enumerate(entries)]
+    if scale == 0 or not is_positive(entries, 0.0):
+        return 0, "not positive definite", "every axis has a positive moment of inertia"
+    if not is_positive(second, ROUNDING * scale):
+        return 0, "no body has these principal moments", TRIANGLE
+    return None
+
+
+def is_positive(entries: Sequence[float], margin: float) -> bool:
+    """Whether a symmetric matrix, with ``margin`` added to its diagonal, is positive definite."""
+    a, b, c, _, d, e, _, _, f = entries
+    a, d, f = a + margin, d + margin, f + margin
+    first, second = a * d - b * b, a * (d * f - e * e) - b * (b * f - c * e) + c * (b * e - c * d)
+    return a > 0 and first > 0 and second > 0
+
+
+def size_flaw(sizes: Sequence[float]) -> Flaw | None:
+    """What is wrong with the sizes of a solid, if anything is."""
+    for i, one in enumerate(sizes):
+        if one <= 0:
+            return i, f"the value {one:g} is not positive", "sizes are greater than 0"
+    return None

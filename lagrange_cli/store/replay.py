@@ -1,0 +1,152 @@
+"""Finished outputs, read for those who show them: what made them, and some of their samples.
+
+Nothing is read but what is asked for: of a long motion every so many samples, of a sweep the values that its
+members begin with.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from lagrange_cli.errors import FileError, UsageError
+from lagrange_cli.records import dataclass
+
+Array = NDArray[np.float64]
+MAKER = "lagrange"
+"""What the attribute ``generator`` begins with."""
+
+
+@dataclass(frozen=True)
+class Made:
+    """What made an output: the text of the system file, sizes and parameters of the run, and how it ended.
+
+    ``shape`` is that of a sweep's members by dimension, None where the output is that of one motion, which
+    ``conserves`` h or does not. Motions go from ``start`` to ``stop``.
+    """
+
+    spec: str
+    name: str
+    sizes: Mapping[str, str]
+    parameters: Mapping[str, float]
+    status: str
+    message: str
+    shape: Mapping[str, int] | None
+    conserves: bool
+    start: float
+    stop: float | None
+
+
+@contextmanager
+def opened(path: Path) -> Iterator[Any]:
+    """The file; raises ``FileError`` where it cannot be read, or is damaged."""
+    try:
+        with h5py.File(path, "r") as file:
+            yield file
+    except (OSError, RuntimeError, KeyError) as error:
+        raise FileError(f"{path} could not be read: {' '.join(str(error).split())[:200]}") from error
+
+
+def made(path: Path) -> Made:
+    """What made the output.
+
+    Raises ``FileError`` where it is no output of ours, and ``UsageError`` where it holds no motions.
+    """
+    with opened(path) as file:
+        said = {name: file.attrs[name] for name in file.attrs}
+    if not str(said.get("generator", "")).startswith(MAKER) or "spec" not in said:
+        raise FileError(f"{path} is not an output of lagrange")
+    if "crossings" in said:
+        raise UsageError(f"{path} holds a section, not a motion: view the system file that it is of")
+    try:
+        sizes, parameters, run = (parsed(said, name) for name in ("sizes", "parameters", "run"))
+        shape = parsed(said, "sweep")["shape"] if "sweep" in said else None
+        return Made(
+            str(said["spec"]),
+            str(said["name"]),
+            {name: str(int(x)) for name, x in sizes.items()},
+            {name: float(x) for name, x in parameters.items()},
+            str(said["status"]),
+            str(said["message"]),
+            None if shape is None else {str(name): int(x) for name, x in shape.items()},
+            math.isfinite(float(said["h_drift"])),
+            float(run["start"]),
+            None if run["stop"] is None else float(run["stop"]),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise FileError(f"{path} is damaged: what made it cannot be read") from error
+
+
+def parsed(said: Mapping[str, Any], name: str) -> Any:
+    """An attribute that is JSON; an empty mapping where there is none."""
+    return json.loads(str(said[name])) if name in said else {}
+
+
+def samples(
+    path: Path, names: Sequence[str], others: Mapping[str, str], most: int
+) -> tuple[Array, Array, Array, dict[str, Array]]:
+    """Samples of a motion, ``most`` numbers at most: t (n,), q and v (n, degrees), and others by name (n,).
+
+    ``names`` are those of the coordinates, families among them once, ``others`` paths of datasets with the
+    names of what is in them, in their order. The last sample is always there.
+
+    Raises ``UsageError`` where the output has no coordinates.
+    """
+    with opened(path) as file:
+        if "t" not in file or not all(f"q/{name}" in file for name in names):
+            raise UsageError(f"{path} has no coordinates: run 'lagrange solve' with --outputs q,v,p,h")
+        listed = {name: file[at] for name, at in others.items() if at in file}
+        width = 1 + sum(2 * math.prod(file[f"q/{name}"].shape[1:]) for name in names) + len(listed)
+        count = len(file["t"])
+        each = max(1, math.ceil(count * width / most))
+        places = np.unique(np.r_[0:count:each, max(0, count - 1)])[: max(count, 0)]
+
+        def rows(dataset: Any) -> Array:
+            if not count:
+                return np.empty((0, math.prod(dataset.shape[1:])))
+            found = dataset[...] if each == 1 else dataset[:: each if each < count else None]
+            found = np.asarray(found, dtype=np.float64).reshape(len(found), -1)
+            last = np.asarray(dataset[count - 1], dtype=np.float64).reshape(1, -1)
+            return found if len(found) == len(places) else np.concatenate([found, last])
+
+        t = rows(file["t"])[:, 0]
+        q = np.concatenate([rows(file[f"q/{name}"]) for name in names], axis=1)
+        if all(f"v/{name}" in file for name in names):
+            v = np.concatenate([rows(file[f"v/{name}"]) for name in names], axis=1)
+        else:
+            v = np.gradient(q, t, axis=0) if len(t) > 1 else np.zeros_like(q)
+        return t, q, v, {name: rows(dataset)[:, 0] for name, dataset in listed.items()}
+
+
+def members(
+    path: Path, shape: Mapping[str, int], names: Sequence[str], chosen: NDArray[np.int64]
+) -> tuple[dict[str, Array], Array, Array]:
+    """Members of a sweep, ``chosen`` by their numbers (m,): the parameters in which they differ, by name
+    (m,), and q and v at their start (m, degrees)."""
+    sizes = tuple(shape.values())
+    count = math.prod(sizes)
+    with opened(path) as file:
+
+        def values(dataset: Any, name: str = "") -> Array:
+            found = np.asarray(dataset[...], dtype=np.float64)
+            if found.shape[: len(sizes)] != sizes:  # those of one dimension of a grid
+                axis = [*shape].index(name)
+                along = found.reshape([-1 if k == axis else 1 for k in range(len(sizes))])
+                found = np.broadcast_to(along, sizes)
+            some: Array = found.reshape(count, -1)[chosen]
+            return some
+
+        def state(kind: str) -> Array:
+            return np.concatenate([values(file[f"initial/{kind}/{name}"]) for name in names], axis=1)
+
+        given = file.get("parameters", {})
+        varied = {name: values(given[name], name)[:, 0] for name in given}
+        return varied, state("q"), state("v")

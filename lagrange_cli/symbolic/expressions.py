@@ -1,0 +1,31 @@
+"""The equations of motion as objects of sympy, for those who calculate with them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import mpmath
+import sympy
+
+from lagrange_cli.symbolic.equations import Equations
+
+
+def equalities(equations: Equations) -> dict[str, sympy.Eq]:
+    """The Euler-Lagrange equation of each coordinate, by its name."""
+    return {
+        name: sympy.Eq(one.left, one.right, evaluate=False)
+        for name, one in zip(equations.coordinates, equations.equations)
+    }
+
+
+def matrix(rows: Sequence[Sequence[sympy.Expr]]) -> sympy.ImmutableMatrix:
+    """Rows as a matrix that cannot change."""
+    return sympy.ImmutableMatrix(rows)
+
+
+def value_of(expression: sympy.Expr, values: Mapping[sympy.Expr, Any]) -> Any:
+    """An expression where its symbols have these values, with the digits that mpmath works with."""
+    digits = mpmath.mp.dps
+    known = {symbol: sympy.Float(x, digits) for symbol, x in values.items()}
+    return mpmath.mpmathify(expression.xreplace(known).evalf(digits))

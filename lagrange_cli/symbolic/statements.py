@@ -1,0 +1,115 @@
+"""What pages are made of: sections of statements, in some notation."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+import sympy
+
+from lagrange_cli.records import dataclass
+from lagrange_cli.symbolic.equations import Equation, Equations
+from lagrange_cli.symbolic.order import Order
+from lagrange_cli.symbolic.render import Level, Notation, Renderer
+
+KINDS = {True: "", False: ", nonholonomic"}
+"""What is said of a constraint, by whether it is holonomic."""
+
+REDUNDANT = "which depends on the others"
+"""What is said of a constraint that is left out."""
+
+_NAME = re.compile(r"[^\W\d]\w*(?:\[[\d,]+\])?")
+
+
+def plain(sentence: str) -> str:
+    """The sentence without the backticks around its formulas."""
+    return sentence.replace("`", "")
+
+
+@dataclass(frozen=True)
+class Statement:
+    """``left = right`` and a remark, as text in some notation; ``left`` and ``right`` may be empty."""
+
+    left: str
+    right: str = ""
+    remark: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """A title and its statements; ``verbal`` where these are sentences, not formulas."""
+
+    title: str
+    statements: tuple[Statement, ...]
+    verbal: bool = False
+
+
+class Writer:
+    """Expressions, symbols and derivatives in one notation."""
+
+    def __init__(self, notation: Notation, order: Order) -> None:
+        self.notation, self.order = notation, order
+        self.renderer = Renderer(notation, order)
+
+    def text(self, expression: sympy.Expr) -> str:
+        """An expression."""
+        return self.renderer.at(expression, Level.SUM)
+
+    def names(self, quantity: str) -> str:
+        """``p_theta`` or ``T + U``: names with plus signs between them."""
+        return self.notation.plus.join(self.notation.symbol(name) for name in quantity.split(" + "))
+
+    def rate(self, quantity: str) -> str:
+        """The time derivative of a quantity."""
+        text = self.names(quantity)
+        return self.notation.rate(self.notation.parentheses(text) if " + " in quantity else text)
+
+    def prose(self, sentence: str) -> str:
+        """A sentence with formulas between backticks, such as `h = T + U`: names joined by signs."""
+
+        symbol, inline, words = self.notation.symbol, self.notation.inline, self.notation.words
+        parts = sentence.split("`")
+        parts[::2] = [words(part) for part in parts[::2]]
+        parts[1::2] = [inline(_NAME.sub(lambda name: symbol(name[0]), part)) for part in parts[1::2]]
+        return "".join(parts)
+
+    def statement(self, name: str, expression: sympy.Expr) -> Statement:
+        """``name = expression``."""
+        return Statement(self.names(name), self.text(expression))
+
+
+def named_section(
+    title: str, symbols: Sequence[sympy.Expr], values: Sequence[sympy.Expr], writer: Writer
+) -> Section:
+    """A value for each symbol."""
+    pairs = zip(symbols, values, strict=True)
+    return Section(title, tuple(writer.statement(str(symbol), value) for symbol, value in pairs))
+
+
+def constraint_sections(
+    equations: Equations, writer: Writer, expressions: Sequence[sympy.Expr] | None = None
+) -> list[Section]:
+    """The constraints, as they are or as other ``expressions``; no section where there are none."""
+    given = equations.constraints
+    shown = [each.expression for each in given] if expressions is None else expressions
+    statements = tuple(
+        Statement(writer.text(one), "0", writer.notation.words(each.name + KINDS[each.holonomic]))
+        for each, one in zip(given, shown, strict=True)
+    )
+    statements += tuple(
+        Statement(writer.text(one), "0", writer.notation.words(f"{name}, {REDUNDANT}"))
+        for name, one in equations.redundant.items()
+        if expressions is None or one.free_symbols.isdisjoint(equations.v)
+    )
+    return [Section("Constraints", statements)] if statements else []
+
+
+def equation_statements(
+    equations: Equations, written: Sequence[Equation], writer: Writer
+) -> Iterable[Statement]:
+    """Equations by coordinate, each with the factor by which it has been divided, unless that is 1."""
+    for name, equation in zip(equations.coordinates, written, strict=True):
+        remark = writer.prose(f"`{name}`")
+        if equation.factor != 1:
+            remark += f", divided by {writer.notation.inline(writer.text(equation.factor))}"
+        yield Statement(writer.text(equation.left), writer.text(equation.right), remark)

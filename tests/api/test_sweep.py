@@ -1,0 +1,162 @@
+"""Many motions, and sections, in Python: the files of the commands, as arrays."""
+
+import gc
+import os
+import signal
+from pathlib import Path
+
+import h5py
+import numpy as np
+import pytest
+
+import lagrange_cli as lagrange
+import lagrange_cli.integrate.ensemble.datasets as datasets
+from lagrange_cli.cli.main import main
+from tests.support.command import SYSTEMS
+
+PENDULUM = SYSTEMS / "pendulum.yaml"
+HENON = SYSTEMS / "henon_heiles.yaml"
+
+
+def test_a_sweep_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options = [
+        "--over",
+        "l=1.0,1.5",
+        "--over",
+        "theta=0:3:4",
+        "--stop",
+        "2",
+        "--outputs",
+        "q",
+        "--samples",
+        "11",
+    ]
+    assert main(["sweep", str(PENDULUM), *options, "-o", "command.h5", "--quiet"]) == 0
+    swept = lagrange.sweep(
+        PENDULUM, over={"l": [1, 1.5], "theta": "0:3:4"}, stop=2, outputs=["q"], samples=11
+    )
+    swept.save("python.h5")
+    assert Path("python.h5").read_bytes() == Path("command.h5").read_bytes()
+    assert swept.q["theta"].shape == (2, 4, 11) and swept.t.shape == (11,)
+    assert (swept.members, swept.status, {*swept.statuses.flat}) == (8, "complete", {"complete"})
+    assert np.array_equal(swept.dims["l"], [1, 1.5]) and "8 members (2 l x 4 theta)" in repr(swept)
+    one = lagrange.solve(PENDULUM, set={"l": 1.5, "theta": 3}, stop=2, samples=11)
+    assert np.allclose(swept.q["theta"][1, 3], one.q["theta"], rtol=0, atol=1e-13)
+    tree = swept.to_xarray()
+    assert tree["q"].theta.dims == ("l", "theta_0", "t")
+    with pytest.raises(AttributeError, match="'v' was not computed"):
+        swept.v  # noqa: B018
+    with pytest.raises(lagrange.FileError, match="already exists"):
+        swept.save("python.h5")
+    with pytest.raises(lagrange.UsageError, match="a name that ends in"):
+        swept.save("python.csv")
+
+
+def test_members_are_drawn_and_listed(tmp_path):
+    draws = {"theta": ("normal", 0, 0.1)}
+    drawn = lagrange.sweep(PENDULUM, random=draws, members=5, seed=7, stop=1)
+    again = lagrange.sweep(PENDULUM, random={"theta": "normal(0,0.1)"}, members=5, seed=7, stop=1)
+    assert np.array_equal(drawn.q["theta"], again.q["theta"]) and drawn.q["theta"].shape == (5,)
+    columns = {"theta": np.array([0.1, 0.2]), "l": [1, 2]}
+    table = tmp_path / "runs.csv"
+    table.write_text("theta,l\n0.1,1\n0.2,2\n")
+    listed, read = (lagrange.sweep(PENDULUM, table=one, stop=1) for one in (columns, table))
+    assert np.array_equal(listed.q["theta"], read.q["theta"])
+    assert listed.dims == {"member": 2} and listed.attributes["sweep"]["table"] == "theta,l"
+    many = lagrange.sweep(PENDULUM, over={"theta": np.linspace(0, 1, 200)}, stop=0.1)
+    assert many.attributes["sweep"]["over"]["theta"] == "200 values from 0.0 to 1.0"
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({}, "no members given"),
+        ({"over": ["l"]}, "over is a mapping"),
+        ({"over": {"l": "many"}}, "l=many"),
+        ({"over": {"l": ["a"]}}, "over: l is a sequence of numbers"),
+        ({"over": {"l": [[1, 2]]}}, "over l: values along one dimension"),
+        ({"over": {"l": [1, np.inf]}}, "over l: inf is not a finite number"),
+        ({"over": {"nosuch": [1]}}, "over nosuch: unknown name"),
+        ({"random": {"l": ("cauchy", 0, 1)}, "members": 2}, "random: l is a distribution"),
+        ({"random": {"l": "uniform(1,2)"}, "members": 0}, "members is a whole number"),
+        ({"table": {}}, "no columns"),
+        ({"table": {"l": [1, 2], "theta": [1]}}, "columns of the same length"),
+        ({"over": {"l": [1, 2]}, "samples": 10}, "without outputs"),
+        ({"over": {"l": [1, 2]}, "set": {"l": 1}}, "more than once"),
+        ({"over": {"l": [1]}, "seed": -1}, "seed is a whole number"),
+        ({"over": {"l": [1]}, "jobs": 0}, "jobs is a whole number"),
+    ],
+)  # fmt: skip
+def test_members_that_make_no_sense_are_refused(given, message):
+    with pytest.raises(lagrange.UsageError, match=message):
+        lagrange.sweep(PENDULUM, **given)
+
+
+def test_members_that_fail_are_warned_of():
+    fall = "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 + 1/x\nsolve: {stop: 2}\n"
+    with pytest.warns(lagrange.LagrangeWarning, match="1 of 2 members failed"):
+        swept = lagrange.sweep(fall, over={"x": [1, 10]})
+    assert swept.statuses.tolist() == ["failed", "complete"]
+
+
+def test_a_sweep_that_is_interrupted_keeps_the_members_that_ended(monkeypatch):
+    follow = datasets.follow_ensemble
+
+    def interrupting(prepared, method, values, families, times, write, interrupted, **rest):
+        os.kill(os.getpid(), signal.SIGINT)
+        return follow(prepared, method, values, families, times, write, interrupted, **rest)
+
+    monkeypatch.setattr(datasets, "follow_ensemble", interrupting)
+    with pytest.raises(lagrange.Interrupted) as caught:
+        lagrange.sweep(PENDULUM, over={"l": np.linspace(1, 2, 64)}, stop=1e5, jobs=1)
+    assert caught.value.result.status == "interrupted"
+
+
+def test_a_section_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    options = ["--where", "x", "--crossings", "5", "--direction", "either"]
+    assert main(["section", str(HENON), *options, "-o", "command.h5", "--quiet"]) == 0
+    found = lagrange.section(HENON, where="x", crossings=5, direction="either")
+    found.save("python.h5")
+    assert Path("python.h5").read_bytes() == Path("command.h5").read_bytes()
+    assert found.crossings == 5 and np.abs(found.q["x"]).max() < 1e-14 and "5 crossings" in repr(found)
+    many = lagrange.section(HENON, every="2*pi", crossings=3, over={"y": [0.1, 0.2]})
+    assert many.q["y"].shape == (2, 3) and many.t.shape == (2, 3)
+    for given, message in (
+        ({}, "give one of where"),
+        ({"where": "x", "direction": "up"}, "direction is one of rising"),
+        ({"every": 1, "direction": "rising"}, "direction belongs to where"),
+        ({"where": "x", "crossings": 0}, "crossings is a whole number"),
+    ):
+        with pytest.raises(lagrange.UsageError, match=message):
+            lagrange.section(HENON, **given)
+
+
+def test_an_output_is_loaded(tmp_path):
+    swept = lagrange.sweep(PENDULUM, over={"l": [1, 2]}, stop=1)
+    swept.save(tmp_path / "a.h5")
+    loaded = lagrange.load(tmp_path / "a.h5")
+    assert np.array_equal(loaded.q["theta"], swept.q["theta"]) and loaded.attributes == swept.attributes
+    assert (loaded.name, loaded.status) == ("pendulum", "complete") and "a.h5" in repr(loaded)
+    (tmp_path / "text.h5").write_text("text")
+    with h5py.File(tmp_path / "other.h5", "w") as file:
+        file["x"] = [1, 2]
+    for name, message in (("none", "no such file"), ("text", "not an output"), ("other", "not an output")):
+        with pytest.raises(lagrange.FileError, match=message):
+            lagrange.load(tmp_path / f"{name}.h5")
+
+
+def test_the_file_of_a_result_goes_with_it():
+    swept = lagrange.sweep(PENDULUM, over={"l": [1, 2]}, stop=1)
+    folder = swept._folder.path
+    assert folder.is_dir()
+    del swept
+    gc.collect()
+    assert not folder.exists()
+
+
+def test_examples_are_systems():
+    assert lagrange.solve(lagrange.example("pendulum"), stop=1).name == "pendulum"
+    with pytest.raises(lagrange.UsageError, match="did you mean 'pendulum'"):
+        lagrange.example("pendlum")

@@ -1,0 +1,60 @@
+"""``lagrange plot``: pictures of outputs and of systems."""
+
+import json
+
+import pytest
+
+from lagrange_cli.cli.commands import plot
+from lagrange_cli.cli.main import main
+from lagrange_cli.run.monitor import Silence
+from tests.support.command import SYSTEMS, working_in
+
+
+def test_a_system_is_solved_and_drawn(tmp_path, capsys):
+    system = str(SYSTEMS / "pendulum.yaml")
+    with working_in(tmp_path):
+        assert main(["plot", system, "--stop", "2", "--json"]) == 0
+        report = json.loads(capsys.readouterr().out)
+        assert report["output"] == "pendulum.png" and len(report["panels"]) == 4
+        assert (tmp_path / "pendulum.png").read_bytes().startswith(b"\x89PNG")
+        assert main(["plot", system, "--stop", "2", "--terminal", "--what", "q"]) == 0
+        assert "theta" in capsys.readouterr().out
+        assert [path.name for path in tmp_path.iterdir()] == ["pendulum.png"]
+
+
+def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
+    shown = []
+    monkeypatch.setattr(plot, "Progress", lambda *given, quiet: shown.append((*given, quiet)) or Silence())
+    with working_in(tmp_path):
+        assert main(["plot", str(SYSTEMS / "pendulum.yaml"), "--start", "1", "--stop", "2"]) == 0
+    assert shown == [("pendulum", 1.0, 2.0, False)]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "status", "message"),
+    [
+        (["none.h5"], 5, "no such file"),
+        (["other.h5"], 5, "not an output of lagrange"),
+        (["other.h5", "--stop", "3"], 2, "--stop is for the motion of a system file"),
+        (["other.h5", "-o", "a.jpg"], 2, "must end in"),
+        (["other.h5", "-o", "none/a.png"], 5, "there is no directory"),
+        (["other.h5", "-o", "kept.png"], 5, "already exists"),
+        (["other.h5", "--what", "q", "--y", "h"], 2, "give one of them"),
+        (["other.h5", "--terminal", "-o", "a.png"], 2, "writes no file"),
+        (["other.h5", "--inches", "big"], 2, "no size in inches"),
+    ],
+)
+def test_mistakes(tmp_path, capsys, arguments, status, message):
+    (tmp_path / "other.h5").write_text("something else")
+    (tmp_path / "kept.png").write_text("mine")
+    with working_in(tmp_path):
+        assert main(["plot", *arguments]) == status
+    assert message in capsys.readouterr().err
+    assert (tmp_path / "kept.png").read_text() == "mine"
+
+
+def test_a_package_that_is_missing_is_named(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
+    with working_in(tmp_path):
+        assert main(["plot", str(SYSTEMS / "pendulum.yaml")]) == 2
+    assert "pip install" in capsys.readouterr().err

@@ -1,0 +1,273 @@
+"""What is conserved although no coordinate is cyclic: found, proven, and kept by motions."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.expression.exact import ExactGraphAlgebra
+from lagrange_cli.mechanics.conservation import conservation
+from lagrange_cli.mechanics.symmetries import symmetries
+from lagrange_cli.model.build import build_model
+from tests.support.motion import follow, residual_of, spec_of
+
+PLANE = """
+parameters: {{a: 1.3, m: 2, k: 3, w: 0.7}}
+coordinates: {{x: {{initial: 1.2, velocity: 0.1}}, y: {{initial: 0.3, velocity: 0.8}}}}
+masses: {{p: m}}
+positions: {{p: [x, y]}}
+potential: {}
+"""
+SPACE = """
+parameters: {{pitch: 1.3, q: 2, B: 1.7, m: 2}}
+coordinates: {{x: {{initial: 1}}, y: {{velocity: 0.5}}, z: {{initial: 0.2}}}}
+masses: {{p: m}}
+positions: {{p: [x, y, z]}}
+potential: {}
+"""
+LINE = """
+parameters: {{m: 1.3, M: 2, k: 3}}
+coordinates: {{x: {{initial: 1.5}}, y: {{velocity: 0.2}}}}
+masses: {{p: m, q: M}}
+positions: {{p: [x], q: [y]}}
+potential: {}
+"""
+BODIES = """
+sizes: {N: 3}
+parameters: {G: 1}
+coordinates:
+  x[i in range(N)]: {initial: i**2}
+  y[i in range(N)]: {initial: i, velocity: 0.2*i}
+  z[i in range(N)]: {initial: -i**3/3, velocity: 0.3 - 0.1*i}
+masses: {p[i in range(N)]: 1 + i}
+positions: {p[i in range(N)]: [x[i], y[i], z[i]]}
+potential: sum(-G*(1 + i)*(1 + j)/norm(p[i] - p[j]) for i in range(N) for j in range(i))
+"""
+TEN = ("P_x", "P_y", "P_z", "K_x", "K_y", "K_z", "L_x", "L_y", "L_z")
+CHAIN = """
+coordinates: {x: {initial: 1}, y: {velocity: 1}, a: {velocity: 0.5}, b: {initial: 1}}
+masses: {p: 1, q: 2, r: 3}
+positions:
+  p: [x, y]
+  q: [x + cos(a), y + sin(a)]
+  r: [x + cos(a) + cos(b), y + sin(a) + sin(b)]
+"""
+DUMBBELL = """
+coordinates: {x: {initial: 1}, y: {velocity: 0.4}, u: {initial: 0}, v: {velocity: 1}}
+masses: {p: 1, q: 2}
+positions: {p: [x, y], q: [u, v]}
+constraints: {rod: dot(p - q, p - q) - 1}
+"""
+SPHERICAL = """
+coordinates: {x: {initial: 0.6}, y: {velocity: 1.0}, z: {initial: -0.8}}
+masses: {p: 1}
+positions: {p: [x, y, z]}
+potential: 9.81*z
+constraints: {rod: x**2 + y**2 + z**2 - 1}
+"""
+ON_A_SPHERE = """
+coordinates: {theta: {initial: 1, velocity: 0.3}, phi: {velocity: 1}}
+masses: {p: 1}
+positions: {p: [sin(theta)*cos(phi), sin(theta)*sin(phi), cos(theta)]}
+"""
+PLANET = """
+parameters: {m: 1.5, k: 2.0}
+coordinates: {r: {initial: 1, velocity: 0.3}, th: {initial: 0.9, velocity: 0.7}, ph: {velocity: 0.8}}
+masses: {p: m}
+positions: {p: [r*sin(th)*cos(ph), r*sin(th)*sin(ph), r*cos(th)]}
+potential: -k/r
+"""
+STARS = """
+parameters: {m: 1.5, M: 2.5, G: 1.3}
+coordinates: {x: {initial: 1}, y: {velocity: 0.8}, u: {initial: -1}, v: {velocity: -0.9}}
+masses: {p: m, q: M}
+positions: {p: [x, y], q: [u, v]}
+potential: -G*m*M/norm(p - q)
+"""
+ROTATING = """
+parameters: {w: 2}
+coordinates: {x: {initial: 3}, y: {velocity: 1}}
+masses: {p: 1}
+positions: {p: [x*cos(w*t) - y*sin(w*t), x*sin(w*t) + y*cos(w*t)]}
+"""
+JACOBI = """
+parameters: {m: 2, M: 3}
+coordinates: {X: {}, Y: {velocity: 1}, r: {initial: 1}, phi: {velocity: 1}}
+masses: {p: m, s: M}
+positions:
+  p: [X + M/(m + M)*r*cos(phi), Y + M/(m + M)*r*sin(phi)]
+  s: [X - m/(m + M)*r*cos(phi), Y - m/(m + M)*r*sin(phi)]
+potential: -1/r
+"""
+RATIO = """
+parameters: {k: 1, c: 2, d: 3}
+coordinates: {a: {initial: 1}, b: {velocity: 1}}
+lagrangian: a_dot**2/2 + b_dot**2 + cos(c*a - k*d*b) - 0.1*(c*a - k*d*b)**4
+"""
+DISC = """
+parameters: {m: 1, I: 1, J: 2, R: 0.3}
+coordinates: {x: {velocity: R}, y: {}, phi: {velocity: 1}, psi: {velocity: 1}}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + I*phi_dot**2/2 + J*psi_dot**2/2
+nonholonomic: {a: x_dot - R*cos(phi)*psi_dot, b: y_dot - R*sin(phi)*psi_dot}
+"""
+SLEIGH = """
+parameters: {m: 1, I: 1, g: 0.5}
+coordinates: {x: {velocity: 1}, y: {}, theta: {velocity: 1}}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + I*theta_dot**2/2 - m*g*x
+nonholonomic: {blade: y_dot*cos(theta) - x_dot*sin(theta)}
+"""
+HELD = """
+coordinates: {x: {velocity: 1}, y: {}}
+lagrangian: (x_dot**2 + y_dot**2)/2 + x*y
+constraints: {table: y}
+"""
+BAR = PLANE.format("(x*cos(w*t) + y*sin(w*t))**2 + 2*(y*cos(w*t) - x*sin(w*t))**4")
+TOP = """
+parameters: {A: 1, B: 2, C: 2.5}
+coordinates:
+  w: {initial: 1}
+  x: {initial: 0, velocity: 0.15}
+  y: {initial: 0, velocity: 0.1}
+  z: {initial: 0, velocity: 0.6}
+bodies: {top: {mass: 1, position: [0, 0, 0], inertia: [A, B, C], orientation: {quaternion: [w, x, y, z]}}}
+"""
+THROWN = """
+parameters: {m: 1.2, l: 0.7}
+coordinates:
+  x: {initial: 0, velocity: 1}
+  y: {initial: 0, velocity: 0.3}
+  phi: {initial: 0.1, velocity: 1}
+  theta: {initial: 1, velocity: 0.2}
+  psi: {initial: 0, velocity: 5}
+bodies:
+  top:
+    mass: m
+    position: [x, y, 0]
+    inertia: [1, 1, 0.5]
+    orientation: {euler: [phi, theta, psi], sequence: zxz}
+potential: m*top.at(0, 0, l).z
+"""
+CASES = {
+    "a free top": (TOP, {"L_x", "L_y", "L_z"}),
+    "a heavy top": (THROWN, {"L_z"}),
+    "Kepler": (PLANE.format("-k/norm(p)"), {"L_z", "A_x", "A_y"}),
+    "Kepler about another point": (PLANE.format("-k/sqrt((x - a)**2 + y**2)"), {"C_1", "I_1", "I_2"}),
+    "isotropic oscillator": (PLANE.format("k*dot(p, p)"), {"L_z", "h_x", "h_y", "F_xy"}),
+    "anisotropic oscillator": (PLANE.format("k*x**2 + y**2"), {"h_x", "h_y"}),
+    "scaling": (PLANE.format("k/dot(p, p)"), {"L_z", "C_1"}),
+    "a bar that turns": (BAR, {"C_1"}),
+    "Henon-Heiles": (PLANE.format("x**2*y - y**3/3 + (x**2 + y**2)/2"), set()),
+    "driven": (PLANE.format("-k*cos(t)/norm(p)"), {"L_z"}),
+    "drag": (PLANE.format("-k/norm(p)") + "forces: {p: -0.1*(p.vx, p.vy)}", set()),
+    "a magnetic field": (SPACE.format("-q*B*(x*p.vy - y*p.vx)/2"), {"L_z", "C_1", "C_2"}),
+    "crossed fields": (PLANE.format("-k*x*y_dot + a*x"), {"C_1"}),
+    "a helix": (SPACE.format("x*cos(2*pi*z/pitch) + y*sin(2*pi*z/pitch) + (x**2 + y**2)**2"), {"C_1"}),
+    "two masses and a spring": (LINE.format("k*(q.x - p.x)**2/2"), {"P_x", "K_x"}),
+    "and a damper": (LINE.format("k*(q.x - p.x)**2/2") + "dissipation: (x_dot - y_dot)**2", {"P_x", "K_x"}),
+    "and the ground": (LINE.format("k*(q.x - p.x)**2/2 + p.x**2"), set()),
+    "three bodies": (BODIES, set(TEN)),
+    "a chain on a plane": (CHAIN, {"K_x", "K_y", "L_z"}),
+    "a dumbbell": (DUMBBELL, {"P_x", "P_y", "K_x", "K_y", "L_z"}),
+    "a spherical pendulum": (SPHERICAL, {"L_z"}),
+    "a pendulum": (SPHERICAL.replace("rod: ", "plane: z + 0.8*x - 0*y, rod: "), set()),
+    "a sphere": (ON_A_SPHERE, {"L_x", "L_y"}),
+    "a rotating frame": (ROTATING, {"P_x", "P_y", "L_z"}),
+    "relative coordinates": (JACOBI, {"K_x", "K_y", "L_z"}),
+    "a ratio": (RATIO, {"C_1", "C_2"}),
+    "a rolling disc": (DISC, {"C_1"}),
+    "a sleigh": (SLEIGH.replace("- m*g*x", ""), {"C_1"}),
+    "a sleigh on an incline": (SLEIGH, set()),
+    "a table": (HELD, {"p_x"}),
+    "a planet in angles": (PLANET, {"L_x", "L_y", "A_x", "A_y", "A_z"}),
+    "two stars": (STARS, {"P_x", "P_y", "K_x", "K_y", "L_z", "A_x", "A_y"}),
+    "another power": (PLANE.format("-k*m/norm(p)**1.5"), {"L_z"}),
+    "two fixed centres": (PLANE.format("k/sqrt((x - a)**2 + y**2) + 2*k/sqrt((x + a)**2 + y**2)"), {"I_1"}),
+    "Stark's effect": (SPACE.format("-q/norm(p) - B*z"), {"L_z", "A_z"}),
+    "a planet with a kink": (PLANE.format("-k*m/norm(p) + abs(x - 9)"), set()),
+}
+
+
+def started(text):
+    """The text with a place to start for every coordinate."""
+    return text.replace(": {}", ": {initial: 0}").replace("{velocity", "{initial: 0, velocity")
+
+
+@pytest.mark.exhaustive(keep=8)
+@pytest.mark.parametrize("case", CASES)
+def test_what_is_conserved(case):
+    """That, and nothing else; and a motion keeps it, to rounding."""
+    text, names = CASES[case]
+    residual = residual_of(started(text))
+    found = symmetries(residual.model, residual.conserved)
+    assert {one.conserved.quantity for one in found} == names
+    if found:
+        motion = follow(started(text), 3.0, 31, outputs=("conserved",))
+        for name in names:
+            series = motion[f"diagnostics/conserved/{name}"]
+            assert np.ptp(series) < 4e-13 * max(1, np.abs(series).max()), name
+
+
+def test_they_are_given_in_formulas_and_words():
+    def told(text):
+        residual = residual_of(started(text))
+        found = symmetries(residual.model, residual.conserved)
+        return [(one.conserved.expression, one.conserved.because) for one in found]
+
+    assert told(RATIO)[0] == (
+        "k*d*p_a + c*p_b",
+        "changing a and b together, in the ratio k*d : c, leaves L as it is",
+    )
+    (turning,) = told(BAR)
+    assert set(turning[0].replace("- ", "+ -").replace("*", "").split(" + ")) == {"-ywp_x", "xwp_y", "-h"}
+    assert turning[1].endswith("t by 1 leaves the action as it is")
+    assert told(CASES["two masses and a spring"][0])[0] == (
+        "sum of m*vx",
+        "moving all particles along x changes neither T nor U",
+    )
+
+
+KICKED = CHAIN + "events: {kick: {when: a - 2, action: {set: {x_dot: x_dot + 1}}}}\n"
+
+
+def test_events_may_change_them():
+    residual = residual_of(started(KICKED))
+    broken = {one.conserved.quantity: one.conserved.breaks for one in symmetries(residual.model)}
+    assert broken["P_x"] == broken["K_x"] == broken["L_z"] == ("kick",)
+    assert broken["P_y"] == ()
+
+
+STEPS = """
+coordinates: {x: {initial: 1.2}, y: {initial: 0.3}}
+masses: {p: 1, q: 1}
+positions: {p: [x], q: [y]}
+potential: where(x + y > 3, 1, 1) * (x - y)**2 + sqrt((x + y - 2)**2)*0 + abs(x - y)
+"""
+JUMPS = """
+coordinates: {x: {initial: 1.2}, y: {initial: 0.3}}
+masses: {p: 1, q: 1}
+positions: {p: [x], q: [y]}
+potential: (x - y)**2
+forces: {p: sign(x + y - 3)*(x - y), q: -sign(x + y - 3)*(x - y)}
+dissipation: 0.1*abs(x_dot - y_dot)*(x_dot - y_dot)**2
+"""
+
+
+def test_no_derivative_tells_of_a_jump():
+    """What a branch depends on must not change either, unless the forces are the same on both sides."""
+    model = residual_of(JUMPS).model
+    assert not symmetries(model)
+    assert {one.conserved.quantity for one in symmetries(residual_of(STEPS).model)} >= {"P_x"}
+
+
+def test_numbers_may_be_exact():
+    model = build_model(spec_of(started(CASES["a helix"][0])), ExactGraphAlgebra())
+    assert [one.conserved.quantity for one in symmetries(model, conservation(model)[1])] == ["C_1"]
+
+
+def test_the_search_is_bounded():
+    """Of many coordinates only displacements are tried, and all of them are proven together."""
+    residual = residual_of(BODIES.replace("{N: 3}", "{N: 15}"))
+    before = residual.graph.work.spent
+    found = symmetries(residual.model, residual.conserved)
+    assert {one.conserved.quantity for one in found} == set(TEN)
+    assert residual.graph.work.spent - before < 1_200_000

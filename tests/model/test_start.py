@@ -1,0 +1,249 @@
+"""A consistent start: what is found, what is moved, and what is refused, at its place in the file."""
+
+from __future__ import annotations
+
+import math
+from textwrap import dedent
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.expression.exact import context
+from lagrange_cli.model.start.consistent import Given, consistent
+from lagrange_cli.model.start.equations import Equations
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import left_open, resolve_values
+
+PENDULUM = """
+parameters: {m: 2.0, l: 1.3}
+coordinates:
+  x: {initial: 0.5}
+  y: {initial: -1.2}
+masses: {bob: m}
+positions: {bob: [x, y]}
+constraints:
+  rod: x**2 + y**2 - l**2
+"""
+SLIDER_CRANK = """
+parameters: {r: 0.3, l: 1.0}
+coordinates:
+  phi: {initial: 0.4, velocity: 2}
+  psi: {initial: 0.1170928911202160}
+  x: {}
+masses: {crank: 1.0, rod: 0.7, slider: 0.5}
+positions:
+  crank: [r/2*cos(phi), r/2*sin(phi)]
+  rod: [r*cos(phi) + l/2*cos(psi), r*sin(phi) - l/2*sin(psi)]
+  slider: [x, 0]
+constraints:
+  along: r*cos(phi) + l*cos(psi) - x
+  across: r*sin(phi) - l*sin(psi)
+"""
+PARALLELOGRAM = """
+coordinates: {x1: {initial: C}, y1: {initial: S}, x2: {initial: 2 + C}, y2: {initial: S}}
+parameters: {C: 0.6, S: 0.8}
+masses: {p: 1, q: 1.5}
+positions: {p: [x1, y1], q: [x2, y2]}
+constraints:
+  left: x1**2 + y1**2 - 1
+  right: (x2 - 2)**2 + y2**2 - 1
+  bar: (x2 - x1)**2 + (y2 - y1)**2 - 4
+"""
+
+
+def start(text, *, forced=False, t=0.0, exact=None, **sets):
+    """The consistent start of a system file, with values in place of the file's."""
+    spec = read_spec(dedent(text), "system.yaml")
+    overrides = {name: repr(x) for name, x in sets.items()}
+    values = resolve_values(spec, overrides)
+    names = left_open(spec, overrides)
+    coordinates = [one.name for one in spec.coordinates]
+    free = [
+        frozenset(k for k, name in enumerate(coordinates) if name + suffix in names)
+        for suffix in ("", "_dot")
+    ]
+    number = float if exact is None else exact.mpf
+    parameters = {name: number(x) for name, x in values.parameters.items()}
+    q, v = (tuple(map(number, row)) for row in (values.q, values.v))
+    return consistent(spec, parameters, Given(number(t), q, v, *free, forced), exact)
+
+
+def refused(text, **sets):
+    """The problems of a start that is refused."""
+    with pytest.raises(SpecError) as caught:
+        start(text, **sets)
+    return caught.value.problems
+
+
+def test_a_consistent_start_stays_as_it_is():
+    assert start(PENDULUM).q == (0.5, -1.2)
+    assert start(PENDULUM).changed == ()
+
+
+def test_velocities_that_are_left_out_are_found_and_given_ones_are_kept():
+    found = start(PENDULUM, x_dot=1.0)
+    assert found.v == pytest.approx((1.0, 0.5 / 1.2), rel=1e-15)
+    assert [(one.name, one.given) for one in found.changed] == [("y_dot", None)]
+
+
+def test_coordinates_that_are_left_out_are_found():
+    found = start(SLIDER_CRANK)
+    phi, psi, x = found.q
+    assert (phi, psi) == (0.4, 0.1170928911202160)
+    assert x == pytest.approx(0.3 * math.cos(0.4) + math.cos(math.asin(0.3 * math.sin(0.4))), rel=1e-15)
+    turning = 0.3 * math.cos(0.4) * 2 / math.cos(psi)
+    assert found.v == pytest.approx((2, turning, -0.6 * math.sin(0.4) - math.sin(psi) * turning), rel=1e-14)
+
+
+def test_slightly_wrong_values_are_moved_by_the_shortest_way():
+    found = start(PENDULUM, x=0.5 * (1 + 3e-7), y=-1.2 * (1 + 3e-7))
+    assert found.q == pytest.approx((0.5, -1.2), rel=1e-14)
+    assert {one.name: one.by for one in found.changed} == pytest.approx({"x": -1.5e-7, "y": 3.6e-7}, rel=1e-6)
+
+
+def test_values_that_are_too_far_off_are_refused_with_the_residual_at_its_line():
+    (problem,) = refused(PENDULUM, y=-1.21)
+    assert problem.line == 9
+    assert "'rod' is not satisfied by the initial values: it is 0.0241" in problem.message
+    assert "--project-initial takes the nearest consistent state (x = 0.496473, y = -1.20146)" in problem.hint
+    moved = start(PENDULUM, y=-1.21, forced=True)
+    assert math.hypot(*moved.q) == pytest.approx(1.3, rel=1e-15)
+    (problem,) = refused(PENDULUM, x_dot=1.0, y_dot=0.0)
+    assert "its rate of change is 1, not 0" in problem.message
+
+
+def test_several_closures_are_listed():
+    (problem,) = refused(SLIDER_CRANK.replace("psi: {initial: 0.1170928911202160}", "psi: {}"))
+    assert "the constraints leave 2 possible starts" in problem.message
+    assert "psi = 0.117092891120216, x = 1.26947075473542" in problem.message
+    assert "psi = 3.02449976246958, x = -0.71683415833369" in problem.message
+    assert "--set psi=0.117092891120216" in problem.hint
+
+
+def test_a_coordinate_that_nothing_determines_needs_a_value():
+    (problem,) = refused(PENDULUM.replace("{initial: 0.5}", "{}").replace("{initial: -1.2}", "{}"))
+    assert problem.line == 4
+    assert "'x' has no initial value, and the constraints leave it free" in problem.message
+
+
+def test_a_closure_where_two_meet_is_found_to_all_digits():
+    assert start(PENDULUM.replace("{initial: -1.2}", "{}"), x=1.3).q == (1.3, 0.0)
+
+
+def test_a_time_that_counts():
+    text = """
+    parameters: {w: 2.0}
+    coordinates: {x: {}, s: {initial: 0.5}}
+    masses: {a: 1, b: 1}
+    positions: {a: [x, 0], b: [s, 0]}
+    constraints: {drive: x - sin(w*t)}
+    """
+    found = start(text, t=0.3)
+    assert found.q == pytest.approx((math.sin(0.6), 0.5), rel=1e-15)
+    assert found.v == pytest.approx((2 * math.cos(0.6), 0.0), rel=1e-15)
+
+
+def test_velocities_of_nonholonomic_constraints():
+    text = """
+    coordinates: {x: {initial: 0}, y: {initial: 0}, a: {initial: 0.5, velocity: 1}}
+    masses: {tip: 1, tail: 1}
+    positions: {tip: [x, y], tail: [x + cos(a), y + sin(a)]}
+    nonholonomic: {edge: tip.vy*cos(a) - tip.vx*sin(a)}
+    """
+    found = start(text, x_dot=2.0)
+    assert found.v == pytest.approx((2.0, 2 * math.tan(0.5), 1.0), rel=1e-15)
+    assert start(text).v == (0, 0, 1.0)
+
+
+def test_redundant_constraints_are_told_apart_from_a_singular_configuration():
+    bar = PARALLELOGRAM + "  middle: (x1 + x2 - 2)**2 + (y1 + y2)**2 - 4\n"
+    found = start(bar)
+    assert (found.redundant, found.singular) == (("middle",), ())
+    flat = start(PARALLELOGRAM, C=1.0, S=0.0)
+    assert (flat.redundant, flat.singular) == ((), ("bar",))
+
+
+def test_a_constraint_that_follows_from_another_one_may_be_flat():
+    both = PENDULUM + "  again: (x**2 + y**2 - l**2)**2\n"
+    assert start(both).redundant == ("again",)
+    (problem,) = refused(PENDULUM.replace("x**2 + y**2 - l**2", "(x**2 + y**2 - l**2)**2"))
+    assert "and yet it restricts the motion" in problem.message and "f**2" in problem.hint
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        ("x**2 + y**2 - 1", "'other' is not satisfied by the initial values: it is 0.69"),
+        ("2*(x**2 + y**2 - l**2) + t", "'other' is not satisfied by the initial velocities"),
+        ("2*(x**2 + y**2 - l**2) + t**2", "'other' agrees with the others at the start, and contradicts"),
+        ("x - x", "it contains no coordinate"),
+    ],
+)
+def test_contradictions_are_refused(more, said):
+    problem = refused(PENDULUM + f"  other: {more}\n")[-1]
+    assert (problem.line, said in problem.message) == (10, True), problem.message
+
+
+def test_many_digits():
+    found = start(PENDULUM, x=0.3, y=-1.264911064067352, exact=context())
+    assert abs(found.q[0] ** 2 + found.q[1] ** 2 - context().mpf(1.3) ** 2) < 1e-33
+    assert abs(found.q[0] - 0.3) < 1e-15
+
+
+def chain(lengths, text="  %s\n"):
+    """A closed chain of bars between fixed ends, and its angles as the file has them."""
+    n = len(lengths)
+    names = [f"p{i}" for i in range(n - 1)]
+    places = [("0", "0"), *((f"{name}.x", f"{name}.y") for name in names), ("D", "0")]
+    return "\n".join(
+        [
+            "parameters: {D: 1.5}",
+            f"coordinates: [{', '.join(f'x{i}, y{i}' for i in range(n - 1))}]",
+            f"masses: {{{', '.join(f'{name}: {1 + 0.7 * i}' for i, name in enumerate(names))}}}",
+            "positions:",
+            *(f"  {name}: [x{i}, y{i}]" for i, name in enumerate(names)),
+            "constraints:",
+            *(
+                f"  bar{i}: ({a} - ({c}))**2 + ({b} - ({d}))**2 - {length}**2"
+                for i, (((a, b), (c, d)), length) in enumerate(
+                    zip(zip(places[1:], places), lengths, strict=True)
+                )
+            ),
+        ]
+    )
+
+
+@settings(max_examples=10, deadline=None)
+@given(st.lists(st.floats(0.8, 1.6), min_size=3, max_size=5), st.integers(0, 10**6))
+def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(lengths, seed):
+    spec = read_spec(chain(lengths), "chain.yaml")
+    n = len(spec.coordinates)
+    around = np.stack([np.linspace(0, 1.5, n // 2 + 2)[1:-1], np.full(n // 2, 0.8)], axis=1).ravel()
+    parameters, resting = {"D": 1.5}, ((0.0,) * n, (), frozenset(range(n)), True)
+    near = consistent(spec, parameters, Given(0.0, tuple(around.tolist()), *resting)).q
+    q = np.array(near) + 0.02 * np.random.default_rng(seed).standard_normal(n)
+    found = consistent(spec, parameters, Given(0.0, tuple(q.tolist()), *resting))
+    masses = np.repeat([1 + 0.7 * i for i in range(n // 2)], 2)
+
+    rates = Equations(spec, parameters).at(0.0, found.q, (0.0,) * n)
+    assert np.abs(rates.values).max() < 1e-14
+    slopes = np.array([[row.get(k, 0.0) for k in range(n)] for row in rates.rows])
+    way = np.array(found.q) - q
+    across = np.linalg.lstsq(slopes.T, masses * way, rcond=None)[0]
+    assert np.abs(slopes.T @ across - masses * way).max() < 1e-7
+
+    again = consistent(spec, parameters, Given(0.0, found.q, (0.0,) * n, (), frozenset(range(n))))
+    assert again.q == found.q
+
+    def gap(x):
+        return Equations(spec, parameters).at(0.0, x.tolist(), (0.0,) * n).values
+
+    other = minimize(
+        lambda x: masses @ (x - q) ** 2, found.q, constraints={"type": "eq", "fun": gap}, method="SLSQP",
+        options={"ftol": 1e-14},
+    )  # fmt: skip
+    assert masses @ way**2 <= other.fun * (1 + 1e-6) + 1e-12

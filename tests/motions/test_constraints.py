@@ -1,0 +1,305 @@
+"""Motions with constraints, against the same motions in independent coordinates and closed forms."""
+
+from __future__ import annotations
+
+import json
+from fractions import Fraction
+
+import h5py
+import numpy as np
+import pytest
+
+from lagrange_cli.integrate.ending import Ending
+from lagrange_cli.integrate.method import End
+from lagrange_cli.run.singular import singular_constraints
+from tests.support.command import lagrange
+from tests.support.motion import follow, spec_of
+
+PENDULUM = """
+parameters: {m: 1.0, l: 1.3, g: 9.81}
+coordinates:
+  x: {initial: l}
+  y: {initial: 0}
+masses: {bob: m}
+positions: {bob: [x, y]}
+potential: m*g*y
+constraints: {rod: x**2 + y**2 - l**2}
+"""
+IN_THE_ANGLE = """
+parameters: {m: 1.0, l: 1.3, g: 9.81}
+coordinates: {theta: {initial: pi/2}}
+masses: {bob: m}
+positions: {bob: [l*sin(theta), -l*cos(theta)]}
+potential: m*g*bob.y
+observables: {x: bob.x, y: bob.y, tension: m*l*theta_dot**2 + m*g*cos(theta)}
+"""
+
+
+@pytest.mark.parametrize("stop", [10.0, -10.0])
+def test_a_pendulum_in_cartesian_coordinates(stop):
+    outputs = ("q", "v", "h", "multipliers", "constraints", "ledger")
+    motion = follow(PENDULUM, stop, 101, outputs=outputs)
+    angle = follow(IN_THE_ANGLE, stop, 101, outputs=("observables",))
+    for name in "xy":
+        assert np.abs(motion[f"q/{name}"] - angle[f"observables/{name}"]).max() < 1e-13
+    tension = -2 * 1.3 * motion["multipliers/rod"]
+    assert np.abs(tension - angle["observables/tension"]).max() < 3e-13
+    assert np.abs(motion["diagnostics/constraints/rod"]).max() < 4e-15
+    for name in ("h", "p/x", "p/y"):
+        assert np.abs(motion[f"diagnostics/ledger/{name}"]).max() < 1e-13
+
+
+def test_rounding_does_not_add_up():
+    """Moving back to the constraint is canonical: h takes a random walk, without a drift."""
+    motion = follow(PENDULUM, 5000.0, 501, outputs=("q", "h", "constraints"))
+    assert np.abs(motion["diagnostics/constraints/rod"]).max() < 4e-15
+    assert motion.outcome.steps > 30_000
+    assert np.abs(motion["diagnostics/h"]).max() < 12.8 * 2e-14
+
+
+BELOW = "{x: {initial: 0.6}, y: {initial: -0.8}}"
+IN_TWO = f"parameters: {{m: 1.0, l: 1.0, g: 9.81, mu: 2.0}}\ncoordinates: {BELOW}\n"
+PARTICLE = "masses: {bob: m}\npositions: {bob: [x, y]}\npotential: m*g*y\n"
+ROD = "constraints: {rod: x**2 + y**2 - l**2}\n"
+IN_ONE = """
+parameters: {m: 1.0, l: 1.0, g: 9.81, mu: 2.0}
+coordinates: {theta: {initial: "atan2(0.6, 0.8)"}}
+masses: {bob: m}
+positions: {bob: [l*sin(theta), -l*cos(theta)]}
+potential: m*g*bob.y
+observables: {x: bob.x, y: bob.y}
+"""
+TWICE = {
+    "a Lagrangian": (
+        IN_TWO + "lagrangian: m*(x_dot**2 + y_dot**2)/2 - m*g*y\n" + ROD,
+        IN_ONE,
+    ),
+    "a narrow force": (
+        IN_TWO + PARTICLE.replace("m*g*y", "m*g*y + 3*exp(-400*(x - 0.1)**2)") + ROD,
+        IN_ONE.replace("m*g*bob.y", "m*g*bob.y + 3*exp(-400*(bob.x - 0.1)**2)"),
+    ),
+    "dry friction": (
+        IN_TWO + PARTICLE + "generalized_forces: {x: -mu*sign(x_dot)}\n" + ROD,
+        IN_ONE + "forces: {bob: [-mu*sign(bob.vx), 0]}\n",
+    ),
+    "a coordinate without mass": (
+        IN_TWO.replace("}}\n", '}, a: {initial: "atan2(0.6, 0.8)"}}\n')
+        + PARTICLE
+        + "constraints: {across: x - l*sin(a), down: y + l*cos(a)}\n",
+        IN_ONE,
+    ),
+    "a changing length": (
+        IN_TWO.replace("x: {initial: 0.6}", "x: {initial: 0.6, velocity: 0.12}").replace(
+            "y: {initial: -0.8}", "y: {initial: -0.8, velocity: -0.16}"
+        )
+        + PARTICLE
+        + "constraints: {rod: sqrt(x**2 + y**2) - l - sin(t)/5}\n",
+        IN_ONE.replace(
+            "l*sin(theta), -l*cos(theta)", "(l + sin(t)/5)*sin(theta), -(l + sin(t)/5)*cos(theta)"
+        ),
+    ),
+    "impacts": (
+        IN_TWO + PARTICLE + ROD + "events: {wall: {when: x + 0.3, direction: falling, "
+        "action: {set: {x_dot: -0.5*x_dot}}}}\n",
+        IN_ONE + "events: {wall: {when: bob.x + 0.3, direction: falling, "
+        "action: {set: {theta_dot: -0.5*theta_dot}}}}\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TWICE)
+def test_a_constrained_motion_is_that_in_an_independent_coordinate(name):
+    constrained, independent = TWICE[name]
+    motion = follow(constrained, 3.0, 31, outputs=("q", "constraints", "ledger"))
+    other = follow(independent, 3.0, 31, outputs=("observables",))
+    for axis in "xy":
+        assert np.abs(motion[f"q/{axis}"] - other[f"observables/{axis}"]).max() < 1e-12
+    checked = [path for path in motion.data if path.startswith("diagnostics/")]
+    assert len(checked) >= 4
+    for path in checked:
+        assert np.abs(motion[path]).max() < 1e-13
+
+
+def test_a_knife_edge_slides_down_a_plane_sideways():
+    """x = g sin(alpha) sin(wt)^2/(2 w^2), y = g sin(alpha) (wt - sin(wt) cos(wt))/(2 w^2): Yu. I. Neimark and
+    N. A. Fufaev, Dynamics of Nonholonomic Systems, 1972, ch. II."""
+    text = """
+parameters: {m: 1.0, J: 0.5, g: 9.81, alpha: pi/6, w: 2.0}
+coordinates: {x: {initial: 0}, y: {initial: 0}, theta: {initial: 0, velocity: w}}
+lagrangian: m*(x_dot**2 + y_dot**2)/2 + J*theta_dot**2/2 + m*g*sin(alpha)*x
+nonholonomic: {edge: x_dot*sin(theta) - y_dot*cos(theta)}
+observables:
+  across: g*sin(alpha)*sin(w*t)**2/(2*w**2)
+  along: g*sin(alpha)*(w*t - sin(w*t)*cos(w*t))/(2*w**2)
+"""
+    motion = follow(text, 20.0, 201, outputs=("q", "observables", "constraints", "h"))
+    assert np.abs(motion["q/x"] - motion["observables/across"]).max() < 1e-13
+    assert np.abs(motion["q/y"] - motion["observables/along"]).max() < 1e-12
+    assert np.abs(motion["diagnostics/constraints/edge"]).max() < 1e-14
+    h = motion["diagnostics/h"]
+    assert np.abs(h - h[0]).max() < 1e-13
+
+
+LINKAGE = """
+parameters: {m: 1.0, g: 9.81}
+coordinates:
+  x0: {initial: 0, velocity: 1}
+  y0: {initial: 1}
+  x1: {initial: 1, velocity: 1}
+  y1: {initial: 1}
+masses: {a: m, b: m}
+positions: {a: [x0, y0], b: [x1, y1]}
+potential: m*g*(y0 + y1)
+constraints:
+  left: x0**2 + y0**2 - 1
+  right: (x1 - 1)**2 + y1**2 - 1
+  bar: (x1 - x0)**2 + (y1 - y0)**2 - 1
+"""
+AS_AN_ANGLE = """
+parameters: {m: 1.0, g: 9.81}
+coordinates: {theta: {initial: 0, velocity: 1}}
+masses: {a: m, b: m}
+positions: {a: [sin(theta), cos(theta)], b: [1 + sin(theta), cos(theta)]}
+potential: m*g*(a.y + b.y)
+observables: {x0: a.x, y1: b.y}
+"""
+
+
+def test_a_parallelogram_passes_through_the_horizontal():
+    """There its constraints depend on each other, and it could go on as an antiparallelogram."""
+    motion = follow(LINKAGE, 6.0, 601, outputs=("q", "h", "constraints"))
+    angle = follow(AS_AN_ANGLE, 6.0, 601, outputs=("q", "observables"))
+    turns = np.diff(np.signbit(np.cos(angle["q/theta"]))).sum()
+    assert len(motion.outcome.singular) == turns == 6
+    for name in ("x0", "y1"):
+        assert np.abs(motion[f"q/{name}"] - angle[f"observables/{name}"]).max() < 1e-11
+    assert np.abs(motion["diagnostics/constraints/bar"]).max() < 1e-12
+    assert motion.outcome.h_drift < 1e-11
+
+
+def test_a_cusp_is_not_passed():
+    text = """
+parameters: {m: 1.0, g: 9.81}
+coordinates: {x: {initial: 1}, y: {initial: 1}}
+masses: {a: m}
+positions: {a: [x, y]}
+potential: m*g*y
+constraints: {wire: y**2 - x**3}
+"""
+    motion = follow(text, 10.0, 101, outputs=("q",))
+    assert motion.outcome.ending.status == "failed"
+    assert 0.6 < motion.outcome.t < 0.61
+    assert not motion.outcome.singular
+
+
+TWICE_BARRED = """
+coordinates: {x: {initial: 0.6}, y: {initial: -0.8}, u: {initial: 2.6}, w: {initial: -0.8}}
+masses: {p: 1, q: 1.5}
+positions: {p: [x, y], q: [u, w]}
+potential: 9.81*(y + 1.5*w)
+constraints:
+  left: x**2 + y**2 - 1
+  right: (u - 2)**2 + w**2 - 1
+  bar: (u - x)**2 + (w - y)**2 - 4
+  middle: (x + u - 2)**2 + (y + w)**2 - 4
+"""
+
+
+def test_a_redundant_constraint_changes_no_motion_and_multipliers_have_the_least_norm(tmp_path):
+    without, line = TWICE_BARRED.rsplit("  middle", 1)[0], "  middle"
+    assert line in TWICE_BARRED
+    found = {}
+    for name, text in (("with", TWICE_BARRED), ("without", without)):
+        (tmp_path / f"{name}.yaml").write_text(text)
+        run = lagrange(
+            "solve", f"{name}.yaml", "--stop", "1.3", "--samples", "27", "--outputs",
+            "q,multipliers,constraints", cwd=tmp_path,
+        )  # fmt: skip
+        assert run.returncode == 0, run.stderr
+        assert ("the constraint middle depends on the others" in run.stderr) == (name == "with")
+        with h5py.File(tmp_path / f"{name}.h5") as file:
+            found[name] = {path: file[path][:] for path in ("q/x", "q/y", "q/u", "q/w")}
+            groups = file["multipliers"], file["diagnostics/constraints"]
+            found[name] |= {one: groups[0][one][:] for one in groups[0]}
+            assert max(np.abs(groups[1][one][:]).max() for one in groups[1] if one != "t") < 2e-15
+    assert np.abs(found["with"]["q/x"] - found["without"]["q/x"]).max() < 1e-13
+    for i in range(27):
+        x, y, u, w = (found["with"][f"q/{name}"][i] for name in "xyuw")
+        slopes = 2 * np.array(
+            [
+                [x, y, 0, 0],
+                [0, 0, u - 2, w],
+                [x - u, y - w, u - x, w - y],
+                [x + u - 2, y + w, x + u - 2, y + w],
+            ]
+        )
+        forces = slopes[:3].T @ [found["without"][name][i] for name in ("left", "right", "bar")]
+        least = np.linalg.lstsq(slopes.T, forces, rcond=1e-9)[0]
+        ours = [found["with"][name][i] for name in ("left", "right", "bar", "middle")]
+        assert np.abs(ours - least).max() < 1e-11
+
+
+def test_a_motion_that_ends_in_a_singular_configuration_says_so():
+    spec = spec_of(TWICE_BARRED.rsplit("  middle", 1)[0])
+    flat = np.array([1.0, 1e-7, 3.0, 1e-7, 0.0, -1.0, 0.0, -1.0])
+    told = singular_constraints(spec, {}, 0.0, End(Ending.SINGULAR_MASS_MATRIX, 0.5, flat, 9, 9))
+    assert told.text == "the constraints become dependent (bar on the others): a singular configuration"
+    upright = np.array([0.6, 0.8, 2.6, 0.8, 0.0, 0.0, 0.0, 0.0])
+    assert singular_constraints(spec, {}, 0.0, End(Ending.NOT_A_NUMBER, 0.5, upright, 9, 9)) is None
+    told = singular_constraints(spec, {}, 0.0, End(Ending.SINGULAR_MASS_MATRIX, 0.5, upright, 9, 9))
+    assert told.text == "singular matrix of masses and constraints"
+
+
+def test_the_start_of_a_solve_is_made_consistent(tmp_path):
+    (tmp_path / "pendulum.yaml").write_text(PENDULUM)
+    given = ("--stop", "1", "--set", "x=0.5", "--json", "--force")
+    run = lagrange("solve", "pendulum.yaml", *given, "--set", "y=-1.21", cwd=tmp_path)
+    assert (run.returncode, "'rod' is not satisfied" in run.stderr) == (3, True)
+    run = lagrange("solve", "pendulum.yaml", *given, "--set", "y=-1.21", "--project-initial", cwd=tmp_path)
+    moved = json.loads(run.stdout)["initial"]["moved"]
+    assert np.hypot(moved["x"]["value"], moved["y"]["value"]) == pytest.approx(1.3, rel=1e-15)
+    assert "initial values moved to satisfy the constraints: x 0.5 by" in run.stderr
+    for kind in (("--precision", "double-double"), ("--portable",)):
+        run = lagrange(
+            "solve", "pendulum.yaml", *given, "--set", "y=-1.2", "--set", "x_dot=1", *kind, cwd=tmp_path
+        )
+        assert json.loads(run.stdout)["initial"]["found"] == {"y_dot": 5 / 12}
+        with h5py.File(tmp_path / "pendulum.h5") as file:
+            begin = {name: Fraction(float(file[name][0])) for name in ("q/x", "q/y", "v/x", "v/y")}
+            if "low" in file:
+                begin = {name: x + Fraction(float(file[f"low/{name}"][0])) for name, x in begin.items()}
+        rate = begin["q/x"] * begin["v/x"] + begin["q/y"] * begin["v/y"]
+        assert abs(rate) < (1e-31 if "double-double" in kind else 2e-16)
+
+
+def test_members_without_a_consistent_start_fail_alone(tmp_path):
+    (tmp_path / "pendulum.yaml").write_text(PENDULUM)
+    run = lagrange(
+        "sweep", "pendulum.yaml", "--stop", "1", "--set", "x=0.5", "--over", "y=-1.2,-1.3,1.2",
+        "--set", "x_dot=1", "-o", "out.h5", cwd=tmp_path,
+    )  # fmt: skip
+    assert run.returncode == 4
+    assert "1 of 3 members failed; member 1 (y = -1.3): constraint 'rod' is not satisfied" in run.stderr
+    with h5py.File(tmp_path / "out.h5") as file:
+        assert file["status"][:].tolist() == [b"complete", b"failed", b"complete"]
+        assert file["initial/v/y"][[0, 2]] == pytest.approx([5 / 12, -5 / 12])
+
+
+def test_an_event_that_makes_the_constraints_impossible_ends_the_motion():
+    change = "events: {end: {when: x, action: {set: {c: 1}}}}\n"
+    text = IN_TWO.replace("mu: 2.0", "c: -1") + PARTICLE + "constraints: {rod: x**2 + y**2 + c}\n" + change
+    motion = follow(text, 5.0, 51, outputs=("q",))
+    assert motion.outcome.ending is Ending.OFF_CONSTRAINTS
+    assert "event 'end'" in motion.outcome.message
+    assert 0.4 < motion.outcome.t < 0.8
+    assert np.all(np.isfinite(motion["q/x"]))
+
+
+def test_ledgers_stay_right_where_all_forces_cancel():
+    """A damped pendulum that has come to rest: what its ledgers integrate is nothing but rounding errors."""
+    text = IN_TWO + PARTICLE + "dissipation: 0.3*(x_dot**2 + y_dot**2)/2\n" + ROD
+    motion = follow(text, 200.0, 201, outputs=("q", "v", "ledger"))
+    assert np.abs(motion["v/x"][-1]) < 1e-9
+    assert not motion.outcome.unknown
+    for name in ("h", "p/x", "p/y"):
+        assert np.abs(motion[f"diagnostics/ledger/{name}"]).max() < 1e-12

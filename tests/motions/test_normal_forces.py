@@ -1,0 +1,169 @@
+"""Forces and events that depend on forces of constraint: friction by a normal force, leaving a surface."""
+
+from __future__ import annotations
+
+from contextlib import nullcontext
+from textwrap import dedent
+
+import numpy as np
+import pytest
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.equations import derive, verify_system
+from lagrange_cli.run.start import consistent_values
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_long_values, resolve_values
+from tests.support.motion import follow, prepared, run, spec_of
+
+G = 9.81
+OUTPUTS = ("q", "v", "constraints", "ledger")
+BLOCK = """
+    parameters: {m: 2.0, g: 9.81, mu: 0.8, alpha: 0.5, v0: 3.0, k: 0.0}
+    coordinates:
+      x: {initial: 0, velocity: v0}
+      y: {initial: 0}
+    masses: {block: m}
+    positions: {block: [x, y]}
+    potential: m*g*(sin(alpha)*x + cos(alpha)*y)
+    constraints: {plane: y}
+    definitions: {N: plane.multiplier}
+    generalized_forces: {x: k*t - mu*N*sign(x_dot), y: 0.7*k*t}
+    """
+TENSION = """
+    parameters: {m: 2.0, g: 9.81, mu: 0.05, l: 1.5}
+    coordinates:
+      x: {initial: 1.5, velocity: 0}
+      y: {initial: 0, velocity: -1.0}
+    masses: {bob: m}
+    positions: {bob: [x, y]}
+    potential: m*g*y
+    constraints: {rod: (x**2 + y**2 - l**2)/(2*l)}
+    definitions:
+      N: -rod.multiplier
+      F: (mu*N**1.5 + tanh(x_dot/N))/sqrt(bob.vx**2 + bob.vy**2)
+    forces: {bob: [-F*bob.vx, -F*bob.vy]}
+    observables: {tension: N}
+    """.replace("bob.vx**2 + bob.vy**2", "x_dot**2 + y_dot**2")
+WIRE = """
+    parameters: {m: 2.0, g: 9.81, mu: 0.2, a: 1.0}
+    coordinates:
+      x: {initial: 1.5}
+      y: {initial: 2.25}
+    masses: {bead: m}
+    positions: {bead: [x, y]}
+    potential: m*g*y
+    constraints: {wire: y - a*x**2}
+    definitions:
+      friction: mu*abs(wire.multiplier)*sign(x_dot)
+    forces: {bead: [-friction, -2*friction*a*x]}
+    """
+
+
+def test_friction_by_the_normal_force_slows_a_block_down_and_holds_it() -> None:
+    """Up an incline with g (sin + mu cos), then it rests; the coordinates are Cartesian."""
+    motion = follow(BLOCK, 2.0, 21, outputs=OUTPUTS)
+    slowing = G * (np.sin(0.5) + 0.8 * np.cos(0.5))
+    stop = 3.0 / slowing
+    moving = motion.t < stop
+    expected = np.where(moving, 3.0 * motion.t - slowing / 2 * motion.t**2, 9.0 / (2 * slowing))
+    assert moving.any() and not moving.all()
+    np.testing.assert_allclose(motion["q/x"], expected, rtol=1e-15, atol=0)
+    np.testing.assert_array_equal(motion["v/x"][~moving], 0.0)
+    for path in ("h", "p/x", "p/y"):
+        assert np.abs(motion[f"diagnostics/ledger/{path}"]).max() <= 1e-14
+
+
+def test_a_block_that_is_not_held_slides_back() -> None:
+    motion = follow(BLOCK, 2.0, 21, outputs=OUTPUTS, sets={"mu": 0.5})
+    stop = 3.0 / (up := G * (np.sin(0.5) + 0.5 * np.cos(0.5)))
+    down = G * (np.sin(0.5) - 0.5 * np.cos(0.5))
+    assert motion["q/x"][-1] == pytest.approx(9.0 / (2 * up) - down / 2 * (2.0 - stop) ** 2, rel=1e-14)
+
+
+def test_a_block_is_released_where_the_force_exceeds_what_the_normal_force_can_hold() -> None:
+    """k t = mu (m g - 0.7 k t): both sides change."""
+    motion = follow(BLOCK, 5.0, 51, outputs=OUTPUTS, sets={"alpha": 0, "v0": 0, "k": 3, "mu": 0.5})
+    released = 0.5 * 2 * G / (3 * 1.35)
+    assert (motion["v/x"][motion.t < released] == 0).all()
+    speed = (3 * 1.35 * (25 - released**2) / 2 - 0.5 * 2 * G * (5 - released)) / 2
+    assert motion["v/x"][-1] == pytest.approx(speed, rel=1e-14)
+
+
+def test_a_normal_force_of_either_sign() -> None:
+    """With |N| a bead slides on a wire and comes to rest: the ledgers balance, and N does not change sign
+    without being seen."""
+    motion = follow(WIRE, 10.0, 101, outputs=OUTPUTS)
+    assert abs(motion["v/x"][-1]) < 1e-15 and abs(motion["q/x"][-1]) <= 0.1
+    assert np.abs(motion["diagnostics/ledger/h"]).max() <= 1e-12
+    plain = follow(WIRE.replace("abs(wire.multiplier)", "wire.multiplier"), 10.0, 101, outputs=OUTPUTS)
+    np.testing.assert_allclose(motion["q/x"], plain["q/x"], rtol=0, atol=1e-12)
+
+
+def test_a_bead_leaves_a_sphere_where_the_force_of_constraint_is_none() -> None:
+    """y = 2 R/3 + v0^2/(3 g), as from the law of energy (Goldstein, 3rd ed., exercise 2.13)."""
+    text = """
+        parameters: {m: 2.0, g: 9.81, R: 1.5, v0: 0.3}
+        coordinates:
+          x: {initial: 0, velocity: v0}
+          y: {initial: R}
+        masses: {bead: m}
+        positions: {bead: [x, y]}
+        potential: m*g*y
+        constraints: {sphere: x**2 + y**2 - R**2}
+        events:
+          leaves: {when: sphere.multiplier, direction: falling, action: stop}
+        """
+    motion = follow(text, 5.0, 51)
+    assert motion.data["events/leaves/q/y"][-1] == pytest.approx(1.0 + 0.09 / (3 * G), rel=1e-14)
+
+
+def test_forces_that_are_not_linear_in_the_force_of_constraint() -> None:
+    """The ledgers balance in doubles and in double-double, and both agree."""
+    outputs = (*OUTPUTS, "multipliers", "observables")
+    motion = follow(TENSION, 0.3, 4, outputs=outputs)
+    ready = prepared(TENSION, outputs=outputs, tolerance=2.0**-104, precision=DOUBLE_DOUBLE)
+    fine = run(ready, resolve_long_values(spec_of(TENSION)), 0.0, 0.3, 4)
+    for one, bound in ((motion, 1e-14), (fine, 1e-29)):
+        assert np.abs(one["diagnostics/ledger/h"]).max() <= bound
+    np.testing.assert_allclose(motion["multipliers/rod"], fine["multipliers/rod"], rtol=1e-14)
+    np.testing.assert_array_equal(motion["observables/tension"], -motion["multipliers/rod"])
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("text", [BLOCK, WIRE, TENSION], ids=["linear", "absolute", "smooth"])
+def test_printed_compiled_and_direct_equations_agree(text: str) -> None:
+    derived = derive(read_spec(dedent(text), "system.yaml"), lambda _: nullcontext(), {})
+    verification = verify_system(derived, {})
+    assert verification.agrees and verification.directly
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("N: plane.multiplier", "N: plain.multiplier", "(?s)no constraint 'plain'.*did you mean 'plane'"),
+        (
+            "N: plane.multiplier",
+            "N: plane",
+            "(?s)'plane' is a constraint, which is always 0.*plane.multiplier",
+        ),
+        (
+            "potential: m*g",
+            "potential: N + m*g",
+            "(?s)which depends on a multiplier.*forces, observables and",
+        ),
+        ("constraints: {plane: y}", "constraints: {plane: y*N}", "cannot be used"),
+    ],
+)
+def test_what_a_multiplier_cannot_stand_in(old: str, new: str, message: str) -> None:
+    with pytest.raises(SpecError, match=message):
+        read_spec(dedent(BLOCK.replace(old, new)), "system.yaml")
+
+
+def test_a_multiplier_that_is_not_determined_has_no_part_in_forces() -> None:
+    """Two constraints that say the same share their force in any way."""
+    spec = read_spec(dedent(BLOCK.replace("{plane: y}", "{plane: y, again: 2*y}")), "system.yaml")
+    spec, *_ = consistent_values(spec, resolve_values(spec), 0.0, {})
+    with pytest.raises(SpecError, match="multiplier of constraint 'plane' is not determined"):
+        derive_system(spec)

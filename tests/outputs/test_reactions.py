@@ -1,0 +1,282 @@
+"""Forces of constraint on particles, against closed forms and against multipliers."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from lagrange_cli.errors import NotDefined
+from lagrange_cli.mechanics.reactions import Reactions
+from lagrange_cli.outputs.plan import make_plan
+from tests.support.motion import (
+    follow,
+    model_of,
+    residual_of,
+)
+
+ANGLE = """
+parameters: {m: 0.7, l: 1.3, g: 9.81}
+coordinates: {theta: {initial: 1.0, velocity: 0.5}}
+masses: {bob: m}
+positions: {bob: [l*sin(theta), -l*cos(theta)]}
+potential: m*g*bob.y
+observables: {tension: m*l*theta_dot**2 + m*g*cos(theta), x: bob.x/l, y: bob.y/l}
+"""
+CARTESIAN = """
+parameters: {m: 0.7, l: 1.3, g: 9.81}
+coordinates: {x: {initial: l*sin(1)}, y: {initial: -l*cos(1)}}
+masses: {bob: m}
+positions: {bob: [x, y]}
+potential: m*g*y
+constraints: {rod: x**2 + y**2 - l**2}
+"""
+POLAR = """
+parameters: {m: 0.7, l: 1.3, g: 9.81}
+coordinates: {r: {initial: l}, phi: {initial: 0.4}}
+masses: {bob: m}
+positions: {bob: [r*cos(phi), r*sin(phi)]}
+potential: m*g*r*sin(phi)
+generalized_forces: {phi: -0.2*r**2*phi_dot}
+constraints: {ring: r - l}
+"""
+INCLINE = """
+parameters: {m: 2.0, alpha: 0.5, g: 9.81}
+coordinates: {s: {initial: 0.0}}
+masses: {block: m}
+positions: {block: [s*cos(alpha), -s*sin(alpha)]}
+potential: m*g*block.y
+"""
+ATWOOD = """
+parameters: {m1: 2.0, m2: 0.7, l: 3.0, g: 9.81}
+coordinates: {x: {initial: 1.0}}
+masses: {left: m1, right: m2}
+positions: {left: [-x], right: [x - l]}
+potential: m1*g*left.x + m2*g*right.x
+"""
+SPHERE = """
+parameters: {m: 1.5, a: 0.8, g: 9.81}
+coordinates: {phi: {initial: 0.001}}
+masses: {bead: m}
+positions: {bead: [a*sin(phi), a*cos(phi)]}
+potential: m*g*bead.y
+observables: {normal: m*g*(3*cos(phi) - 2*cos(0.001)), x: bead.x/a, y: bead.y/a}
+events: {leaves: {when: cos(phi) - 2*cos(0.001)/3, action: stop}}
+"""
+PARABOLA = """
+parameters: {m: 1.5, k: 0.8, g: 9.81}
+coordinates: {x: {initial: 0.9}}
+masses: {bead: m}
+positions: {bead: [x, k*x**2]}
+potential: m*g*bead.y
+observables: {up: m*(2*k*x_dot**2 + g)/(1 + 4*k**2*x**2), along: -2*k*x}
+"""
+
+
+def test_the_tension_of_a_pendulum_from_its_angle():
+    motion = follow(ANGLE, 10.0, 101, outputs=("reactions", "observables"))
+    direction = np.stack([motion["observables/x"], motion["observables/y"]], axis=1)
+    tension = motion["observables/tension"]
+    assert np.abs(motion["reactions/bob"] + tension[:, None] * direction).max() < 1e-14
+    assert tension.min() > 3
+
+
+def test_the_same_from_a_constraint():
+    motion = follow(CARTESIAN, 10.0, 101, outputs=("q", "reactions", "multipliers"))
+    place = np.stack([motion["q/x"], motion["q/y"]], axis=1)
+    force = 2 * motion["multipliers/rod"][:, None] * place
+    assert np.abs(motion["reactions/bob"] - force).max() < 1e-13
+    assert np.abs(force).max() > 3
+
+
+def test_forces_along_polar_coordinates_are_forces_in_the_plane():
+    """They are known although U is not written in positions: positions and coordinates are as many."""
+    motion = follow(POLAR, 5.0, 51, outputs=("q", "reactions", "multipliers"))
+    phi = motion["q/phi"]
+    radial = motion["multipliers/ring"][:, None] * np.stack([np.cos(phi), np.sin(phi)], axis=1)
+    assert np.abs(motion["reactions/bob"] - radial).max() < 1e-13
+
+
+@pytest.mark.parametrize("stop", [3.0, -3.0])
+def test_a_block_on_an_incline(stop):
+    motion = follow(INCLINE, stop, 11, outputs=("reactions",))
+    normal = 2.0 * 9.81 * np.cos(0.5)
+    assert np.allclose(motion["reactions/block"], [normal * np.sin(0.5), normal * np.cos(0.5)], rtol=1e-14)
+
+
+def test_the_machine_of_atwood():
+    motion = follow(ATWOOD, 0.5, 11, outputs=("reactions",))
+    for side in ("left", "right"):
+        assert np.allclose(motion[f"reactions/{side}"], 2 * 2.0 * 0.7 * 9.81 / 2.7, rtol=1e-14)
+
+
+def test_a_bead_leaves_a_sphere_where_the_force_vanishes():
+    motion = follow(SPHERE, 10.0, 2001, outputs=("q", "reactions", "observables"))
+    direction = np.stack([motion["observables/x"], motion["observables/y"]], axis=1)
+    force = motion["observables/normal"][:, None] * direction
+    assert np.abs(motion["reactions/bead"] - force).max() < 1e-11
+    assert 0 < motion["observables/normal"][-1] < 0.2
+
+
+def test_a_bead_on_a_parabola():
+    motion = follow(PARABOLA, 5.0, 101, outputs=("reactions", "observables"))
+    along, up = motion["reactions/bead"].T
+    assert np.abs(up - motion["observables/up"]).max() < 1e-13
+    assert np.abs(along - motion["observables/along"] * up).max() < 1e-13
+
+
+ANGLES = """
+parameters: {g: 9.81}
+coordinates: {a: {initial: 1.0}, b: {initial: 2.0}}
+masses: {one: 1.0, two: 0.5}
+positions: {one: [sin(a), -cos(a)], two: [one_x + 0.8*sin(b), one_y - 0.8*cos(b)]}
+definitions: {one_x: sin(a), one_y: -cos(a)}
+potential: g*one.y + 0.5*g*two.y
+"""
+RODS = """
+parameters: {g: 9.81}
+coordinates:
+  x: {initial: sin(1)}
+  y: {initial: -cos(1)}
+  u: {initial: sin(1) + 0.8*sin(2)}
+  v: {initial: -cos(1) - 0.8*cos(2)}
+masses: {one: 1.0, two: 0.5}
+positions: {one: [x, y], two: [u, v]}
+potential: g*one.y + 0.5*g*two.y
+constraints: {upper: dot(one, one) - 1, lower: dot(two - one, two - one) - 0.64}
+"""
+
+
+def test_a_double_pendulum_in_angles_and_with_rods():
+    """A chaotic motion, over a short time."""
+    angles, rods = (follow(text, 2.0, 41, outputs=("reactions", "positions")) for text in (ANGLES, RODS))
+    for name in ("one", "two"):
+        assert np.abs(angles[f"reactions/{name}"] - rods[f"reactions/{name}"]).max() < 1e-11
+    lower = angles["positions/two"] - angles["positions/one"]
+    force = angles["reactions/two"]
+    assert np.abs(lower[:, 0] * force[:, 1] - lower[:, 1] * force[:, 0]).max() < 1e-13
+
+
+CHARGE = """
+parameters: {B: 1.7, k: 0.3}
+coordinates: {x: {initial: 1.0}, y: {initial: 0.0, velocity: 1.0}}
+masses: {one: 1.0}
+positions: {one: [x, y]}
+potential: -B*one.x*one.vy + x**2
+dissipation: k*(one.vx**2 + y_dot**2)/2
+forces: {one: [0, -2]}
+"""
+
+
+def test_what_moves_freely_feels_no_force_of_constraint():
+    """Forces of a magnetic field, of friction, and applied ones count as applied."""
+    motion = follow(CHARGE, 5.0, 21, outputs=("reactions",))
+    assert np.abs(motion["reactions/one"]).max() < 1e-14
+
+
+def test_where_a_momentum_is_in_place_of_a_velocity():
+    """A planet feels no force of constraint; U is written in polar coordinates."""
+    assert residual_of("central_force").cyclic_momenta
+    motion = follow("central_force", 6.0, 31, outputs=("reactions",))
+    assert np.abs(motion["reactions/planet"]).max() < 1e-13
+
+
+OF_THE_ANGLE = ANGLE.replace("m*g*bob.y", "-m*g*l*cos(theta)")
+DRIVEN = ANGLE + "generalized_forces: {theta: 1.0}\n"
+RUBBED = ANGLE + "dissipation: theta_dot**2\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (OF_THE_ANGLE, "U contains the coordinate 'theta'"),
+        (DRIVEN, "a generalized force is given along the coordinate 'theta'"),
+        (RUBBED, "the dissipation contains the velocity of the coordinate 'theta'"),
+    ],
+)
+def test_where_the_applied_force_is_not_known(text, reason):
+    residual = residual_of(text)
+    with pytest.raises(NotDefined, match=reason):
+        make_plan(residual, frozenset({"reactions"}))
+    made = make_plan(residual, frozenset({"q", "reactions"}), frozenset({"reactions"})).recording.made
+    assert not made
+
+
+CART = """
+parameters: {g: 9.81}
+coordinates: {x: {}, theta: {initial: 1.0}, free: {velocity: 1.0}}
+masses: {cart: 1.0, bob: 1.0, other: 2.0}
+positions: {cart: [x], bob: [x + sin(theta), -cos(theta)], other: [free]}
+potential: {weight: g*bob.y, spring: x**2}
+"""
+
+
+def test_of_some_particles_it_is_known():
+    """The spring may pull at the cart or at the bob."""
+    assert set(Reactions(model_of(CART)).unknown) == {"cart", "bob"}
+    assert set(Reactions(model_of(CART.replace("spring: x**2", "spring: cart.x**2"))).unknown) == set()
+    plan = make_plan(residual_of(CART), frozenset({"reactions"}), frozenset({"reactions"}))
+    assert [one.path for one in plan.recording.made] == ["reactions/other"]
+
+
+THROWN = """
+parameters: {m: 1.2, l: 0.7}
+coordinates:
+  z: {initial: 0, velocity: 1}
+  phi: {initial: 0.1, velocity: 1}
+  theta: {initial: 1, velocity: 0.2}
+  psi: {initial: 0, velocity: 5}
+bodies:
+  top:
+    mass: m
+    position: [PLACE]
+    inertia: [1, 1, 0.5]
+    orientation: {euler: [phi, theta, psi], sequence: zxz}
+potential: m*9.81*top.at(0, 0, 0.2).z
+"""
+
+
+@pytest.mark.parametrize(
+    ("place", "free"),
+    [("0, 0, z", True), ("l*sin(phi)*sin(theta), -l*cos(phi)*sin(theta), z + l*cos(theta)", False)],
+)
+def test_on_a_body(place, free):
+    """A force at one of its points acts on its centre, too, and turns it, which is no reaction."""
+    motion = follow(THROWN.replace("PLACE", place), 1.0, 11, outputs=("reactions",))
+    assert motion["reactions/top"].shape == (11, 3)
+    assert (np.abs(motion["reactions/top"]).max() < 1e-13) == free
+    assert np.abs(motion["reactions/top"][:, 2]).max() < 1e-13
+
+
+STICKING = INCLINE + "forces: {block: (-3*sign(s_dot)*cos(alpha), 3*sign(s_dot)*sin(alpha))}\n"
+RESTING = """
+coordinates: {z: {initial: 1.0}}
+masses: {ball: 1.0}
+positions: {ball: [z]}
+potential: 9.81*z
+events: {impact: {when: z, direction: falling, action: {set: {z_dot: -0.5*z_dot}}}}
+"""
+
+
+@pytest.mark.parametrize("text", [STICKING, RESTING])
+def test_what_holds_a_body_does_not_follow_from_its_state(text):
+    with pytest.raises(NotDefined, match="hold"):
+        make_plan(residual_of(text), frozenset({"reactions"}))
+
+
+CHAIN = """
+sizes: {N: 3}
+parameters: {g: 9.81}
+coordinates: {a[i in range(N)]: {initial: 0.3 + 0.2*i}}
+masses: {bob[i in range(N)]: 1/N}
+positions:
+  bob[i in range(N)]: [sum(sin(a[j]) for j in range(i + 1)), -sum(cos(a[j]) for j in range(i + 1))]
+potential: sum(g/N*bob[i].y for i in range(N))
+"""
+
+
+def test_of_a_family():
+    """The whole chain hangs on its first link: so all reactions together have its direction."""
+    motion = follow(CHAIN, 1.0, 11, outputs=("q", "reactions"))
+    force, angle = motion["reactions/bob"].sum(axis=1), motion["q/a[0]"]
+    assert motion["reactions/bob"].shape == (11, 3, 2)
+    assert np.abs(force[:, 0] * np.cos(angle) + force[:, 1] * np.sin(angle)).max() < 1e-13

@@ -1,0 +1,147 @@
+"""The page's engine, in V8: its numbers against those of ``solve``."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import pytest
+
+import lagrange_cli as lagrange
+from lagrange_cli.page.document import asset
+from lagrange_cli.run import shipped
+from lagrange_cli.run import view as run_view
+from lagrange_cli.run.request import Request
+from lagrange_cli.run.view import Page, read_shown, view
+from tests.support.command import SYSTEMS
+from tests.support.v8 import Engine, data_of, unpacked
+
+UNTIL = {
+    "chain": 1.0,
+    "double_pendulum": 5.0,
+    "driven_damped_pendulum": 20.0,
+    "n_pendulum": 3.0,
+    "free_top": 5.0,
+    "rattleback": 0.5,
+}
+"""Until when motions are compared that grow rounding errors, or take long."""
+LARGE = {"bicycle"}
+"""Systems whose program is too large for a page."""
+
+
+@cache
+def page_of(name: str) -> Page:
+    content = (SYSTEMS / f"{name}.yaml").read_bytes()
+    times = {"stop": str(UNTIL[name])} if name in UNTIL else {}
+    return view(read_shown(content, f"{name}.yaml", Request(times=times)))
+
+
+@cache
+def engine_of(name: str) -> Engine:
+    return Engine(page_of(name).text)
+
+
+def assert_same(found, name, **changes):
+    expected = lagrange.solve(SYSTEMS / f"{name}.yaml", set=changes, stop=found["t"], outputs="q,v,h")
+    for group, row in (("q", found["q"]), ("v", found["v"])):
+        values = [x for one in getattr(expected, group).values() for x in one[-1:].ravel().tolist()]
+        scale = max(1.0, *map(abs, values))
+        assert max(abs(a - b) for a, b in zip(row, values, strict=True)) <= 1e-9 * scale
+    return expected
+
+
+@pytest.mark.exhaustive(keep=1, most=16)
+@pytest.mark.parametrize("name", shipped.names())
+def test_the_page_computes_what_solve_does(name):
+    """It is small, needs nothing but memory, and ends where ``solve`` does."""
+    page, engine = page_of(name), engine_of(name)
+    assert len(page.text.encode()) <= 400_000
+    assert page.live == (name not in LARGE)
+    if not page.live:
+        assert "too large for a page" in page.why
+        return
+    imports = engine.run("WebAssembly.Module.imports(opened.module).map((one) => one.name)")
+    assert imports == ["__linear_memory", "__stack_pointer"]
+    found = engine.end()
+    assert found["reason"] == ""
+    assert_same(found, name)
+
+
+def test_a_program_too_large_for_a_page_is_not_in_it(monkeypatch):
+    """Its motion is replayed, its equations are not derived for ever, and the page says both."""
+    monkeypatch.setattr(run_view, "LARGEST", 1000)
+    monkeypatch.setattr(run_view, "READING", 1000)
+    page = view(read_shown((SYSTEMS / "pendulum.yaml").read_bytes(), "pendulum.yaml", Request()))
+    assert not page.live
+    assert "instructions is too large for a page (at most 1000)" in page.why
+    assert run_view.UNREADABLE in page.text
+    assert "pendulum.yaml:" not in page.text
+
+
+def test_three_js_is_in_pages_in_space_alone():
+    """With its license, and compressed as the equations are there."""
+    page = page_of("spherical_pendulum").text
+    data = data_of(page)
+    scripts, equations = (unpacked(data[name]).decode() for name in ("space", "equations"))
+    assert "three.js authors" in scripts and "Permission is hereby granted" in scripts
+    assert "class Space extends Scene" in scripts and "</math>" in equations
+    assert "class Space" not in page and "</math>" not in page
+    plane = page_of("pendulum").text
+    assert "space" not in data_of(plane) and "inSpace(data) {" not in plane and "</math>" in plane
+
+
+def test_values_may_be_changed():
+    found = engine_of("pendulum").end(l=2.0, theta=1.5, theta_dot=-0.5)
+    assert_same(found, "pendulum", l=2.0, theta=1.5, theta_dot=-0.5)
+
+
+def test_what_depends_on_parameters_follows_them():
+    """omega is 2 sqrt(g/a) in the file, as long as nobody moves it."""
+    engine = engine_of("rotating_hoop")
+    _, _, parameters = engine.end(a=0.25)["start"]
+    assert dict(zip(engine.data["engine"]["parameters"], parameters))["omega"] == pytest.approx(
+        2 * (9.81 / 0.25) ** 0.5
+    )
+    assert_same(engine.end(a=0.25), "rotating_hoop", a=0.25)
+    assert_same(engine.end(a=0.25, omega=3.0), "rotating_hoop", a=0.25, omega=3.0)
+
+
+def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
+    """Actions of events, infinitely many impacts, and the rest after them."""
+    found = engine_of("bouncing_ball").end(e=0.6)
+    expected = assert_same(found, "bouncing_ball", e=0.6)
+    assert found["q"] == [0.0]
+    assert found["events"] == sum(len(one) for path, one in expected.datasets.items() if path.endswith("/t"))
+
+
+def test_a_trail_is_seen_from_the_point_that_is_followed():
+    """As in a film: a particle that keeps its distance from it leaves no trail."""
+    engine = engine_of("pendulum")
+    engine.v8.eval(asset("scene.js"))
+    engine.v8.eval(
+        """const rows = [[0, 1, 2], [0, 0, 0], [5, 6, 8], [1, 1, 1]], seen = {
+          __proto__: Scene.prototype, dimension: 2, points: [2.5, 0, 8.5, 1],
+          drawing: { dots: [{ point: 1, group: 0, colour: "red" }], camera: { follow: 0 } },
+        };
+        const traced = () => seen.trail({ times: [0, 1, 2], trace: (k) => rows[k] }, 2.5, 1).places;"""
+    )
+    assert engine.run("traced()") == [[7.5, 1], [7.5, 1], [8.5, 1]]
+    engine.v8.eval("seen.drawing.camera.follow = null")
+    assert engine.run("traced()") == [[5, 1], [6, 1], [8.5, 1]]
+
+
+def test_graphs_of_whatever_has_ticks_and_an_end():
+    """Also where a quantity changes in its last bits only, or is as small as numbers get."""
+    engine = engine_of("pendulum")
+    engine.v8.eval(asset("format.js") + asset("chart.js"))
+    assert engine.run("ticks(0, 1, 4)") == [0, 0.5, 1]
+    assert engine.run("ticks(1, 1 + 2e-16, 4)") == []
+    assert engine.run("ticks(0, 5e-324, 4)") == []
+    assert engine.run("ticks(-1e300, 1e300, 4).length") < 10
+    assert engine.run("span([[2, 2 + 1e-15]], 0.06)") == pytest.approx([1.8, 2.2])
+    assert engine.run("span([[0, 0]], 0.06)") == [-1, 1]
+    assert engine.run("span([[NaN, Infinity]], 0.06)") == [0, 0]
+    assert engine.run("pretty('theta12')") == "θ₁₂"
+    numbers = "[0, -0.5, 62.831853, 1.25e-6, -3.14159265e-5, 6.02214076e23, 36525, 1234567]"
+    assert engine.run(f"{numbers}.map(boxed)") == [
+        "0", "-0.5", "62.8319", "1.25e-6", "-3.14159e-5", "6.02214e23", "36525", "1234570",
+    ]  # fmt: skip

@@ -1,0 +1,92 @@
+"""Constraints that cannot be are refused, each at its place and with a way out."""
+
+from __future__ import annotations
+
+import pytest
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.run.check import classify
+from lagrange_cli.run.motion import read_motion
+from lagrange_cli.run.request import Request
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+
+SYSTEM = """\
+parameters: {m: 1, l: 1}
+coordinates: {x: {initial: 1}, y: {initial: 0}}
+masses: {bob: m}
+positions: {bob: [x, y]}
+solve: {stop: 1}
+"""
+# the constraints, then the piece that is underlined, part of the message, part of the hint
+BAD = [
+    (
+        "constraints: {c: x_dot}",
+        "x_dot",
+        "the velocity 'x_dot' cannot be used",
+        "'nonholonomic'",
+    ),
+    ("constraints: {c: bob.vx + x}", "bob.vx + x", "'c' contains velocities", "'nonholonomic'"),
+    ("constraints: {c: l - 1}", "l - 1", "'c' contains no coordinate", "that stays 0"),
+    ("constraints: {c: t}", "t", "'c' contains no coordinate", "that stays 0"),
+    ("constraints: {c: x - x}", "x - x", "contains no coordinate", "that stays 0"),
+    ("nonholonomic: {c: x}", "x", "'c' contains no velocity", "'constraints'"),
+    ("nonholonomic: {c: x_dot*0}", "x_dot*0", "contains no velocity", "in velocities"),
+    ("nonholonomic: {c: x_dot*y_dot}", "x_dot*y_dot", "'c' is not linear in the velocities", "linear"),
+    ("nonholonomic: {c: x_dot**3}", "x_dot**3", "'c' is not linear in the velocities", "linear"),
+    ("nonholonomic: {c: abs(x_dot)}", "abs(x_dot)", "'c' is not linear in the velocities", "linear"),
+    ("nonholonomic: {c: sqrt(x_dot)}", "sqrt(x_dot)", "'c' is not linear in the velocities", "linear"),
+    ("constraints: {c: y}\nnonholonomic: {c: y_dot}", "c", "'c' is the name of another constraint", "rename"),
+    ("constraints: {c: z}", "z", "unknown name 'z' in constraint 'c'", "bob.z"),
+    ("constraints: {c: bob}", "bob", "expected a scalar in constraint 'c'", "bob.x"),
+    ("constraints: [x]", "[", "must be a mapping with a name for each constraint", "rod"),
+    ("constraints: {c: 1/y}", "1/y", "division by zero", "divisor"),
+    ("constraints: {c: sqrt(y)}", "sqrt(y)", "'c' has no finite derivative", "another state"),
+    ("constraints: {c: (x - 1)**2}", "(x - 1)**2", "and yet it restricts the motion", "f in place of f**2"),
+    ("constraints: {c: x - 2}", "x - 2", "'c' is not satisfied by the initial values: it is -1", "(x = 2)"),
+    ("constraints: {c: x - 1, d: x - 2}", "x - 2", "'d' is not satisfied", "contradict each other"),
+    ("nonholonomic: {c: x_dot - 1, d: x_dot - 2}", "x_dot - 2", "'d' is not satisfied", "contradict each"),
+    ("constraints: {c: x - 1, d: x - 1 - t}", "x - 1 - t", "'d' is not satisfied", "no velocities near"),
+    ("constraints: {c: x - 1, d: x - 1 - t**2}", "x - 1 - t**2", "contradicts them later", "at all times"),
+]
+
+
+@pytest.mark.parametrize(("constraints", "underlined", "message", "hint"), BAD, ids=lambda value: str(value))
+def test_a_bad_constraint_is_refused_by_solve_and_check_at_its_place(constraints, underlined, message, hint):
+    text = SYSTEM + constraints
+    with pytest.raises(SpecError) as of_solve:
+        motion = read_motion(text.encode(), "system.yaml", Request())
+        classify(motion.spec)
+    with pytest.raises(SpecError) as of_check:
+        spec = read_spec(text, "system.yaml")
+        classify(spec, values=resolve_values(spec))
+    assert str(of_solve.value) == str(of_check.value)
+    (problem,) = of_solve.value.problems
+    assert message in problem.message and hint in problem.hint
+    line = text.splitlines()[problem.line - 1]
+    assert line[problem.column - 1 :].startswith(underlined)
+    assert problem.length == len(underlined)
+
+
+def test_all_constraints_that_are_not_satisfied_are_listed():
+    with pytest.raises(SpecError) as caught:
+        read_motion((SYSTEM + "constraints: {c: x - 2, d: y - 3}").encode(), "system.yaml", Request())
+    assert [one.message[:14] for one in caught.value.problems] == ["constraint 'c'", "constraint 'd'"]
+
+
+@pytest.mark.parametrize(
+    ("more", "underlined", "message"),
+    [
+        ("constraints: {c: y}\nsolve: {stop: 1, method: LSODA}", "LSODA", "constraints needs method taylor"),
+        ("events: {e: y}\nsolve: {stop: 1, method: ias15}", "ias15", "events needs method taylor, not ias15"),
+        ("events: {e: {when: y, action: {set: {m: 2}}}}\nsolve: {stop: -1}", "-1", "cannot be undone"),
+    ],
+)
+def test_defaults_that_do_not_fit_the_system_are_mistakes_of_the_file(more, underlined, message):
+    text = SYSTEM.replace("solve: {stop: 1}", more)
+    with pytest.raises(SpecError) as caught:
+        read_motion(text.encode(), "system.yaml", Request())
+    (problem,) = caught.value.problems
+    assert message in problem.message and problem.hint
+    line = text.splitlines()[problem.line - 1]
+    assert line[problem.column - 1 :][: problem.length] == underlined

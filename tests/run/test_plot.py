@@ -1,0 +1,184 @@
+"""What plots show of outputs: the samples of the file, and what to ask for where they are missing."""
+
+import h5py
+import numpy as np
+import pytest
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.figures.panels import Band, Curve, Histogram, Map
+from lagrange_cli.run.plot import Asked, page_of
+from lagrange_cli.run.plots import reading
+from lagrange_cli.run.plots.quantities import quantities, unit_text
+from lagrange_cli.store.result import Result
+from tests.support.command import SYSTEMS, lagrange
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    made = tmp_path_factory.mktemp("plots")
+    pendulum = SYSTEMS / "pendulum.yaml"
+    outputs = "q,v,p,h,T,U,positions,reactions,ledger"
+    lagrange("solve", pendulum, "--stop", "5", "--outputs", outputs, "-o", "run.h5", cwd=made)
+    lagrange("solve", pendulum, "--stop", "5", "--outputs", "q", "-o", "few.h5", cwd=made)
+    grid = ("--over", "l=1:2:3", "--over", "theta=0.1:0.2:2", "--stop", "2", "--outputs", "q,h")
+    lagrange("sweep", pendulum, *grid, "-o", "grid.h5", cwd=made)
+    drawn = ("--random", "theta=normal(0,0.1)", "--members", "7", "--seed", "1", "--stop", "2")
+    lagrange("sweep", pendulum, *drawn, "-o", "drawn.h5", cwd=made)
+    henon = "section", SYSTEMS / "henon_heiles.yaml", "--where", "x", "--crossings"
+    lagrange(*henon, "20", cwd=made)
+    lagrange(*henon, "15", "--over", "y0=0:0.2:3", "--stop", "80", "-o", "sections.h5", cwd=made)
+    return made
+
+
+def panels(folder, name, *what, x=None, y=()):
+    with Result(str(folder / name)) as result:
+        return page_of([result], Asked(what, x, y)).panels
+
+
+def test_curves_are_the_samples_of_the_file(folder):
+    (q,), (phase,) = panels(folder, "run.h5", "q"), panels(folder, "run.h5", "phase")
+    with h5py.File(folder / "run.h5") as file:
+        t, theta, v = file["t"][:], file["q/theta"][:], file["v/theta"][:]
+    np.testing.assert_array_equal([q.items[0].x, q.items[0].y], [t, theta])
+    np.testing.assert_array_equal([phase.items[0].x, phase.items[0].y], [theta, v])
+    assert (q.x, q.y) == ("$t$ (s)", r"$\theta$ (rad)")
+    assert (phase.x, phase.y) == (r"$\theta$ (rad)", r"$\dot{\theta}$ (rad/s)")
+
+
+def test_drift_is_the_distance_from_the_first_value(folder):
+    (drift,) = panels(folder, "run.h5", "drift")
+    with h5py.File(folder / "run.h5") as file:
+        h = file["diagnostics/h"][:]
+        largest = max(abs(file[f"diagnostics/{name}"][:]).max() for name in "TU")
+    band, curve = drift.items
+    assert isinstance(band, Band) and band.high[0] == 2.0**-52 * max(largest, abs(h).max())
+    np.testing.assert_array_equal(curve.y, h - h[0])
+
+
+def test_the_usual_page_and_every_word(folder):
+    assert [panel.title for panel in panels(folder, "run.h5")] == [
+        "coordinates", "phase portrait of theta", "path in space", "drift of h",
+    ]  # fmt: skip
+    words = ("v", "p", "positions", "energy", "ledger", "spectrum", "reactions")
+    found = panels(folder, "run.h5", *words)
+    assert len(found) >= len(words) and all(panel.items for panel in found)
+
+
+def test_the_path_is_the_circle_of_the_pendulum(folder):
+    (path,) = panels(folder, "run.h5", "path")
+    curve = path.items[0]
+    np.testing.assert_allclose(curve.x**2 + curve.y**2, 1, rtol=1e-12)
+    assert path.equal
+
+
+def test_the_spectrum_of_a_cosine(tmp_path):
+    lagrange(
+        "solve",
+        SYSTEMS / "harmonic_oscillator.yaml",
+        "--stop",
+        "100",
+        "--samples",
+        "4001",
+        "-o",
+        "r.h5",
+        cwd=tmp_path,
+    )
+    (spectrum,) = panels(tmp_path, "r.h5", "spectrum")
+    (curve,) = spectrum.items
+    peak = curve.x[np.nanargmax(curve.y)]
+    assert peak == pytest.approx(2 / (2 * np.pi), abs=0.01)  # sqrt(k/m) = 2
+    assert np.nanmax(curve.y) == pytest.approx(1, rel=0.2)
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        (Asked(("phase",)), "solve again with --outputs q,v"),
+        (Asked(("path",)), "solve again with --outputs positions"),
+        (Asked(("error",)), "solve again with --certify"),
+        (Asked(("phaze",)), "did you mean phase?"),
+        (Asked(("final",)), "not for a motion"),
+        (Asked((), None, ("bob.x",)), "with --outputs positions"),
+        (Asked((), None, ("p_theta",)), "with --outputs p"),
+        (Asked((), None, ("thta",)), "did you mean theta?"),
+        (Asked((), "theta", ()), "--x needs --y"),
+    ],
+)
+def test_what_is_missing_is_named_with_what_to_ask_for(folder, asked, message):
+    with Result(str(folder / "few.h5")) as result, pytest.raises(UsageError) as caught:
+        page_of([result], asked)
+    assert message in str(caught.value)
+
+
+def test_a_quantity_over_another(folder):
+    (panel,) = panels(folder, "run.h5", x="bob.x", y=("T",))
+    with h5py.File(folder / "run.h5") as file:
+        np.testing.assert_array_equal(panel.items[0].x, file["positions/bob"][:, 0])
+        np.testing.assert_array_equal(panel.items[0].y, file["diagnostics/T"][:])
+
+
+def test_a_grid_becomes_families_and_maps(folder):
+    family, final, drift = panels(folder, "grid.h5")
+    assert len(family.items) == 6 and family.scale.label == "$l$ (m)"
+    with h5py.File(folder / "grid.h5") as file:
+        theta = file["q/theta"][:]
+    assert isinstance(final.items[0], Map) and isinstance(drift.items[0], Map)
+    np.testing.assert_array_equal(final.items[0].values, theta[:, :, -1])
+    np.testing.assert_array_equal(sorted(one.y[-1] for one in family.items), sorted(theta[:, :, -1].flat))
+
+
+def test_random_members_become_histograms(folder):
+    final, *_ = panels(folder, "drawn.h5")
+    with h5py.File(folder / "drawn.h5") as file:
+        np.testing.assert_array_equal(final.items[0].values, file["q/theta"][:])
+    assert isinstance(final.items[0], Histogram)
+
+
+def test_a_section_leaves_out_the_coordinate_that_it_fixes(folder):
+    (panel,) = panels(
+        folder,
+        "Henon-Heiles_section.h5"
+        if (folder / "Henon-Heiles_section.h5").exists()
+        else "henon_heiles_section.h5",
+    )
+    assert (panel.x, panel.y) == ("$y$", r"$\dot{y}$")
+    assert isinstance(panel.items[0], Curve) and panel.items[0].points
+
+
+def test_the_points_of_many_motions_are_in_one_plane_told_apart_by_colour(folder):
+    (panel,) = panels(folder, "sections.h5")
+    assert (panel.x, panel.y, panel.scale.label) == ("$y$", r"$\dot{y}$", "$y_{0}$")
+    with h5py.File(folder / "sections.h5") as file:
+        y, v = file["q/y"][:], file["v/y"][:]
+    assert y.shape == (3, 15) and np.isnan(y).any()  # some motions have fewer
+    assert [one.points for one in panel.items] == [True] * 3
+    np.testing.assert_array_equal([one.x for one in panel.items], y)
+    np.testing.assert_array_equal([one.y for one in panel.items], v)
+    assert [one.shade for one in panel.items] == [0, 0.5, 1]
+    with Result(str(folder / "sections.h5")) as result:
+        (diagram,) = [
+            one for one in page_of([result], Asked(("diagram",), None, ())).panels if one.y == "$y$"
+        ]
+        np.testing.assert_array_equal(diagram.items[0].x, np.repeat([0, 0.1, 0.2], 15))
+        np.testing.assert_array_equal(diagram.items[0].y, y.reshape(-1))
+        (drift,) = page_of([result], Asked(("drift",), None, ())).panels
+        assert len(drift.items[0].x) == 3
+        (over,) = page_of([result], Asked((), "x_dot", ("h",))).panels
+        assert len(over.items) == 3
+
+
+def test_a_long_motion_keeps_its_extremes(folder, monkeypatch):
+    monkeypatch.setattr(reading, "BUCKETS", 20)
+    monkeypatch.setattr(reading, "PIECE", 64)
+    with Result(str(folder / "run.h5")) as result:
+        known = quantities(result)
+        whole = result.read("v/theta")
+        t, x = reading.over_time(result, known["t"], known["theta_dot"])
+        times = result.read("t")
+    assert len(x) <= 44 and (x.min(), x.max()) == (whole.min(), whole.max())
+    assert set(zip(t, x)) <= set(zip(times, whole)) and (np.diff(t) >= 0).all()
+
+
+def test_units_are_written_as_they_are_read():
+    assert unit_text("kg*m^2/s^2") == "kg\N{MIDDLE DOT}m$^{2}$/s$^{2}$"
+    assert unit_text("$x$") == r"\$x\$"
