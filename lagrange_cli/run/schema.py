@@ -80,6 +80,7 @@ from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.spec import SOLIDS
 from lagrange_cli.spec.table import Row, Table
 from lagrange_cli.spec.transformations import read_transformations
+from lagrange_cli.spec.vanishing import read_vanishing
 
 Schema = Mapping[str, Any]
 
@@ -340,6 +341,7 @@ READERS: dict[Callable[..., Any], Schema] = {
     read_solid: solid(),
     read_text: TEXT,
     read_up: text_of(AXES),
+    read_vanishing: SCALAR,
     read_vector: VECTOR,
     read_when: SCALAR,
     read_words: WORDS_LISTED,

@@ -53,6 +53,9 @@ def content(node: nodes.Node):
     return node.text
 
 
+WITHIN = (" in the name of a ", " is an expression that stays 0, not an ")
+
+
 class Structural(Problems):
     """Tells mistakes in the structure of a file from those within its expressions."""
 
@@ -61,7 +64,8 @@ class Structural(Problems):
         self.messages, self.within = [], False
 
     def add(self, place, message, hint="") -> None:
-        if not self.within and " in the name of a " not in message:  # an index is an expression, too
+        # an index is an expression, too, and so is an equation in place of one
+        if not self.within and not any(part in message for part in WITHIN):
             self.messages.append(message)
         super().add(place, message, hint)
 
