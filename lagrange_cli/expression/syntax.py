@@ -230,6 +230,17 @@ def calls(tree: Tree, functions: Collection[str]) -> bool:
     return False
 
 
+def has_decimals(tree: Tree) -> bool:
+    """Whether a number in ``tree`` is not whole."""
+    pending = [tree]
+    while pending:
+        node = pending.pop()
+        if isinstance(node, Number) and not node.text.isdecimal():
+            return True
+        pending += children(node)
+    return False
+
+
 def plain_names(tree: Tree) -> frozenset[str]:
     """All undotted names in ``tree``, wherever they stand."""
     found: set[str] = set()

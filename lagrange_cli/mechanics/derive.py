@@ -25,6 +25,7 @@ from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.formulation import Formulation, euler_lagrange, gyroscopic, normalized
+from lagrange_cli.mechanics.gauge import acting
 from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.reduced import reduced_kinetic_energy
 from lagrange_cli.mechanics.redundancy import coupled
@@ -190,6 +191,7 @@ def add_energetic(
 ) -> None:
     """Add to ``forms`` those that follow from L: Euler and Lagrange's, called ``base``, and its variants."""
     forces = Energetics(model).forces
+    lagrangian = acting(model, graph, lagrangian)
     residual, matrix = euler_lagrange(model, graph, lagrangian, forces)
     forms[base] = normalized(model, residual, matrix)
     other = if_affordable(graph, lambda: gyroscopic(model, graph, lagrangian, residual))
@@ -230,11 +232,12 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
             columns[k].append((slope, change))
     residual = []
     bound_forces = Constraints(model).forces
+    potential = acting(model, graph, model.potential)
     for q, v, terms, given, bound in zip(model.q, model.v, columns, model.generalized_forces, bound_forces):
-        momentum = graph.diff(model.potential, v)
+        momentum = graph.diff(potential, v)
         residual.append(
             contract(graph, terms, moving)
-            + graph.diff(model.potential, q)
+            + graph.diff(potential, q)
             - rate(graph, momentum, moving)
             + graph.diff(model.dissipation, v)
             - given

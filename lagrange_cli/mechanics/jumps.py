@@ -46,10 +46,12 @@ def refuse_jumps(model: Model[Node]) -> None:
 def energies(model: Model[Node]) -> Iterator[tuple[str, Node, Sequence[Node]]]:
     """What must not jump: the key that declares it, the expression, and the symbols by which it may not."""
     by_place = [*model.q, *model.v]
-    if model.lagrangian is None:
-        yield "potential", model.potential, by_place
-    else:
-        yield "lagrangian", model.lagrangian, by_place
+    given = model.lagrangian
+    key, energy = ("potential", model.potential) if given is None else ("lagrangian", given)
+    yield key, energy, by_place
+    for v in model.v:  # an energy may be switched on; a momentum p = dL/dv that jumps takes an infinite force
+        if energy.symbols & v.symbols:
+            yield key, graph_of(model).diff(energy, v), [model.time]
     yield "dissipation", model.dissipation, model.v
 
 

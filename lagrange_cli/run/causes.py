@@ -62,6 +62,8 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
         numbers = along(spec, parameters, end)
         found = [one for one in reached(spec, numbers) if abs(one[0]) <= soon]
         found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
+        if not found and end.t == start:
+            found = [one for one in reached(spec, numbers, staying=True) if one[0] == 0]
     except SpecError as error:
         first = error.problems[0]  # it ended at the very place
         return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
@@ -90,8 +92,11 @@ def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Du
     return values
 
 
-def reached(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:
-    """How long it takes until arguments reach their ends, and what is to be said of each."""
+def reached(spec: Spec, values: Mapping[str, Dual], *, staying: bool = False) -> Iterator[tuple[float, str]]:
+    """How long it takes until arguments reach their ends, and what is to be said of each.
+
+    Those that are there and stay end no motion, unless it could not begin: with ``staying`` they count.
+    """
     from lagrange_cli.symbolic.direct import DualAlgebra
 
     scope = Scope(spec, DualAlgebra(values, exact=False))
@@ -112,6 +117,8 @@ def reached(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str
                 continue
             for one in border.ends or [nearest_pole(built.value[0])]:
                 left = time_left(built, one)
+                if staying and left is None and built.value[0] == one:
+                    left = 0.0
                 if left is not None:
                     yield left, sentence(expression, border, one, indices)
 

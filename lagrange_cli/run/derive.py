@@ -30,6 +30,8 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.problems import Problems
     from lagrange_cli.spec.spec import Expression, Spec
 
+FEW = 30
+"""Coordinates up to which fractions take no time that anyone would notice."""
 Numbers = TypeVar("Numbers")
 Examine: TypeAlias = "Callable[[bytes, str, Mapping[str, str] | None], tuple[Spec, Problems]]"
 """Reads a file, as ``spec.read.examine`` does."""
@@ -83,7 +85,8 @@ def derive_system(
 ) -> Residual:
     """The equations of motion over the expression graph.
 
-    If ``exact``, no number in them is rounded; if ``portable``, all are rounded alike on every machine.
+    If ``exact``, no number in them is rounded, nor where ``cancels_exactly`` asks for it; if ``portable``,
+    all are rounded alike on every machine.
     If ``resting``, they hold for motions that rest at an event, too. ``foresee`` may refuse a model before
     its equations are derived.
 
@@ -94,14 +97,14 @@ def derive_system(
     from lagrange_cli.model.build import build_model
 
     algebra = GraphAlgebra()
-    if exact:
-        from lagrange_cli.expression.exact import ExactGraphAlgebra
-
-        algebra = ExactGraphAlgebra()
-    elif portable:
+    if portable and not exact:
         from lagrange_cli.expression.exact import PortableGraphAlgebra
 
         algebra = PortableGraphAlgebra()
+    elif exact or cancels_exactly(spec):
+        from lagrange_cli.expression.exact import ExactGraphAlgebra
+
+        algebra = ExactGraphAlgebra()
     with located(spec):
         count, bound = len(spec.coordinates), len(spec.all_constraints)
         what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
@@ -114,6 +117,16 @@ def derive_system(
 
             return derive_with_contacts(model)
         return derive(model)
+
+
+def cancels_exactly(spec: Spec) -> bool:
+    """Whether the numbers of a given L should not be rounded: the terms of a total time derivative in it
+    cancel in the equations of motion only if products of decimals like 0.1 are what they are."""
+    from lagrange_cli.expression.syntax import has_decimals
+
+    if spec.lagrangian is None or len(spec.coordinates) > FEW:
+        return False
+    return any(has_decimals(one.tree) for one in (spec.lagrangian, *spec.definitions.values()))
 
 
 @contextmanager

@@ -66,6 +66,19 @@ def test_a_kink_is_not(potential: str) -> None:
     refuse_jumps(model_of(SYSTEM.format(potential=potential, dissipation="abs(x_dot) + max(0, y_dot)**3")))
 
 
+@pytest.mark.parametrize(
+    "term", ["where(t < 1, 0, 1)*x_dot*exp(-t)", "x_dot**2*sign(t - 2)/5", "x_dot*sign(x)*t"]
+)
+def test_a_momentum_that_jumps_is_refused(term: str) -> None:
+    with pytest.raises(InfiniteForce, match="'lagrangian' has a jump"):
+        derive(model_of(f"coordinates: {{x: {{initial: 1}}}}\nlagrangian: x_dot**2/2 + {term}"))
+
+
+def test_an_energy_may_be_switched_on() -> None:
+    switched = "where(t < 1, 0, x**2) + where(t < 2, 0, 1)*max(0, t - 2)*x_dot"
+    derive(model_of(f"coordinates: {{x: {{initial: 1}}}}\nlagrangian: x_dot**2/2 - {switched}"))
+
+
 def test_friction_that_has_an_energy_which_jumps_is_refused() -> None:
     with pytest.raises(InfiniteForce, match="'dissipation' has a jump"):
         derive(model_of(SYSTEM.format(potential="where(t > 1, x, 5)", dissipation="where(x_dot > 0, 1, 2)")))
