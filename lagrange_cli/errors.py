@@ -166,13 +166,17 @@ class Undetermined(LagrangeError):
 
 
 class InfiniteForce(LagrangeError):
-    """The energy that ``key`` declares has a jump, ``when`` certain conditions hold."""
+    """The energy that ``key`` declares has a jump, ``when`` certain conditions hold; or the position or the
+    constraint ``name`` of this section has one, or a ``kink``, where velocities jump."""
 
     exit_code = 3
 
-    def __init__(self, key: str, when: str = "") -> None:
-        self.key = key
-        super().__init__(f"{when}'{key}' has a jump, where the force is infinite")
+    def __init__(self, key: str, when: str = "", *, name: str = "", kink: bool = False) -> None:
+        self.key, self.name, self.kink = key, name, kink
+        what = f"the position of '{name}'" if key == "embedding" else f"constraint '{name}'"
+        fault = "a kink, where velocities jump and the force is infinite"
+        fault = fault if kink else "a jump, where the force is infinite"
+        super().__init__(f"{when}{what if name else repr(key)} has {fault}")
 
 
 class TooLarge(LagrangeError):

@@ -1,8 +1,9 @@
 """Energies that jump: the force there is infinite, and no motion is defined.
 
-L, U and Rayleigh's function may have kinks, where the forces jump. Whether they are continuous where a switch
-changes may depend on the values of parameters: ``refuse_jumps`` refuses what jumps with any,
-``refuse_jumps_in_numbers`` what jumps with those that stand in the model.
+L, U and Rayleigh's function may have kinks, where forces jump. Momenta may have kinks in time; so may
+velocities of masses, and the slopes of constraints; where these jump, the force is infinite. Whether
+something is continuous where a switch changes may depend on the values of parameters: ``refuse_jumps``
+refuses what jumps with any, ``refuse_jumps_in_numbers`` what jumps with those that stand in the model.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 ROUNDING = 1e-9
 """A jump this small beside the terms that it is the difference of is rounding."""
@@ -33,26 +35,66 @@ HALVINGS, MOST_SYMBOLS = 60, 4
 """Between which places roots are looked for, how exactly, and in how many directions."""
 
 
+@dataclass(frozen=True)
+class Continuous:
+    """An expression that must not jump where any of ``symbols`` changes, and what the file calls it: its
+    ``key`` there, its ``name`` within, and whether it is a slope of that."""
+
+    key: str
+    node: Node
+    symbols: Sequence[Node]
+    name: str = ""
+    slope: bool = False
+
+    def refusal(self, when: str = "") -> InfiniteForce:
+        """The error if it jumps."""
+        return InfiniteForce(self.key, when, name=self.name, kink=self.slope)
+
+
 def refuse_jumps(model: Model[Node]) -> None:
-    """Raises ``InfiniteForce`` where an energy has a jump of constant size."""
+    """Raises ``InfiniteForce`` where an energy has a jump of constant size, or where velocities jump."""
     graph = graph_of(model)
-    for key, node, symbols in energies(model):
-        for u, part in parts(graph, node).items():
-            changes = any(u.symbols & symbol.symbols for symbol in symbols)
+    for one in continuous(model):
+        for u, part in parts(graph, one.node).items():
+            changes = any(u.symbols & symbol.symbols for symbol in one.symbols)
             if changes and is_certain(graph, *sides(graph, part, u), u, variables(model)):
-                raise InfiniteForce(key)
+                raise one.refusal()
 
 
-def energies(model: Model[Node]) -> Iterator[tuple[str, Node, Sequence[Node]]]:
-    """What must not jump: the key that declares it, the expression, and the symbols by which it may not."""
-    by_place = [*model.q, *model.v]
+def continuous(model: Model[Node]) -> Iterator[Continuous]:
+    """What must not jump."""
+    graph, by_place, at_any_time = graph_of(model), [*model.q, *model.v], [*model.q, model.time]
     given = model.lagrangian
     key, energy = ("potential", model.potential) if given is None else ("lagrangian", given)
-    yield key, energy, by_place
+    yield Continuous(key, energy, by_place)
     for v in model.v:  # an energy may be switched on; a momentum p = dL/dv that jumps takes an infinite force
         if energy.symbols & v.symbols:
-            yield key, graph_of(model).diff(energy, v), [model.time]
-    yield "dissipation", model.dissipation, model.v
+            yield Continuous(key, graph.diff(energy, v), [model.time])
+    yield Continuous("dissipation", model.dissipation, model.v)
+    for particle in model.particles:
+        if particle.mass.is_zero or not switching(particle.position):
+            continue
+        name = particle.body or particle.name
+        for x in particle.position:
+            yield Continuous("embedding", x, at_any_time, name)
+        kinetic = graph.sum([(particle.mass * u * u, 0.5) for u in particle.velocity])
+        yield Continuous("embedding", kinetic, model.q, name, slope=True)
+        for v in model.v:
+            yield Continuous("embedding", graph.diff(kinetic, v), [model.time], name, slope=True)
+    for constraint in model.constraints:
+        f = constraint.expression
+        if not switching([f]):
+            continue
+        key = "constraints" if constraint.holonomic else "nonholonomic"
+        yield Continuous(key, f, at_any_time, constraint.name)
+        if constraint.holonomic:
+            for x in at_any_time:
+                yield Continuous(key, graph.diff(f, x), at_any_time, constraint.name, slope=True)
+
+
+def switching(nodes: Sequence[Node]) -> bool:
+    """Whether there is a switch below the nodes."""
+    return any(one.kind is Kind.SWITCH for one in reachable(nodes))
 
 
 def parts(graph: Graph, node: Node) -> dict[Node, Node]:
@@ -79,14 +121,14 @@ def refuse_jumps_in_numbers(model: Model[Node], whose: str = "this run") -> None
     """Raises ``InfiniteForce`` where an energy jumps, in a model that has numbers in place of parameters:
     those of ``whose``."""
     graph = graph_of(model)
-    for key, node, symbols in energies(model):
-        for u, part in parts(graph, node).items():
-            own = [one for one in symbols if one.symbols & u.symbols]
+    for one in continuous(model):
+        for u, part in parts(graph, one.node).items():
+            own = [symbol for symbol in one.symbols if symbol.symbols & u.symbols]
             if not own:
                 continue
             above, below = sides(graph, part, u)
             if is_certain(graph, above, below, u, variables(model)) or jumps_at_a_root(above, below, u, own):
-                raise InfiniteForce(key, f"with the parameters of {whose}, ")
+                raise one.refusal(f"with the parameters of {whose}, ")
 
 
 def jumps_at_a_root(above: Node, below: Node, u: Node, own: Sequence[Node]) -> bool:

@@ -8,6 +8,7 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import derive_system, located
+from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.settings import ALL, default_outputs, resolve_method, resolve_outputs
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
@@ -65,6 +66,7 @@ def classify(
     if values is not None:
         with stage("parse"):
             spec, _, begin = consistent_values(spec, values, spec.solve.start or 0.0, given)
+        check_energies(spec, values.parameters)
     with stage("derive"), located(spec):
         residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
         check_convolutions(residual, method, DOUBLE)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.model.model import Model
     from lagrange_cli.spec.problems import Problems
-    from lagrange_cli.spec.spec import Expression, Spec
+    from lagrange_cli.spec.spec import Place, Spec
 
 FEW = 30
 """Coordinates up to which fractions take no time that anyone would notice."""
@@ -170,9 +170,10 @@ def located(spec: Spec) -> Iterator[None]:
         from lagrange_cli.spec.source import Source
 
         hint = "let both sides be equal where the condition changes, or write a steep function, such as tanh"
-        raise Source(spec.filename, spec.text).error(
-            jumping(spec, error.key).place, str(error), hint
-        ) from error
+        if error.kink:
+            hint = "round it off, as max(0, x)**2 is, or let an event set velocities there"
+        place = jumping(spec, error.key, error.name)
+        raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except NotReal as error:
         raise SpecError(spec.filename, [Problem(0, 0, error.message, hint=error.hint)]) from error
     except TooLarge as error:
@@ -187,12 +188,17 @@ def located(spec: Spec) -> Iterator[None]:
         raise Source(spec.filename, spec.text).error(found.place, message, hint) from error
 
 
-def jumping(spec: Spec, key: str) -> Expression:
-    """The first expression of a key that calls a function with a jump, or its first one."""
+def jumping(spec: Spec, key: str, name: str) -> Place:
+    """Where it is written: the ``name`` of a section, or the first expression of a key that calls a function
+    with a jump, or its first one."""
     from lagrange_cli.expression.syntax import calls
 
+    if name:
+        section = spec.bodies if key == "embedding" and name in spec.bodies else getattr(spec, key)
+        place: Place = section[name].place
+        return place
     if key == "lagrangian":
         assert spec.lagrangian is not None
-        return spec.lagrangian
+        return spec.lagrangian.place
     written = [*(spec.potential if key == "potential" else spec.forces[key]).values()]
-    return next((one for one in written if calls(one.tree, ("where", "sign"))), written[0])
+    return next((one for one in written if calls(one.tree, ("where", "sign"))), written[0]).place

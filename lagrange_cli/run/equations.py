@@ -83,7 +83,7 @@ def derive(
     spec = spec if spec.replaced else independent(spec, overrides)
     work = Work(most)
     with stage("derive"), located(spec), counting(work):
-        if re.search(r"\b(where|sign)\b", spec.text):
+        if re.search(r"\b(where|sign|abs|min|max|sqrt|norm)\b", spec.text):
             refuse_jumps(build_model(spec, GraphAlgebra()))
         equations = derive_equations(build_model(spec, SympyAlgebra()))
         further = further_conserved(build_model(spec, ExactGraphAlgebra()), equations)

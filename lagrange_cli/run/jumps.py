@@ -21,6 +21,9 @@ if TYPE_CHECKING:
 REMEMBERED = 1024
 """Values that actions set, of which it is remembered whether an energy jumps with them."""
 
+KINKED = "where", "sign", "abs", "min", "max", "sqrt", "norm"
+"""Functions that may have kinks."""
+
 
 def check_energies(spec: Spec, parameters: Mapping[str, float]) -> None:
     """Raise ``SpecError`` if an energy jumps with these values of the parameters."""
@@ -78,19 +81,27 @@ def judge(spec: Spec, prepared: Prepared) -> Callable[[Array], str]:
                 refuse_jumps_in_numbers(known(spec, dict(zip(names, values))))
                 found[values] = ""
             except InfiniteForce as error:
-                found[values] = error.key
+                found[values] = error.name or error.key
         return found[values]
 
     return jumping
 
 
 def may_switch(spec: Spec) -> bool:
-    """Whether an energy is written with a function that has jumps."""
-    from lagrange_cli.expression.syntax import calls
+    """Whether an energy is written with a function that has jumps, or a position or a constraint with one
+    that has kinks."""
+    from lagrange_cli.expression.syntax import calls, plain_names
 
+    definitions = [*spec.definitions.values()]
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
-    energies += [*spec.forces.get("dissipation", {}).values(), *spec.definitions.values()]
-    return any(calls(one.tree, ("where", "sign")) for one in energies)
+    energies += [*spec.forces.get("dissipation", {}).values(), *definitions]
+    if any(calls(one.tree, ("where", "sign")) for one in energies):
+        return True
+    places = [*spec.embedding.values(), *spec.all_constraints.values()]
+    places += [x for body in spec.bodies.values() for x in body.expressions]
+    if any(plain_names(one.tree) & {*spec.definitions} for one in places):
+        places += definitions
+    return any(calls(one.tree, KINKED) for one in places)
 
 
 def refuse_all_jumps(spec: Spec) -> Model[Node]:

@@ -74,6 +74,61 @@ def test_a_momentum_that_jumps_is_refused(term: str) -> None:
         derive(model_of(f"coordinates: {{x: {{initial: 1}}}}\nlagrangian: x_dot**2/2 + {term}"))
 
 
+PLACED = """
+parameters: {{k: 2, a: 1}}
+coordinates: {{x: {{initial: 0.3, velocity: 1}}, y: {{}}}}
+masses: {{b: 1, c: a}}
+embedding: {{b: [x, {position}], c: [0, y]}}
+{constraint}
+"""
+KINK, JUMP = "has a kink, where velocities jump and the force is infinite", "has a jump, where the force is"
+
+
+@pytest.mark.parametrize(
+    ("position", "constraint", "message"),
+    [
+        ("k*max(0, x - a)", "", f"the position of 'b' {KINK}"),
+        ("max(x, t)", "", f"the position of 'b' {KINK}"),
+        ("y + abs(t - a)", "", f"the position of 'b' {KINK}"),
+        ("where(x < a, 0, k)", "", f"the position of 'b' {JUMP}"),
+        ("y", "constraints: {f: 'y - k*max(0, x - a)'}", f"constraint 'f' {KINK}"),
+        ("y", "constraints: {f: 'y - max(0, t - a)'}", f"constraint 'f' {KINK}"),
+        ("y", "constraints: {f: 'y - sqrt((x - a)**2)'}", f"constraint 'f' {KINK}"),
+        ("y", "constraints: {f: 'y - where(t < a, 0, 1)*x'}", f"constraint 'f' {JUMP}"),
+        ("y", "nonholonomic: {g: 'y_dot - x_dot*where(x < a, 0, 1)'}", f"constraint 'g' {JUMP}"),
+        ("y", "nonholonomic: {g: 'y_dot - where(t < a, 0, 1)'}", f"constraint 'g' {JUMP}"),
+    ],
+)
+def test_velocities_that_would_have_to_jump_are_refused(position, constraint, message) -> None:
+    with pytest.raises(InfiniteForce, match=message):
+        derive(model_of(PLACED.format(position=position, constraint=constraint)))
+
+
+@pytest.mark.parametrize(
+    ("position", "constraint"),
+    [
+        ("k*max(0, x - a)**2", ""),
+        ("y + max(0, t - a)**1.5", ""),
+        ("y", "constraints: {f: 'y - max(0, x - a)**2 - max(0, t - a)**2'}"),
+        ("y", "nonholonomic: {g: 'y_dot - x_dot*max(0, x - a) - max(0, t - a)'}"),
+    ],
+)
+def test_velocities_may_have_kinks(position, constraint) -> None:
+    derive(model_of(PLACED.format(position=position, constraint=constraint)))
+
+
+def test_a_kink_by_the_numbers_of_a_run_is_refused_at_its_place(tmp_path) -> None:
+    # Both sides meet, and have the same slope if k = 1.
+    given = "y - where(x < 1, (x - 1)**2 + x - 1, k*(x - 1))"
+    text = PLACED.format(position="y", constraint=f"constraints: {{f: '{given}'}}")
+    (tmp_path / "a.yaml").write_text(text)
+    told = "constraint 'f' has a kink"
+    for k, code in (("1", 0), ("3", 3)):
+        done = lagrange("check", "a.yaml", "--set", f"k={k}", "--set", "y=-0.21", cwd=tmp_path)
+        assert done.returncode == code
+        assert (told in done.stderr and "a.yaml:6:" in done.stderr) == bool(code)
+
+
 def test_an_energy_may_be_switched_on() -> None:
     switched = "where(t < 1, 0, x**2) + where(t < 2, 0, 1)*max(0, t - 2)*x_dot"
     derive(model_of(f"coordinates: {{x: {{initial: 1}}}}\nlagrangian: x_dot**2/2 - {switched}"))
