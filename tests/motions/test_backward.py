@@ -101,7 +101,7 @@ def test_there_and_back(name, stop):
         assert np.max(np.abs(back[path] - expected)) <= 1e-13 * size, path
 
 
-@pytest.mark.parametrize("name", ["central_force", "charged_particle", "gauge_oscillator", "rotating_hoop"])
+@pytest.mark.parametrize("name", ["central_force", "charged_particle", "rotating_hoop"])
 def test_every_formulation_leads_backward(name):
     """Routh's, with momenta in place of velocities; gyroscopic forces; the embedding's."""
     forms = each_formulation(name)
