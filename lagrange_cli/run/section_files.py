@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.records import replace
-from lagrange_cli.run.attributes import finite, series_of
+from lagrange_cli.run.attributes import series_of
 from lagrange_cli.run.ensemble import Ensemble, dimensions, series
 from lagrange_cli.run.members_kept import MembersKept
 
@@ -161,7 +161,7 @@ class Single:
         last = None
         if outcome.status == "interrupted" and self._last is not None:
             last = self._checkpoint(self._last, inside=True)
-        self.output.close({**attributes, **finite({"t_end": self._crossings.t_end})}, last)
+        self.output.close({**attributes, "t_end": self._crossings.t_end}, last)
 
 
 class Table:

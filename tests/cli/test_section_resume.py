@@ -6,13 +6,16 @@ import json
 import signal
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from typing import Any
 
 import h5py
 import numpy as np
 import pytest
 
 import lagrange_cli.cli.commands.section as command
+import lagrange_cli.integrate.ensemble.lanes as lanes
 from lagrange_cli.cli.main import main
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.store.checkpoint import Checkpoint
@@ -85,6 +88,36 @@ def test_a_motion_goes_on_with_the_same_bits_however_often_it_is_interrupted(
     monkeypatch.chdir(tmp_path)
     assert main([*asked, "--crossings", str(found + 9), "-o", "whole.h5"]) == 0
     assert contents(tmp_path / "cut.h5", found) == contents(tmp_path / "whole.h5", found)
+
+
+def test_a_lane_that_was_interrupted_and_does_not_bring_its_motion_to_the_end(tmp_path, monkeypatch, capsys):
+    """The motion is then followed by itself, from its start, whatever was kept of the lane."""
+    asked = ["section", str(SYSTEMS / "driven_damped_pendulum.yaml"), "--every", "2*pi/Omega"]
+    asked += ["--set", "A=1.1", "--crossings", "3000", "-o"]  # A: such that the lane gives up on the way
+    monkeypatch.chdir(tmp_path)
+    alone = []
+    follow, started = lanes.LanesMethod._alone, lanes.started
+
+    def counted(self: lanes.LanesMethod, *given: Any) -> bool:
+        alone.append(given)
+        return follow(self, *given)
+
+    def under_way(members: lanes.Members, count: int) -> list[threading.Thread]:
+        workers = started(members, count)
+        while not members.steps and workers[0].is_alive():
+            pass
+        return workers
+
+    monkeypatch.setattr(lanes.LanesMethod, "_alone", counted)
+    assert main([*asked, "whole.h5"]) == 0
+    assert len(alone) == 1
+    with monkeypatch.context() as patched:
+        patched.setattr(lanes, "started", under_way)
+        patched.setattr(command, "Interrupts", Impatient)
+        patched.setattr(Impatient, "most", 1)
+        assert main([*asked, "cut.h5", "--resume"]) == 130
+    assert main([*asked, "cut.h5", "--resume"]) == 0, capsys.readouterr().err
+    assert (tmp_path / "cut.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
 
 
 def test_of_many_motions_those_that_have_ended_are_not_followed_again(tmp_path, monkeypatch, capsys):

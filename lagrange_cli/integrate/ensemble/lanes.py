@@ -70,7 +70,7 @@ class LanesMethod:
         """See ``EnsembleMethod``."""
         keeping = self.checkpointing
         if keeping is not None and keeping.begin is not None and PACK not in keeping.begin:
-            return self._alone(np.arange(1), starts, accept, interrupt, threads)
+            return self._alone(np.arange(1), starts, accept, interrupt, threads, keeping)
         members = Members(self.machine, self._seen(starts), threads, keeping is not None)
         if keeping is not None and keeping.begin is not None:
             members.restore(keeping.begin)
@@ -98,7 +98,9 @@ class LanesMethod:
             accept(self._seen(batch))
         if stopped or not members.left:
             return not stopped
-        return self._alone(np.sort(members.left), starts, accept, interrupt, threads)
+        # What was kept of the lane is of no use to the method that follows the motion from its start.
+        afresh = None if keeping is None else keeping.from_the_start()
+        return self._alone(np.sort(members.left), starts, accept, interrupt, threads, afresh)
 
     def _seen(self, one: Seen) -> Seen:
         """Starts as lanes see them, or what they give as it is in t."""
@@ -111,6 +113,7 @@ class LanesMethod:
         accept: Accept,
         interrupt: Callable[[int], bool],
         threads: int,
+        checkpointing: Checkpointing[Kept] | None,
     ) -> bool:
         """Integrate the members ``index`` one by one: lanes cannot handle kinks, singularities and the
         like."""
@@ -120,7 +123,7 @@ class LanesMethod:
             from lagrange_cli.integrate.ensemble.section import SectionOneByOne
 
             events = (SURFACE,) if starts.section.periods is None else ()
-            method = SectionOneByOne(self.alone(), True, events, self.checkpointing)
+            method = SectionOneByOne(self.alone(), True, events, checkpointing)
         return method.follow(
             starts.only(index),
             lambda batch: accept(replace(batch, index=index[batch.index])),
