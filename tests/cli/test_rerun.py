@@ -68,7 +68,8 @@ def test_one_of_a_link_to_the_file_is_replaced_too(folder):
 
 
 @pytest.mark.parametrize(
-    "command", [("plot", "--stop", "1"), ("view",), ("animate", "--stop", "0.1", "-o", "a.gif")]
+    "command",
+    [("plot", "--stop", "1"), ("view",), ("animate", "--stop", "0.1", "--speed", "0.5", "-o", "a.gif")],
 )
 def test_pictures_and_pages_say_so_too(folder, capsys, command):
     run = [command[0], "pendulum.yaml", *command[1:]]
