@@ -50,8 +50,9 @@ class Stop(IntEnum):
     GUARD = 6
 
 
-INFO, DUE, RECORDED = 5, 3, 4
-"""Numbers in ``%info``; the places of the guard that is due, and of the number of records."""
+INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
+"""Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
+leave a step that is divided very often (if it is not 0)."""
 SIMPLE, CUT = -1, -2
 """Guards without an auxiliary coordinate."""
 RECORDS = 32

@@ -50,12 +50,14 @@ class OneByOne:
     ) -> bool:
         from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 
+        from lagrange_cli.integrate.hearing import heard
+
         halted, done, stopped = Event(), 0, False
 
         def one(member: int) -> Batch:
             return self._one(member, starts, lambda t: halted.is_set())
 
-        with ThreadPoolExecutor(threads) as pool:
+        with heard(), ThreadPoolExecutor(threads) as pool:
             try:
                 members = iter(range(len(starts)))
                 pending = {pool.submit(one, member) for member in islice(members, 2 * threads)}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,7 +14,7 @@ from lagrange_cli.integrate.method import Interrupt, Snapshot, Unfit
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
-from lagrange_cli.native.interface import DUE, INFO, Interface, Stop
+from lagrange_cli.native.interface import DUE, HALTED, INFO, Interface, Stop
 from lagrange_cli.native.state import BEGINNING, CARRIED_COUNT, LANES, Clock
 from lagrange_cli.records import dataclass
 
@@ -25,6 +26,8 @@ if TYPE_CHECKING:
 
 POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
+HEEDED = 5
+"""So many times it is asked, after a signal, whether to stop."""
 FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
 FIRST = 256
@@ -247,7 +250,7 @@ class Stepper:
                     self.samples[:, done : done + passed.shape[1]] = passed
                     done += passed.shape[1]
                     stop = Stop.PAUSE
-            if stop is not Stop.PAUSE or interrupt(self.t):
+            if stop is not Stop.PAUSE or interrupt(self.t) or self._halted(interrupt):
                 return stop, done
             spent = time.perf_counter() - began
             if self._recompilation is not None:
@@ -256,6 +259,24 @@ class Stepper:
             self._pause = int(
                 max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
+
+    def heard(self) -> AbstractContextManager[None]:
+        """A context in which a signal ends a step that is divided for integrals, which may take long."""
+        if not self._machine.program.integrals:
+            return nullcontext()
+        from lagrange_cli.integrate.hearing import asked_by
+
+        return asked_by(self._info)
+
+    def _halted(self, interrupt: Interrupt) -> bool:
+        """Whether a signal that a step was left for ends the run. In another thread than the main one, this
+        is known a little later."""
+        for _ in range(HEEDED if self._info[HALTED] else 0):
+            if interrupt(self.t):
+                return True
+            time.sleep(POLL_SECONDS)
+        self._info[HALTED] = 0
+        return False
 
     @property
     def _passes(self) -> bool:

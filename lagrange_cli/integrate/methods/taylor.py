@@ -66,7 +66,19 @@ class TaylorMethod:
             jumping=self.jumping,
             every=checkpoints.every,
         )
-        first = 0
+        with stepper.heard():
+            return self._follow(stepper, size, times, accept, interrupt, checkpoints)
+
+    def _follow(
+        self,
+        stepper: Stepper,
+        size: int,
+        times: Times,
+        accept: Accept,
+        interrupt: Interrupt,
+        checkpoints: CheckpointSink,
+    ) -> End:
+        program, first = self.machine.program, 0
         if checkpoints.begin is not None:
             first = checkpoints.begin.samples
             stepper.restore(checkpoints.begin)

@@ -95,6 +95,11 @@ class Function(Flow):
         align = 8 * value.lanes if aligned else 8
         self.line(f"  store {value.kind} {value.name}, ptr {place.name}, align {align}")
 
+    def look_at(self, base: Pointer | str, index: int) -> Integer:
+        """An integer that another thread may change at any time."""
+        place = self.place(base, index, "i64")
+        return Integer(self, self.define(f"load volatile i64, ptr {place.name}, align 8"), 1)
+
     def load_integer(self, base: Pointer | str, index: Integer | int = 0) -> Integer:
         """One integer."""
         place = self.place(base, index, "i64")

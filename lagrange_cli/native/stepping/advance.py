@@ -71,6 +71,16 @@ def advance(steps: Steps) -> str:
             f.store(due.get(), info, DUE)
         f.give(code if isinstance(code, Integer) else f.count(code))
 
+    def leave_divided(steps_before: Integer) -> None:
+        """If that was asked for while a step was divided, stop before this step, as it has to be taken
+        anew."""
+        with f.when(steps.halted(f)):
+            copy(trial, state)
+            limited.set(limited_before.get())
+            if due is not None:
+                due.set(f.count(NO_GUARD))
+            leave(Stop.PAUSE, steps_before, began.get())
+
     def change_mode() -> Bit:
         """Go on from here with the other mode of the guard that is due; whether the equations are the same.
         The caller decides what is not simple."""
@@ -144,6 +154,7 @@ def advance(steps: Steps) -> str:
                     before_it = Now(*start, zero, unit_before.get())
                     steps.resume(f, before_it)
                     steps.part(f, before_it, length.get(), (began.get(), index.get()))
+                    leave_divided(less)
                     steps.forget(f)
                     steps.expand(f, Now(t, low, clock(Clock.STEP), one))
             for number in (Clock.REFUSED, Clock.REFUSED_BEYOND, Clock.UNEXPLAINED):
@@ -276,6 +287,7 @@ def advance(steps: Steps) -> str:
             unit_before.set(now.unit)
             with f.when(rough):
                 steps.part(f, now, step, (began.get(), sampled))
+                leave_divided(taken.get())
                 steps.forget(f)
         taken.set(taken.get() + 1)
         with f.when(ending & ~seen):

@@ -38,7 +38,7 @@ NEARBY = 2.0**-30
 STRETCHES = 16.0
 """If an integrand is not finite beyond such a part, it is looked at so many times as far away."""
 MOST = 2**18
-"""Parts of one step."""
+"""Parts of one step. These may take minutes, so that it is asked at each whether to go on (``halted``)."""
 PATIENT, EVEN = 48, 1 / 16
 """Beside constraints, integrands may cancel to rounding errors, which no part confirms. After so many parts
 of a step, all are of this length and are not confirmed: what may hide is proven, and not divided so."""
@@ -95,8 +95,10 @@ class Division:
 
     def __init__(
         self, f: Function, quadratures: Quadratures, sums: Sums, at: Places, low: int, units: Units,
-        expand: Callable[[Pair], None], prove: Callable[[Pair, Real], Bit] | None, *, tires: bool = False,
+        expand: Callable[[Pair], None], prove: Callable[[Pair, Real], Bit] | None,
+        halted: Callable[[], Bit], *, tires: bool = False,
     ) -> None:  # fmt: skip
+        self.halted = halted
         self.tires = tires and prove is None
         self.f, self.at, self.low, self.sums, self.units = f, at, low, sums, units
         self.lengths, self.own, self.bounds = quadratures.lengths, quadratures.own, quadratures.bounds
@@ -318,5 +320,5 @@ class Division:
                 self.go((reached.get(), beyond.get()))
             count.set(count.get() + 1)
             missing = difference(step, (reached.get(), beyond.get()))[0] > 0.0
-            rounds.repeat(missing & (count.get() < MOST))
+            rounds.repeat(missing & (count.get() < MOST) & ~self.halted())
         return difference(step, (reached.get(), beyond.get()))[0] <= 0.0

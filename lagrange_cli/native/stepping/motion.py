@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Sequence
 
-from lagrange_cli.native.interface import records_at
+from lagrange_cli.native.interface import HALTED, records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
@@ -164,12 +164,17 @@ class MotionSteps(Steps):
         places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
         step, stride = difference(self.time(f), (before.t, before.low)), Integer(f, "%stride")
         more = *samples, stride, stride * self.lengths.rows
-        f.call(None, "divide", *places, before.t, before.low, *step, before.unit, *more)
+        info = f.pointer("%info")
+        f.call(None, "divide", *places, info, before.t, before.low, *step, before.unit, *more)
+
+    def halted(self, f: Function) -> Bit:
+        return ~f.look_at("%info", HALTED).equals(0)
 
     def divide(self, quadratures: Quadratures) -> Function:
         """``@divide``: the integrals of the step (%h, %hl) from ``%trial`` on, with the series in ``%work``,
-        by parts; also those of the samples from ``first`` to before ``last``."""
-        heads = ", ".join(f"ptr %{name}" for name in ("constants", "trial", "work", "state", "times", "out"))
+        by parts; also those of the samples from ``first`` to before ``last``. Asked to, it leaves at once."""
+        names = ("constants", "trial", "work", "state", "times", "out", "info")
+        heads = ", ".join(f"ptr %{name}" for name in names)
         more = ", ".join(f"double %{name}" for name in ("t", "low", "h", "hl", "unit"))
         counts = ", ".join(f"i64 %{name}" for name in ("first", "last", "stride", "beyond"))
         f = Function(f"define internal void @divide({heads}, {more}, {counts}) #0")
@@ -187,7 +192,9 @@ class MotionSteps(Steps):
 
         at = Places(trial, f.pointer("%work"), arrays, series)
         given = f, quadratures, self.sums, at, self.state.width, units, expand
-        made = self.division(*given, prove if self.integrands else None, tires=self.constrained)
+        made = self.division(
+            *given, prove if self.integrands else None, lambda: self.halted(f), tires=self.constrained
+        )
 
         def samples(part: Part) -> Integer:
             zero = f.constant(0.0)

@@ -107,4 +107,8 @@ class Steps(ABC):
     @abstractmethod
     def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
         """Compute the integrals of the step before by parts (``quadratures``), also at its samples: from the
-        one to before the other."""
+        one to before the other; or some of it, if it is ``halted``."""
+
+    @abstractmethod
+    def halted(self, f: Function) -> Bit:
+        """Whether ``part`` is to leave its step."""

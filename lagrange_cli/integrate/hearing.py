@@ -1,0 +1,74 @@
+"""Signals that are heard while compiled code runs.
+
+Python runs a handler of signals in the main thread only, and not before compiled code has returned. One step
+may be divided so often for its integrals that this takes minutes. Within ``heard`` a thread is told of each
+signal at once, by the descriptor that Python's own handler writes to, and asks the code to leave the step.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
+
+from numpy import int64
+from numpy.typing import NDArray
+
+from lagrange_cli.native.interface import HALTED
+
+ENDS = ("SIGINT", "SIGTERM", "SIGHUP", "SIGALRM", "SIGBREAK")
+ENDING = frozenset(int(getattr(signal, name)) for name in ENDS if hasattr(signal, name))
+"""The numbers of the signals that ask a process to end."""
+
+_steppers: list[NDArray[int64]] = []
+"""The numbers (``%info``) that compiled code which is running now looks at."""
+
+
+@contextmanager
+def asked_by(info: NDArray[int64]) -> Iterator[None]:
+    """A context in which a signal sets the place ``HALTED`` of ``info`` to 1, if the main thread hears
+    it."""
+    _steppers.append(info)
+    try:
+        with heard():
+            yield
+    finally:
+        del _steppers[next(i for i, one in enumerate(_steppers) if one is info)]
+
+
+@contextmanager
+def heard() -> Iterator[None]:
+    """A context in which the main thread hears signals. It does not where another program listens already."""
+    with _listening() if threading.current_thread() is threading.main_thread() else nullcontext():
+        yield
+
+
+@contextmanager
+def _listening() -> Iterator[None]:
+    ear, mouth = os.pipe()
+    if hasattr(os, "set_blocking"):  # Python demands it where there is such a thing
+        os.set_blocking(mouth, False)
+    before = signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
+    listener = threading.Thread(target=_listen, args=(ear,), daemon=True)
+    if before == -1:
+        listener.start()
+    else:
+        signal.set_wakeup_fd(before)
+    try:
+        yield
+    finally:
+        if before == -1:
+            signal.set_wakeup_fd(-1)
+        os.close(mouth)  # which ends the listener
+        if before == -1:
+            listener.join()
+        os.close(ear)
+
+
+def _listen(ear: int) -> None:
+    while numbers := os.read(ear, 64):
+        if not ENDING.isdisjoint(numbers):
+            for info in list(_steppers):
+                info[HALTED] = 1
