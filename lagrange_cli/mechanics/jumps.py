@@ -72,7 +72,7 @@ def continuous(model: Model[Node]) -> Iterator[Continuous]:
             yield Continuous(key, graph.diff(energy, v), [model.time])
     yield Continuous("dissipation", model.dissipation, model.v)
     for particle in model.particles:
-        if particle.mass.is_zero or not switching(particle.position):
+        if particle.mass.is_zero or not switching([*particle.position, *particle.velocity]):
             continue
         name = particle.body or particle.name
         for x in particle.position:
@@ -82,14 +82,13 @@ def continuous(model: Model[Node]) -> Iterator[Continuous]:
         for v in model.v:
             yield Continuous("embedding", graph.diff(kinetic, v), [model.time], name, slope=True)
     for constraint in model.constraints:
-        f = constraint.expression
-        if not switching([f]):
+        f, key = constraint.expression, "constraints" if constraint.holonomic else "nonholonomic"
+        slopes = [graph.diff(f, x) for x in at_any_time if x.symbols & f.symbols]
+        if not switching([f, *slopes]):
             continue
-        key = "constraints" if constraint.holonomic else "nonholonomic"
         yield Continuous(key, f, at_any_time, constraint.name)
-        if constraint.holonomic:
-            for x in at_any_time:
-                yield Continuous(key, graph.diff(f, x), at_any_time, constraint.name, slope=True)
+        for slope in slopes if constraint.holonomic else ():
+            yield Continuous(key, slope, at_any_time, constraint.name, slope=True)
 
 
 def switching(nodes: Sequence[Node]) -> bool:

@@ -8,7 +8,7 @@ import pytest
 from lagrange_cli.errors import InfiniteForce
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.jumping_values import jumps_may_depend_on, may_jump
-from lagrange_cli.mechanics.jumps import refuse_jumps
+from lagrange_cli.mechanics.jumps import refuse_jumps, refuse_jumps_in_numbers
 from tests.support.command import lagrange
 from tests.support.motion import model_of
 
@@ -90,6 +90,7 @@ KINK, JUMP = "has a kink, where velocities jump and the force is infinite", "has
         ("k*max(0, x - a)", "", f"the position of 'b' {KINK}"),
         ("max(x, t)", "", f"the position of 'b' {KINK}"),
         ("y + abs(t - a)", "", f"the position of 'b' {KINK}"),
+        ("y + asin(sin(t))", "", f"the position of 'b' {KINK}"),
         ("where(x < a, 0, k)", "", f"the position of 'b' {JUMP}"),
         ("y", "constraints: {f: 'y - k*max(0, x - a)'}", f"constraint 'f' {KINK}"),
         ("y", "constraints: {f: 'y - max(0, t - a)'}", f"constraint 'f' {KINK}"),
@@ -102,6 +103,19 @@ KINK, JUMP = "has a kink, where velocities jump and the force is infinite", "has
 def test_velocities_that_would_have_to_jump_are_refused(position, constraint, message) -> None:
     with pytest.raises(InfiniteForce, match=message):
         derive(model_of(PLACED.format(position=position, constraint=constraint)))
+
+
+@pytest.mark.parametrize(
+    ("position", "constraint"),
+    [
+        ("y + sqrt(1 - cos(t))", ""),
+        ("y", "constraints: {f: 'y - sqrt(1 - cos(t))'}"),
+        ("y + abs(sin(x))*x", ""),
+    ],
+)
+def test_kinks_at_many_places_are_refused_in_a_run(position, constraint) -> None:
+    with pytest.raises(InfiniteForce, match=r"with the parameters of this run, .* has a kink"):
+        refuse_jumps_in_numbers(model_of(PLACED.format(position=position, constraint=constraint)))
 
 
 @pytest.mark.parametrize(
