@@ -6,11 +6,10 @@ Where F is steep they are large, and what rounding leaves of them would act. So 
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Iterator, Mapping, Sequence
-
-import numpy as np
-import numpy.typing as npt
+from itertools import chain
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
@@ -25,11 +24,8 @@ MOST_COORDINATES, MOST_TERMS = 30, 60
 """In more coordinates, or in more terms, none are looked for."""
 POINTS = 3
 """Random states at which terms must cancel before it is proven that they do."""
-ROUNDING = 1e-9
-"""Coefficients this near to 0 or 1 are so but for rounding."""
 LEAST = 1e-300
 """The smallest unit of exponents that is tried."""
-Array = npt.NDArray[np.float64]
 
 
 def acting(model: Model[Node], graph: Graph, lagrangian: Node) -> Node:
@@ -51,7 +47,7 @@ def acting(model: Model[Node], graph: Graph, lagrangian: Node) -> Node:
     places = (*model.q, model.time)
     idle = {
         term
-        for group in groups(graph, {term: curl(graph, form, places) for term, form in forms.items()})
+        for group in groups({term: curl(graph, form, places) for term, form in forms.items()})
         if is_exact(graph, group, [forms[term] for term in group], places)
         for term in group
     }
@@ -92,27 +88,26 @@ def is_exact(
     return zeros(left) == {*left}
 
 
-def groups(graph: Graph, curls: Mapping[Node, Sequence[Node]]) -> Iterator[list[Node]]:
-    """Groups of terms that may be a dF/dt: single ones, and those whose curls cancel at random states.
-
-    A vector of coefficients with which all curls cancel is in the null space of their values. Where that
-    has a basis of vectors which share no terms, each with equal coefficients, these are the groups.
-    """
-    closed = {term for term, nodes in curls.items() if zeros(nodes) == {*nodes}}
-    yield from ([term] for term in closed)
-    terms = [term for term in curls if term not in closed]
-    values = at_random([node for term in terms for node in curls[term]])
-    if not values.size or not np.all(np.isfinite(values)):
+def groups(curls: Mapping[Node, Sequence[Node]]) -> Iterator[list[Node]]:
+    """Groups of terms that may be a dF/dt: single ones, and those whose curls cancel at random states."""
+    terms = []
+    for term, nodes in curls.items():
+        if zeros(nodes) == {*nodes}:
+            yield [term]
+        else:
+            terms.append(term)
+    states = at_random([node for term in terms for node in curls[term]])
+    if len(terms) < 2 or not all(map(math.isfinite, chain.from_iterable(states))):
         return
-    rows = values.reshape(POINTS, len(terms), -1).swapaxes(0, 1).reshape(len(terms), -1)
-    for vector in reduced(null_space(rows)):
-        members = np.abs(vector) > ROUNDING
-        if np.allclose(vector[members], 1.0, rtol=0, atol=ROUNDING):
-            yield [term for term, within in zip(terms, members) if within]
+    from lagrange_cli.mechanics.cancelling import cancelling
+
+    each = len(states[0]) // len(terms)
+    rows = [[x for state in states for x in state[k * each : (k + 1) * each]] for k in range(len(terms))]
+    yield from ([terms[k] for k in group] for group in cancelling(rows))
 
 
-def at_random(nodes: Sequence[Node]) -> Array:
-    """Values of the nodes at random states, of shape (states, nodes).
+def at_random(nodes: Sequence[Node]) -> list[list[float]]:
+    """Values of the nodes at random states, or nan where these are too large.
 
     Exponents are scaled down where they are large (see ``expression.zero``), which changes no identity.
     """
@@ -125,31 +120,7 @@ def at_random(nodes: Sequence[Node]) -> Array:
         if not branches.farthest:
             found.append([value[node] for node in nodes])
         elif unit < LEAST:
-            break
+            return [[math.nan]]
         else:
             found, unit = [], unit * source.uniform(0.5, 1.0) / branches.farthest
-    return np.array(found if len(found) == POINTS else [])
-
-
-def null_space(rows: Array) -> Array:
-    """A basis of the vectors c with c @ rows = 0, as rows."""
-    largest = np.max(np.abs(rows), axis=0)
-    left, sizes, _ = np.linalg.svd(rows[:, largest > 0] / largest[largest > 0])
-    rank = int(np.sum(sizes > ROUNDING * sizes[:1]))
-    return np.asarray(left[:, rank:].T)
-
-
-def reduced(rows: Array) -> Array:
-    """The reduced row echelon form (by Gauss and Jordan, with pivots)."""
-    rows, done = rows.copy(), 0
-    for column in range(rows.shape[1]):
-        if done == len(rows):
-            break
-        pivot = done + int(np.argmax(np.abs(rows[done:, column])))
-        if abs(rows[pivot, column]) > ROUNDING:
-            rows[[done, pivot]] = rows[[pivot, done]]
-            rows[done] /= rows[done, column]
-            others = np.arange(len(rows)) != done
-            rows[others] -= np.outer(rows[others, column], rows[done])
-            done += 1
-    return rows
+    return found
