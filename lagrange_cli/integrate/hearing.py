@@ -48,13 +48,11 @@ def heard() -> Iterator[None]:
 @contextmanager
 def _listening() -> Iterator[None]:
     ear, mouth = os.pipe()
-    if hasattr(os, "set_blocking"):  # Python demands it where there is such a thing
-        os.set_blocking(mouth, False)
-    before = signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
+    before = _told_at(mouth)
     listener = threading.Thread(target=_listen, args=(ear,), daemon=True)
     if before == -1:
         listener.start()
-    else:
+    elif before is not None:
         signal.set_wakeup_fd(before)
     try:
         yield
@@ -65,6 +63,17 @@ def _listening() -> Iterator[None]:
         if before == -1:
             listener.join()
         os.close(ear)
+
+
+def _told_at(mouth: int) -> int | None:
+    """From now on Python writes signals to this descriptor; that which it wrote them to before, -1 for none.
+    None where it refuses, as the descriptor cannot be made one that does not block."""
+    if hasattr(os, "set_blocking"):
+        os.set_blocking(mouth, False)
+    try:
+        return signal.set_wakeup_fd(mouth, warn_on_full_buffer=False)
+    except ValueError:
+        return None
 
 
 def _listen(ear: int) -> None:

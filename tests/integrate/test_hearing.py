@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 
+import numpy as np
 import pytest
 
 import lagrange_cli.integrate.methods.stepper as stepping
@@ -72,8 +73,6 @@ def test_a_step_that_was_left_is_taken_anew_with_the_same_bits(tmp_path, monkeyp
 
 
 def test_a_signal_asks_all_that_run_and_nothing_is_left_behind():
-    import numpy as np
-
     infos = [np.zeros(INFO, dtype=np.int64) for _ in range(2)]
     handler = signal.signal(signal.SIGINT, lambda *given: None)
     try:
@@ -85,3 +84,11 @@ def test_a_signal_asks_all_that_run_and_nothing_is_left_behind():
         assert signal.set_wakeup_fd(-1) == -1
     finally:
         signal.signal(signal.SIGINT, handler)
+
+
+def test_where_python_refuses_to_tell_of_signals_nothing_else_changes(monkeypatch):
+    """On Windows, before Python 3.12, no pipe can be made one that does not block."""
+    monkeypatch.delattr(os, "set_blocking")
+    with asked_by(np.zeros(INFO, dtype=np.int64)):
+        pass
+    assert signal.set_wakeup_fd(-1) == -1
