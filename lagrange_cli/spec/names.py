@@ -365,7 +365,7 @@ class Names:
             and particles
             and Kind.PARTICLE in self.rules[section].allowed
         ):
-            return message, f"write {particles[0]}.{name} for that of {particles[0]}"
+            return message, f"write {particles[0]}.{name} for the {name} of {particles[0]}"
         if hint := self._other_notation(name, particles):
             return message, hint
         near = near_hint(name, [*self.table, *indices, *CONSTANTS])

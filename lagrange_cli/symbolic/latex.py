@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
-from lagrange_cli.symbolic.notations import GREEK, dotted, split_index
+from lagrange_cli.symbolic.notations import GREEK, dotted, multiplied, split_index
 from lagrange_cli.symbolic.render import Level, Notation
 from lagrange_cli.symbolic.report import sections
 from lagrange_cli.symbolic.statements import Section, Statement
@@ -43,7 +43,7 @@ class Latex(Notation):
         return rf"{mantissa} \cdot 10^{{{int(exponent)}}}" if exponent else digits
 
     def product(self, factors: Sequence[str]) -> str:
-        return r" \, ".join(factors) if all(map(str.isdigit, factors)) else " ".join(factors)
+        return multiplied(factors, r" \cdot ")
 
     def fraction(self, numerator: Sequence[str], denominator: Sequence[str]) -> tuple[str, Level]:
         """A fraction; factors that are too wide for the numerator, or divided by a number only, follow it."""

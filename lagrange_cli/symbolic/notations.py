@@ -164,7 +164,7 @@ class Unicode(Text):
         return f"{mantissa}·10{str(int(exponent)).translate(SUPERSCRIPTS)}" if exponent else digits
 
     def product(self, factors: Sequence[str]) -> str:
-        return " ".join(factors)
+        return multiplied(factors, " · ")
 
     def power(self, base: str, exponent: str) -> str:
         if exponent.isdigit():
@@ -184,3 +184,10 @@ class Unicode(Text):
         if function == "abs":
             return self.power(f"|{arguments[0]}|", exponent) if exponent else f"|{arguments[0]}|"
         return f"{self.power(function, exponent) if exponent else function}({', '.join(arguments)})"
+
+
+def multiplied(factors: Sequence[str], dot: str) -> str:
+    """A product without signs, but for a ``dot`` before a digit: 3 2^x would look like 32^x."""
+    return "".join(
+        (dot if one[:1].isdigit() else " ") * bool(number) + one for number, one in enumerate(factors)
+    )

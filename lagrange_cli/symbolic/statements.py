@@ -107,9 +107,11 @@ def constraint_sections(
 def equation_statements(
     equations: Equations, written: Sequence[Equation], writer: Writer
 ) -> Iterable[Statement]:
-    """Equations by coordinate, each with the factor by which it has been divided, unless that is 1."""
+    """Equations by coordinate, each with the factor by which it has been divided or multiplied, if any."""
     for name, equation in zip(equations.coordinates, written, strict=True):
         remark = writer.prose(f"`{name}`")
         if equation.factor != 1:
-            remark += f", divided by {writer.notation.inline(writer.text(equation.factor))}"
+            small = equation.factor.is_Rational and abs(equation.factor) < 1
+            word, factor = ("multiplied", 1 / equation.factor) if small else ("divided", equation.factor)
+            remark += f", {word} by {writer.notation.inline(writer.text(factor))}"
         yield Statement(writer.text(equation.left), writer.text(equation.right), remark)

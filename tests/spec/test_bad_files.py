@@ -242,7 +242,7 @@ bodies:
     (POTENTIAL, "theta.v", [(12, "theta.v", "has no component 'v'", "theta_dot for its velocity")]),
     (POTENTIAL, "bob.xdot", [(12, "bob.xdot", "has no component 'xdot'", "write bob.vx")]),
     (POTENTIAL, "dot(bob.v, bob)", [(12, "bob.v", "has no component 'v'", "write (bob.vx, bob.vy)")]),
-    (POTENTIAL, "m*g*y", [(12, "y", "unknown name 'y'", "write bob.y for that of bob")]),
+    (POTENTIAL, "m*g*y", [(12, "y", "unknown name 'y'", "write bob.y for the y of bob")]),
     (POTENTIAL, "m*G", [(12, "G", "unknown name 'G'", "did you mean 'g'?")]),
     (POTENTIAL, "2*π*time", [(12, "π", "unknown name", "write pi"), (12, "time", "unknown", "write t")]),
     (POTENTIAL, "thta^2 + omg", [

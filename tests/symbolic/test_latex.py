@@ -14,6 +14,7 @@ from lagrange_cli.symbolic.latex import as_latex
 from lagrange_cli.symbolic.latex_lines import WIDTH, breaks, broken, width
 from lagrange_cli.symbolic.layouts import wrap
 from lagrange_cli.symbolic.work import counting
+from tests.support.command import lagrange
 from tests.support.systems import NAMES, derived, equations_of, equations_with, has_form
 
 PARSER = MathTextParser("agg")
@@ -171,3 +172,15 @@ def test_a_long_rate_of_change_in_a_list_has_lines_of_its_own():
     text = as_latex(equations, "lagrange")
     _, item = text.split("\\item\n", 1)
     assert item.lstrip().startswith(r"\begin{align*}") and "constraint forces do work" in item
+
+
+@pytest.mark.parametrize(
+    "format, wanted, wrong", [("latex", r"3 \cdot 2^{-x}", "3 2^"), ("unicode", "3 · 2^(−x)", "3 2^")]
+)
+def test_a_number_before_a_power_of_a_number_is_kept_apart(tmp_path, format, wanted, wrong):
+    (tmp_path / "a.yaml").write_text(
+        "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - 2**(-x) - (2 + x)**(pi/3)\n"
+    )
+    shown = lagrange("equations", "a.yaml", "--format", format, cwd=tmp_path).stdout
+    assert wanted in shown and wrong not in shown
+    assert "multiplied by" in shown and "divided by" not in shown
