@@ -49,7 +49,7 @@ def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
         raise UsageError(f"{what} is a mapping from names to values, not {values!r:.60}")
     for name, value in values.items():
         if not isinstance(name, str):
-            raise UsageError(f"{what} is a mapping from names to values, and {name!r:.60} is no name")
+            raise UsageError(f"{what} is a mapping from names to values, and {name!r:.60} is not a name")
         for indices, one in members((), value):
             member = f"{name}[{','.join(map(str, indices))}]" if indices else name
             yield member, text_of(f"{what}: {member}", one)

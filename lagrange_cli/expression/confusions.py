@@ -49,8 +49,8 @@ STRANGERS: dict[str, tuple[str, str]] = {
     "∞": ("'∞' is not a finite number", "write a number"),
     "½": ("the character '½' is not allowed", "write 1/2"),
     "¼": ("the character '¼' is not allowed", "write 1/4"),
-    "\u0307": ("a dot above a letter is no derivative", "velocities are written as x_dot"),
-    "\u0308": ("dots above a letter are no derivative", "velocities are written as x_dot"),
+    "\u0307": ("a dot above a letter does not mean a derivative", "velocities are written as x_dot"),
+    "\u0308": ("dots above a letter do not mean a derivative", "velocities are written as x_dot"),
 }
 """Characters without a meaning."""
 

@@ -1,4 +1,4 @@
-"""Refuses an orientation that is no rotation: a body would be strained, and its motion wrong."""
+"""Refuses an orientation that is not a rotation: a body would be strained, and its motion wrong."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ def refuse_strain(model: Model[Node]) -> None:
             for j, other in enumerate(axes[: i + 1]):
                 product = graph.sum([(x * y, 1.0) for x, y in zip(one, other)])
                 if not is_zero(product - graph.one if i == j else product):
-                    what = f"column {i + 1} has not the length 1"
+                    what = f"column {i + 1} does not have the length 1"
                     if i != j:
                         what = f"columns {j + 1} and {i + 1} are not at right angles"
-                    message = f"the matrix of body '{name}' is no rotation: {what}"
+                    message = f"the matrix of body '{name}' is not a rotation: {what}"
                     raise source.error(place, message, "its columns are the body's axes in space")
         (a, b, c), (d, e, f), (g, h, k) = axes
         if is_zero(a * (e * k - f * h) + b * (f * g - d * k) + c * (d * h - e * g) + graph.one):
-            message = f"the matrix of body '{name}' is no rotation: it has the determinant -1"
+            message = f"the matrix of body '{name}' is not a rotation: it has the determinant -1"
             raise source.error(place, message, "turn one of its axes round")

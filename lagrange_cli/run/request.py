@@ -88,6 +88,6 @@ def format_of(output: str | None, asked: str | None = None) -> str:
         stem = os.path.splitext(stem)[0] or stem
         raise UsageError(
             f"outputs are HDF5 or CSV, not {ending[1:]}: name the file {stem}.h5 or {stem}.csv "
-            "(or say --format, to have it under this name)"
+            "(or give --format to keep this name)"
         )
     return HDF5

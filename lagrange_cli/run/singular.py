@@ -53,7 +53,7 @@ def singular_angles(spec: Spec, parameters: Mapping[str, float], start: float, e
             proper = how.sequence[0] == how.sequence[2]
             if abs(math.sin(middle) if proper else math.cos(middle)) < CLOSE:
                 verb, function = "are" if end.t == start else "become", "sine" if proper else "cosine"
-                pose = f"the {function} of the second one is 0; a quaternion has no such pose"
+                pose = f"the {function} of the second one is 0; a quaternion has no such singularity"
                 return Cause(f"the angles of body '{name}' {verb} singular ({pose})", end.t)
     return None
 

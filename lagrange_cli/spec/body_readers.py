@@ -164,7 +164,7 @@ def read_orientation(node: Node, where: str, problems: Problems) -> Orientation 
         elif not is_sequence(sequence):
             problems.add(
                 given.place,
-                f"'{sequence}' is no sequence of axes in {where}",
+                f"'{sequence}' is not a sequence of axes in {where}",
                 "write three axes, neighbours different, such as zxz, zyx or xyz",
             )
     label = f"{form} of {where}"

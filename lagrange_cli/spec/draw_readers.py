@@ -195,7 +195,7 @@ def read_curves(node: Node, where: str, problems: Problems) -> tuple[WrittenCurv
     found = []
     for name, key, value in read_named(node, "curve", where, hint, problems):
         if name.axes:
-            problems.add(key.place, f"the curve '{name.label}' is no family", "write each curve by itself")
+            problems.add(key.place, f"the curve '{name.label}' is not a family", "write each curve by itself")
             continue
         label = f"curve '{name.label}'"
         given: dict[str, Any] = {}

@@ -21,7 +21,7 @@ from lagrange_cli.spec.table import Row, Table
 
 BOUNDS = Table(
     "bounds",
-    tuple(Row(axis, read_range, f"the least and the greatest {axis} that are shown") for axis in "xyz"),
+    tuple(Row(axis, read_range, f"the range of {axis} that is shown, `[low, high]`") for axis in "xyz"),
 )
 CAMERA = Table(
     "camera",
@@ -29,19 +29,19 @@ CAMERA = Table(
         Row(
             "azimuth",
             read_degrees,
-            "the direction in space it looks from, in degrees about the upright axis [-60, or 12 from the "
-            "front of the plane in which all moves]",
+            "the direction from which the camera looks, in degrees about the vertical axis [-60; 12 from "
+            "the front if everything moves in a plane]",
         ),
         Row(
             "elevation",
             read_degrees,
-            "its height over the horizon, in degrees [20, or 12 in front of a plane]",
+            "its angle above the horizontal, in degrees [20; 12 if everything moves in a plane]",
         ),
         Row(
             "bounds",
             partial(read_part, BOUNDS),
-            "`{x: [-1, 1], y: [0, 2]}`: what is shown along these axes; from the point that is followed, if "
-            "there is one [all that moves]",
+            "`{x: [-1, 1], y: [0, 2]}`: the range that is shown along each axis, relative to the point "
+            "that is followed, if there is one [everything that moves]",
             also="box window limits extent frame range",
         ),
         Row(

@@ -230,7 +230,10 @@ class Names:
             used = [name for name in names(comparison) if name.base in self.table]
             varying = [name for name in used if self.table[name.base].kinds - {Kind.PARAMETER, Kind.SIZE}]
             if varying:
-                message = f"'{varying[0].identifier}' has one exact value at single moments only"
+                message = (
+                    f"'{varying[0].identifier}' changes with time and has an exact value only at isolated "
+                    "instants"
+                )
                 hint = "write < <= > or >=, as in abs(x - a) < 1e-6"
                 mistake = ExpressionError(comparison.span, message, hint)
                 self.problems.add_expression(expression, mistake, where)
@@ -325,7 +328,7 @@ class Names:
                 hint = f"only bodies have an orientation and points such as plate.{POINT}(a, b, c)"
             else:
                 hint = "only bodies have an angular velocity"
-            message = f"the {meaning.what.value} '{base}' is no rigid body"
+            message = f"the {meaning.what.value} '{base}' is not a rigid body"
             raise ExpressionError(name.span, message, f"{hint}: see 'bodies'")
         if meaning.what in (Kind.PARTICLE, Kind.BODY):
             known += VELOCITY_COMPONENTS[: len(meaning.value)]

@@ -427,7 +427,7 @@ SECTIONS = Table(
         Row(
             "draw",
             read_draw,
-            "what `view` and `animate` show, where what they find themselves is not wanted: see "
+            "what `view`, `plot` and `animate` draw, in place of what they find by themselves: see "
             "[below](#the-drawing)",
             also="drawing picture sketch display visualization visualisation graphics view animate "
             "animation drawings",

@@ -75,7 +75,7 @@ class _Checker:
             if entry.name not in coordinates:
                 hint = near_hint(entry.name, coordinates) or known_hint(coordinates)
                 self.problems.add_once(
-                    entry.place, f"{label} replaces '{entry.name}', which is no coordinate", hint
+                    entry.place, f"{label} replaces '{entry.name}', which is not a coordinate", hint
                 )
             elif entry.value is not None:
                 replaced[entry.name] = entry.value

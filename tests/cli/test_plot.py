@@ -41,7 +41,7 @@ def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):
         (["other.h5", "-o", "kept.png"], 5, "already exists"),
         (["other.h5", "--what", "q", "--y", "h"], 2, "give one of them"),
         (["other.h5", "--terminal", "-o", "a.png"], 2, "writes no file"),
-        (["other.h5", "--inches", "big"], 2, "no size in inches"),
+        (["other.h5", "--inches", "big"], 2, "not a size in inches"),
     ],
 )
 def test_mistakes(tmp_path, capsys, arguments, status, message):

@@ -193,7 +193,7 @@ def test_what_is_written_of_bodies():
 )
 def test_a_matrix_that_is_no_rotation_is_refused(rows, message):
     body = f"{{mass: 1, solid: {{disc: 1}}, position: [0, 0, 0], orientation: {{matrix: {rows}}}}}"
-    with pytest.raises(SpecError, match="is no rotation") as caught:
+    with pytest.raises(SpecError, match="is not a rotation") as caught:
         residual_of(f"coordinates: {{s: {{initial: 0}}}}\nbodies: {{wheel: {body}}}\n")
     assert message in str(caught.value)
 

@@ -133,7 +133,7 @@ def test_an_unknown_transformation_and_one_that_is_singular():
         ("x: r*cos(phi)", "x: r*r_dot", "the velocity 'r_dot' cannot be used", "r_dot"),
         ("x: r*cos(phi)", "x: speed", "the definition 'speed'", "speed"),
         ("x: r*cos(phi)", "x: p.x*phi", "the particle 'p' cannot be used", "p.x"),
-        ("x: r*cos(phi)", "q: r*cos(phi)", "replaces 'q', which is no coordinate", "q"),
+        ("x: r*cos(phi)", "q: r*cos(phi)", "replaces 'q', which is not a coordinate", "q"),
         ("[r, phi]", "[m, phi]", "the coordinate 'm' has the name of a parameter", "m"),
         ("[r, phi]", "[r, phi, s]", "replaces 2 coordinates by 3", "polar"),
         ("x: r*cos(phi), y: r*sin(phi)", "x: r, y: -r", "on the new coordinate 'phi'", "phi"),

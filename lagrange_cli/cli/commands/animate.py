@@ -60,15 +60,15 @@ def parse_size(context: click.Context, parameter: click.Parameter, values: tuple
 @click.option(
     "-o", "--output", metavar="FILE.mp4", shell_complete=files("mp4", "gif", "apng"),
     help="The film to write, as .mp4, .gif or .apng; a name without an ending is that of a folder for single "
-    "pictures [RUN.mp4 in the current directory].",
+    "frames [RUN.mp4 in the current directory].",
 )  # fmt: skip
 @click.option(
     "--speed", type=click.FloatRange(min=0, min_open=True),
-    help="Units of t that pass in a second [1; if the film would last less than 0.2 s or more than 60 s, as "
-    "many as make it last about 20 s].",
+    help="The time t that passes in a second of the film [1; if the film would be shorter than 0.2 s or "
+    "longer than 60 s, such that it lasts about 20 s].",
 )  # fmt: skip
 @click.option(
-    "--fps", type=click.FloatRange(min=0, min_open=True, max=240), help="Pictures a second [30; .gif: 25]."
+    "--fps", type=click.FloatRange(min=0, min_open=True, max=240), help="Frames per second [30; .gif: 25]."
 )
 @click.option("--from", "begin", type=float, metavar="TIME", help="The time at which the film begins.")
 @click.option("--to", "end", type=float, metavar="TIME", help="The time at which it ends.")
@@ -107,7 +107,7 @@ def animate(
 ) -> int:  # fmt: skip
     """Make a film of a motion: of an output of solve, or of a system.
 
-    The motion of a system file is computed first; options such as --set and --stop are for it. What is drawn
+    The motion of a system file is computed first; options such as --set and --stop apply to it. What is drawn
     comes from the file, as for 'lagrange view': its section draw changes it. Ctrl-C ends the film early.
 
     \b

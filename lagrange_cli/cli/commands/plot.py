@@ -64,13 +64,14 @@ def parse_size(
     except ValueError:
         width = height = 0.0
     if not (1 <= width <= 100 and 1 <= height <= 100):
-        raise click.BadParameter(f"{text!r} is no size in inches from 1x1 to 100x100, as in --inches 7x5")
+        raise click.BadParameter(f"{text!r} is not a size in inches from 1x1 to 100x100, as in --inches 7x5")
     return width, height
 
 
 MEMBER = click.option(
     "--member", type=click.IntRange(min=0), metavar="N",
-    help="Of the output of a sweep, the member of this number, from 0 on: its motion is computed again.",
+    help="The number of a member, from 0, if the file is the output of a sweep. Its motion is computed "
+    "again.",
 )  # fmt: skip
 
 
@@ -122,7 +123,7 @@ def plot(
     """Draw outputs of solve, sweep and section, or the motion of a system.
 
     Several outputs of one kind are drawn over each other. The motion of a system file is computed first, with
-    the outputs that the plot needs; options such as --set and --stop are for it. Curves are pale where an
+    the outputs that the plot needs; options such as --set and --stop apply to it. Curves are pale where an
     estimate of the error (--certify) says that six digits can no longer be trusted.
 
     \b

@@ -84,8 +84,8 @@ def view(
     lagrange view double_pendulum.yaml --open
     lagrange view double_pendulum.h5
 
-    The page of an output of 'lagrange solve' replays its motion. That of a sweep has the members on a slider,
-    and computes their motions.
+    For an output of 'lagrange solve', the page replays its motion. For a sweep, it has a slider for the
+    members, and computes their motions.
     """
     from lagrange_cli.run.request import TIMES, Request
     from lagrange_cli.spec.spec import SolveDefaults

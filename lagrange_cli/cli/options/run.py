@@ -54,8 +54,8 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     "proven": click.option(
         "--proven",
         is_flag=True,
-        help="Prove that each step satisfies the equations all through, also where nothing can hide. Without "
-        "it, this is done for systems in which a narrow force may hide.",
+        help="Prove for every step that its series satisfies the equations throughout the step. By default "
+        "this is done only for systems in which a step might pass over a narrow force.",
     ),
     "project-initial": click.option(
         "--project-initial",
