@@ -74,7 +74,10 @@ ERRORS = (
     "| `/diagnostics/error/q/NAME`, `/diagnostics/error/v/NAME` | (n,) | an estimate of the error of each"
     " sample of q and v, see [below](#error-estimates) | `--certify` |\n"
     "| `/diagnostics/error/as_run/q/NAME`, `/diagnostics/error/as_run/v/NAME` | (n,) | the same for the"
-    " inputs as they are rounded to doubles | `--certify` |"
+    " inputs as they are rounded to doubles | `--certify` |\n"
+    "| `/diagnostics/error/multipliers/NAME`, `/diagnostics/error/reactions/PARTICLE`, and the same under"
+    " `as_run` | as the dataset | likewise of multipliers and reactions | `--certify`, if these are"
+    " outputs |"
 )
 CROSSINGS = (
     "| `/events/NAME/t`, `/events/NAME/q/...`, `/events/NAME/v/...` | (k,) | the times at which an event"

@@ -30,6 +30,6 @@ def with_modes(program: Interface, parameters: Array) -> Array:
     """Parameters (..., parts * P) as ``@prepare`` takes them: where there are guards, with room for their
     modes, which what is observed does not depend on."""
     shape, room = parameters.shape[:-1], program.rows_of_guards.count if program.guarded else 0
-    padded = np.zeros((*shape, program.parts, len(program.parameters) + room))
-    padded[..., : len(program.parameters)] = parameters.reshape(*shape, program.parts, -1)
+    padded = np.zeros((*shape, program.given, len(program.parameters) + room))
+    padded[..., : len(program.parameters)] = parameters.reshape(*shape, program.given, -1)
     return padded.reshape(*shape, -1)

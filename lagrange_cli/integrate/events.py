@@ -97,5 +97,5 @@ def parameters_in(program: Interface, memory: Array) -> Array:
     """The parameters of a motion, of all parts, in the memory of a state: actions may change them."""
     rows = program.rows_of_guards
     width = rows.parameters + rows.count
-    settings = memory[program.inner.settings][: program.parts * width]
+    settings = memory[program.inner.settings][: program.given * width]
     return settings.reshape(-1, width)[:, : rows.parameters].flatten()

@@ -69,10 +69,12 @@ def integrate(
 
         def accept(times: Array, states: Array) -> None:
             log.hand_over()
-            count = len(times) if certificate is None else certificate.judge(times, states, interrupted)
+            judge = None
+            if certificate is not None:
+                judge = partial(certificate.judge, times, states, interrupted=interrupted)
+            count = samples.accept(times, states, judge)
             if count:
                 samples.final = state_of(float(times[count - 1]), states[:, count - 1], prepared)
-            samples.accept(times[:count], states[:, :count])
 
         def reached(snapshot: Snapshot) -> Progress:
             return replace(samples.progress(snapshot), happened=log.happened)

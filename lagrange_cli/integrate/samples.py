@@ -24,6 +24,8 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.method import Snapshot
     from lagrange_cli.integrate.prepared import Prepared
 
+Judge = Callable[[Mapping[str, Array]], int]
+
 LOW = "low/"
 EARLY, RARELY = 4096, 256
 """The size of h's terms is taken from each of the first ``EARLY`` samples, then from every ``RARELY``-th."""
@@ -72,12 +74,20 @@ class Samples:
         if self._balances or not np.array_equal(*change.parameters):
             self._changes.append(change)
 
-    def accept(self, times: Array, states: Array) -> None:
-        """Compute, emit and forget one chunk: times (c,), states (rows, c)."""
+    def accept(self, times: Array, states: Array, judge: Judge | None = None) -> int:
+        """Compute, emit and forget one chunk: times (c,), states (rows, c). Returns how many of its samples
+        were emitted: all, or as many as ``judge`` says, which is given what is observed."""
         if not len(times):
-            return
+            return 0
         program, recording = self._prepared.machine.program, self._prepared.recording
         observed, base = self.observe(times, states)
+        if judge is not None:
+            count = judge(observed)
+            if not count:
+                return 0
+            times, states = times[:count], states[:, :count]
+            observed = {name: row[:count] for name, row in observed.items()}
+            base = {name: x if isinstance(x, float) else x[:count] for name, x in base.items()}
         for name, drift in self._drift.items():
             row, first = observed[name], self._first[name]
             self._drift[name] = largest(drift, float(np.max(row)) - first, first - float(np.min(row)))
@@ -85,6 +95,7 @@ class Samples:
         series = recording.series(states, program.integrals, observed, base)
         self.unknown = tuple(path for path, found in series.items() if not np.all(np.isfinite(found[-1])))
         self._emit({"t": times, **series})
+        return len(times)
 
     def _prepare(self, parameters: Array) -> None:
         given = with_modes(self._prepared.machine.program, parameters)
@@ -216,9 +227,10 @@ class DoubleDouble:
 class DoubleDoubleSamples(Samples):
     """What ``Samples`` does, for states (2 rows, c) whose low parts follow all high ones."""
 
-    def accept(self, times: Array, states: Array) -> None:
+    def accept(self, times: Array, states: Array, judge: Judge | None = None) -> int:
+        assert judge is None
         if not len(times):
-            return
+            return 0
         program, recording = self._prepared.machine.program, self._prepared.recording
         flat, beginnings = self.observe(times, states)
         observed, first, base = (
@@ -242,6 +254,7 @@ class DoubleDoubleSamples(Samples):
             chunk[made.path] = made.shaped([row.high for row in rows])
             chunk[LOW + made.path] = made.shaped([row.low for row in rows])
         self._emit(chunk)
+        return len(times)
 
     def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:
         for name in self._prepared.machine.program.observed if self._base else ():

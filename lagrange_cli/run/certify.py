@@ -18,6 +18,8 @@ the time of the run."""
 FINER = 1e-3
 """If the run's tolerance is above double precision, the companion's is smaller by this factor. It is then so
 much more accurate that a second companion is not needed."""
+JUDGED = frozenset({"q", "v", "multipliers", "reactions"})
+"""Outputs whose errors are estimated; q and v are among them even where they are not asked for."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +49,8 @@ def companion_settings(settings: Settings) -> tuple[Settings, tuple[int, ...]]:
     from lagrange_cli.native.orders import order_for
 
     tolerance = max(FULL_PRECISION, FINER * settings.tolerance)
-    chosen = replace(settings, method=TAYLOR, tolerance=tolerance, outputs=frozenset({"q", "v"}))
+    outputs = settings.outputs & JUDGED | {"q", "v"}
+    chosen = replace(settings, method=TAYLOR, tolerance=tolerance, outputs=outputs)
     limit = order_for(tolerance)
     return chosen, ORDERS if tolerance <= FULL_PRECISION else (min(ORDERS[0], limit),)
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from types import TracebackType
 from typing import TYPE_CHECKING
@@ -19,7 +19,8 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.values import Values
 
 FOLDER = "diagnostics/error/"
-"""The group of the estimates, in which q and v have the places that they have in the root."""
+"""The group of the estimates, in which q, v, multipliers and reactions have the places that they have in the
+root."""
 AS_RUN = FOLDER + "as_run/"
 """The group of those that count the inputs of the run as exact, likewise."""
 MEMORY = 20
@@ -61,10 +62,24 @@ class Certificate:
             Companion(one, values, rounding, times, 1 + i) for i, one in enumerate(companions)
         ]
         self._recording, self._times = companions[0].recording, times
-        self._rows = companions[0].machine.program.state.motion.stop
+        program = companions[0].machine.program
+        self._state, self._observed = program.state.motion.stop, program.quantities
+        self._rows = self._state + len(self._observed)
+        self._vectors = [
+            [
+                self._state + self._observed.index(name)
+                for name in made.sources[first : first + made.components]
+            ]
+            for made in self._recording.made
+            if made.components
+            for first in range(0, len(made.sources), made.components)
+        ]
+        """Rows of the components of each vector: a small one is rounded as coarsely as the others."""
         self._target = np.inf if target is None else target
         self._largest, self._apart = np.zeros((self._rows, 1)), np.zeros((self._rows, 1))
-        self.written, self.run = (Estimate(self._rows, times.start, 10.0**-digits) for _ in range(2))
+        self.written, self.run = (
+            Estimate(self._rows, self._state, times.start, 10.0**-digits) for _ in range(2)
+        )
         self.rounded = rounded_of(rounding, self._recording.coordinates)
         self.prevailing = self.staying = False
         self.missed: float | None = None
@@ -87,22 +102,26 @@ class Certificate:
         """Whether a companion was interrupted."""
         return any(companion.cut for companion in self._companions)
 
-    def judge(self, times: Array, states: Array, interrupted: Callable[[], bool]) -> int:
-        """Estimate the errors of samples at ``times`` (c,) with ``states`` (rows, c); returns how many of
-        them meet the target. If ``interrupted``, do not wait for companions; the other errors are unknown
-        (inf)."""
+    def judge(
+        self, times: Array, states: Array, observed: Mapping[str, Array], interrupted: Callable[[], bool]
+    ) -> int:
+        """Estimate the errors of samples at ``times`` (c,) with ``states`` (rows, c) and what is ``observed``
+        there, rows (c,) by name; returns how many of them meet the target. If ``interrupted``, do not wait
+        for companions; the other errors are unknown (inf)."""
         count = len(times)
-        values = states[: self._rows]
+        values = np.concatenate([states[: self._state], *(observed[name][None] for name in self._observed)])
         beside = [companion.take(count, interrupted) for companion in self._companions]
         with np.errstate(all="ignore"):
             self._largest, largest = running(self._largest, np.abs(values))
+            for rows in self._vectors:
+                largest[rows] = np.max(largest[rows], axis=0)
             ages = ((times - self._times.start) / (self._times.stop - self._times.start)) ** MEMORY
             typical = typical_difference([values, *beside])
             self._apart, apart = running(self._apart, np.nan_to_num(typical / largest, nan=0.0))
             own, shown = differences(values, beside), np.where(apart < APART, typical / INPUTS, typical)
             as_run = self.run.of(own, typical, ages, largest)
             estimates = self.written.of(np.maximum(own, shown), typical, ages, largest)
-            half = self._rows // 2
+            half = self._state // 2
             relative, relative_as_run = (self._relative(one, largest) for one in (estimates, as_run))
         kept = first(~(relative <= self._target), count)
         if kept < count and not self.cut:
@@ -115,9 +134,14 @@ class Certificate:
         self.errors = {
             folder + path: samples
             for folder, rows in ((FOLDER, estimates), (AS_RUN, as_run))
-            for path, samples in self._recording.series(rows[:, :kept], (), {}, {}).items()
+            for path, samples in self._series(rows[:, :kept]).items()
         }
         return kept
+
+    def _series(self, rows: Array) -> dict[str, Array]:
+        """Estimates of the rows as datasets by path."""
+        observed = dict(zip(self._observed, rows[self._state :]))
+        return self._recording.series(rows[: self._state], (), observed, {})
 
     def _stays(self, written: Array, run: Array) -> bool:
         """Whether the motion as it is written has not left where it begins at rest, and that of the run
@@ -129,19 +153,21 @@ class Certificate:
     def _relative(self, estimates: Array, largest: Array) -> Array:
         """The largest error of a coordinate (c,), relative to its largest value so far; 1 where that is 0 and
         the error is not."""
-        errors, sizes = estimates[: self._rows // 2], largest[: self._rows // 2]
+        errors, sizes = estimates[: self._state // 2], largest[: self._state // 2]
         found: Array = np.max(np.where(sizes > 0, errors / sizes, errors > np.spacing(0.0)), axis=0)
         return found
 
 
 class Estimate:
-    """An estimate for each of so many ``rows`` of the state, which remembers earlier differences.
+    """An estimate for each of so many ``rows``, which remembers earlier differences. The first of them are
+    those of the ``state``.
 
     ``trusted_until`` is the last sample time, from ``start`` on, up to which the error of a coordinate
     relative to its largest value so far is at most ``wanted``, and ``error`` the largest one at the last
     sample."""
 
-    def __init__(self, rows: int, start: float, wanted: float) -> None:
+    def __init__(self, rows: int, state: int, start: float, wanted: float) -> None:
+        self._state = state
         self._differences, self._largest = np.zeros((rows, 1)), np.zeros((rows, 1))
         self._wanted, self._trusting = wanted, True
         self.trusted_until, self.error = start, 0.0
@@ -164,7 +190,8 @@ class Estimate:
         self._differences, weighted = running(self._differences, weighted)
         self._largest, most = running(self._largest, differences)
         before = weighted / ages
-        now = np.fmax.reduce(np.where(before > 0, differences / before, 0), axis=0)
+        state = slice(self._state)
+        now = np.fmax.reduce(np.where(before > 0, differences / before, 0)[state], axis=0)
         found: Array = np.fmax.reduce(
             [BEFORE * now * before, np.fmin(typical, most), differences, np.spacing(largest)]
         )

@@ -13,11 +13,13 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.background import Work
+from lagrange_cli.integrate.event_log import EventLog
 from lagrange_cli.integrate.method import End, Method
 from lagrange_cli.integrate.methods.backward import Backward
 from lagrange_cli.integrate.methods.stepper import Beside
 from lagrange_cli.integrate.methods.taylor import TaylorMethod
 from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.samples import Samples
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.interface import CONSTANTS
 from lagrange_cli.records import replace
@@ -29,6 +31,9 @@ INPUTS = 8
 """How much larger the rounding errors of inputs are in one of the companions than in the run."""
 FACTORS = INPUTS, 0
 """What they are multiplied by in each companion; 0 for one that has the inputs of the run."""
+UNITS = 1.0, -1.0, 2.0, -2.0, 3.0
+"""Units in the last place by which numbers of a state are changed where something is observed: others for
+neighbours, whose differences change with them."""
 LOOK = 0.5
 """Seconds between two checks whether the other side is still there."""
 
@@ -45,7 +50,8 @@ class Companion:
         program, factor = prepared.machine.program, FACTORS[number - 1]
         late = factor * rounding.times["start"]
         self._method = companion_of(prepared.follower, Beside(number, late))
-        self._times, self._rows = times, program.state.motion.stop
+        self._times, self._motion = times, program.state.motion
+        self._rows = program.state.motion.stop + len(program.quantities)
         given, rest = (
             np.array([one.parameters[name] for name in program.parameters], float)
             for one in (values, rounding)
@@ -53,6 +59,8 @@ class Companion:
         self._parameters = np.concatenate([given, factor / CONSTANTS * rest])
         state = np.array([*values.q, *values.v]) + factor * np.array([*rounding.q, *rounding.v])
         self._state = np.concatenate([state, np.zeros(len(program.integrals))])
+        self._samples = Samples(prepared, self._parameters, lambda chunk: None)
+        self._log = EventLog(prepared, self._samples, lambda chunk: None)
         self._pieces: queue.Queue[Array | None] = queue.Queue(maxsize=1)
         self._rest = np.empty((self._rows, 0))
         self._over, self._halted = threading.Event(), threading.Event()
@@ -71,6 +79,12 @@ class Companion:
     def _follow(self) -> End:
         """Integrate the motion, in a thread of its own."""
 
+        def accept(times: Array, states: Array) -> None:
+            self._log.hand_over()
+            if len(times):
+                observed, _ = self._samples.observe(times, nudged(states, self._motion))
+                put(np.concatenate([states[self._motion], *(row[None] for row in observed.values())]))
+
         def put(piece: Array | None) -> None:
             while not self._over.is_set():
                 try:
@@ -84,8 +98,9 @@ class Companion:
                 self._parameters,
                 self._state,
                 self._times,
-                lambda times, states: put(states[: self._rows].copy()),
+                accept,
                 lambda t: self._over.is_set() or self._halted.is_set(),
+                events=self._log,
             )
         finally:
             put(None)
@@ -96,8 +111,8 @@ class Companion:
         return self._halted.is_set()
 
     def take(self, count: int, interrupted: Callable[[], bool]) -> Array:
-        """Its next samples of q and v (rows, count), nan where it has none. If ``interrupted``, do not wait
-        for them."""
+        """Its next samples of q, v and what it observes (rows, count), nan where it has none. If
+        ``interrupted``, do not wait for them."""
         pieces, found = [self._rest], self._rest.shape[1]
         while found < count:
             try:
@@ -115,6 +130,15 @@ class Companion:
         joined = np.concatenate(pieces, axis=1)
         self._rest = joined[:, count:]
         return joined[:, :count]
+
+
+def nudged(states: Array, motion: slice) -> Array:
+    """States (rows, c) with each number of ``motion`` some units in the last place away: so what is observed
+    there is rounded otherwise than in a run that has the same state."""
+    found: Array = states.copy()
+    units = np.resize(UNITS, found[motion].shape[0])
+    found[motion] += units[:, None] * np.spacing(np.abs(found[motion]))
+    return found
 
 
 def companion_of(method: Method, beside: Beside) -> Method:

@@ -26,9 +26,10 @@ def beside(value: Number, factor: int) -> Number:
 
 
 class BesideEmitter(Emitter):
-    """Doubles, with numbers in expressions that are beside those of the run."""
+    """Doubles, with numbers in expressions that are beside those of the run; for functions that have none of
+    these, no ``factor`` is needed."""
 
-    def __init__(self, factor: int) -> None:
+    def __init__(self, factor: int = 0) -> None:
         super().__init__()
         self._factor = factor
 

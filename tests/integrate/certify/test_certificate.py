@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import nullcontext
 from functools import cache
 
@@ -86,10 +86,12 @@ class HenonHeiles:
 
 
 @cache
-def ready_of(text: str, stop: float, samples: int, method: str, start: str) -> Ready:
+def ready_of(
+    text: str, stop: float, samples: int, method: str, start: str, outputs: tuple[str, ...]
+) -> Ready:
     """A system file's text, or the name of a shipped system, compiled as ``solve --certify`` does."""
     times = {"stop": repr(stop), "start": start}
-    given = SolveDefaults(samples=samples, method=method, outputs=("q", "v"))
+    given = SolveDefaults(samples=samples, method=method, outputs=outputs)
     request = Request(given, times, cache=False)
     motion = read_motion(spec_of(text).text.encode(), "system.yaml", request)
     return prepare_all(motion, request, Demand(6, None), lambda stage: nullcontext())
@@ -102,9 +104,10 @@ def certified(
     method: str = "taylor",
     target: float | None = None,
     start: str = "0",
+    outputs: tuple[str, ...] = ("q", "v"),
 ) -> tuple[dict[str, NDArray[np.float64]], Outcome]:
     """The samples of a run whose errors are estimated, as ``solve --certify`` goes."""
-    ready = ready_of(system, stop, samples, method, start)
+    ready = ready_of(system, stop, samples, method, start, outputs)
     chunks: list[dict[str, NDArray[np.float64]]] = []
     with certificate_of(ready, Demand(6, target)) as certificate:
         outcome = integrate(
@@ -119,14 +122,16 @@ def certified(
 
 
 def coverage(
-    data: dict[str, NDArray[np.float64]], path: str, truth: Sequence[Number], folder: str = FOLDER
+    data: Mapping[str, NDArray[np.float64]], path: str, truth: Sequence[Number], folder: str = FOLDER
 ) -> float:
     """The share of samples whose estimate is neither below a tenth of the error nor above a hundred times it;
-    a rounding of the sample is no error."""
+    a rounding of the sample is no error. Of a vector, the size of the whole counts."""
     with mpmath.workdps(50):
-        wrong = [float(abs(Number(x) - y)) for x, y in zip(data[path].tolist(), truth, strict=True)]
-    rounding = np.spacing(np.maximum.accumulate(np.abs(data[path])))
-    ratio = data[folder + path] / np.maximum(np.array(wrong), rounding)
+        wrong = [float(abs(Number(x) - y)) for x, y in zip(data[path].ravel().tolist(), truth, strict=True)]
+    sizes = np.abs(data[path]).reshape(len(data[path]), -1)
+    rounding = np.spacing(np.maximum.accumulate(np.max(sizes, axis=1)))
+    error = np.reshape(wrong, sizes.shape)
+    ratio = data[folder + path].reshape(sizes.shape) / np.maximum(error, rounding[:, None])
     return float(np.mean((ratio >= 0.1) & (ratio <= 100)))
 
 
