@@ -156,8 +156,13 @@ def test_the_page_names_every_package():
     packages = {path.parent.name for path in (ROOT / "lagrange_cli").glob("*/__init__.py")}
     described = set(re.findall(r"^\*\*`(\w+)`\*\* ", PAGE, re.MULTILINE))
     assert described == packages
-    native = {path.parent.name for path in (ROOT / "lagrange_cli" / "native").glob("*/__init__.py")}
-    assert native <= set(re.findall(r"^- `(\w+)`: ", PAGE, re.MULTILINE))
+    parts = re.split(r"^\*\*`(\w+)`\*\* ", PAGE, flags=re.MULTILINE)
+    for package, paragraph in zip(parts[1::2], parts[2::2]):
+        inner = {path.parent.name for path in (ROOT / "lagrange_cli" / package).glob("*/__init__.py")}
+        assert set(re.findall(r"^- `(\w+)`: ", paragraph, re.MULTILINE)) == inner, package
+        named = {*re.findall(r"`([a-z_]+/[a-z_/]+)`", paragraph)}
+        for path in (ROOT / "lagrange_cli" / one for one in named if one.split("/")[0] in packages):
+            assert path.is_dir() or path.with_suffix(".py").exists(), path
 
 
 def test_the_page_shows_the_layers_of_the_import_contract():
