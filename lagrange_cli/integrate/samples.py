@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.method import Snapshot
     from lagrange_cli.integrate.prepared import Prepared
 
-Judge = Callable[[Mapping[str, Array]], int]
+    Judge = Callable[[Mapping[str, Array]], int]
 
 LOW = "low/"
 EARLY, RARELY = 4096, 256
