@@ -32,7 +32,7 @@ SHORT = 10
 
 
 @dataclass(frozen=True)
-class Contest:
+class Comparison:
     """A motion, forms of heyoka's equations for it by what they are called, and how much faster we must be
     than the fastest of them."""
 
@@ -85,13 +85,13 @@ class Contest:
 
 
 BOTH = {"its lagrangian()": "derived", "equations by hand": "by hand"}
-PENDULUM = Contest("double pendulum", DOUBLE_PENDULUM, BOTH, speedup=1.6)
-CONTESTS = (
+PENDULUM = Comparison("double pendulum", DOUBLE_PENDULUM, BOTH, speedup=1.6)
+COMPARISONS = (
     PENDULUM,
-    Contest("rotating hoop", HOOP, BOTH, speedup=1.2),
-    Contest("Kepler, polar, e = 0.6", KEPLER_POLAR, BOTH, speedup=1.2),
-    Contest("figure eight", FIGURE_EIGHT, BOTH, speedup=1.2),
-    Contest(
+    Comparison("rotating hoop", HOOP, BOTH, speedup=1.2),
+    Comparison("Kepler, polar, e = 0.6", KEPLER_POLAR, BOTH, speedup=1.2),
+    Comparison("figure eight", FIGURE_EIGHT, BOTH, speedup=1.2),
+    Comparison(
         "solar system",
         SOLAR_SYSTEM,
         {"its model.nbody": "model", "equations by hand": "by hand"},
@@ -106,23 +106,23 @@ def measure(options: Namespace) -> Report:
     shorter = replace(DOUBLE_PENDULUM, stop=DOUBLE_PENDULUM.stop / factor)
     slow = {name: (make, shorter, 1) for name, make in PYTHONS.items()}
     parts, requirements = [], []
-    for contest in CONTESTS:
-        contenders = contest.contenders() | (slow if contest is PENDULUM else {})
+    for comparison in COMPARISONS:
+        contenders = comparison.contenders() | (slow if comparison is PENDULUM else {})
         results = compare(contenders, options.runs)
-        if contest is PENDULUM:
+        if comparison is PENDULUM:
             results |= {name: lengthened(results[name], factor) for name in slow}
             requirements += beside_scipy(results[OURS], results[SCIPY])
         parts += [
-            f"**{contest.title}**, {contest.motion.stop:g} {unit(contest)}:",
+            f"**{comparison.title}**, {comparison.motion.stop:g} {unit(comparison)}:",
             comparison_table(results, OURS),
         ]
-        requirements += contest.requirements(results)
+        requirements += comparison.requirements(results)
     return Report(tuple(parts), tuple(requirements))
 
 
-def unit(contest: Contest) -> str:
+def unit(comparison: Comparison) -> str:
     """Of time."""
-    return "days" if contest.motion is SOLAR_SYSTEM else "s"
+    return "days" if comparison.motion is SOLAR_SYSTEM else "s"
 
 
 def beside_scipy(ours: Measurement, scipy: Measurement) -> list[Requirement]:

@@ -187,9 +187,9 @@ def measured(name: str, browser: Any, folder: Path, runs: int) -> Measured:
         return Measured(name, coordinates, size, seconds)
     ends, took, steps = ended(motion, followed["count"])
     scale = max(1.0, float(np.abs(ends).max()))
-    nudged = replace(motion.values, q=tuple(x * (1 + 1e-15) for x in motion.values.q))
-    nudged = replace(nudged, v=tuple(x * (1 + 1e-15) for x in motion.values.v))
-    others, *_ = ended(replace(motion, values=nudged), followed["count"])
+    perturbed = replace(motion.values, q=tuple(x * (1 + 1e-15) for x in motion.values.q))
+    perturbed = replace(perturbed, v=tuple(x * (1 + 1e-15) for x in motion.values.v))
+    others, *_ = ended(replace(motion, values=perturbed), followed["count"])
     return Measured(
         name,
         coordinates,

@@ -16,7 +16,7 @@ from lagrange_cli.native.compilation.llvm import compile_text
 from lagrange_cli.native.functions.elementary import FUNCTIONS
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Real
-from tests.support.calls import compiled, looped, text
+from tests.support.calls import compiled, over_columns, text
 
 COUNT, RUNS = 800, 400
 LANES = (1, 8)
@@ -36,7 +36,7 @@ def library(name: str, lanes: int) -> str:
     def write(f: Function, values: Sequence[Real]) -> list[Real]:
         return [f.function(one, *values) for one in LIBRARY[name]]
 
-    return looped(write, len(ARGUMENTS[name]), lanes)
+    return over_columns(write, len(ARGUMENTS[name]), lanes)
 
 
 def least(function: Callable[[], object], runs: int) -> float:
@@ -52,7 +52,7 @@ def least(function: Callable[[], object], runs: int) -> float:
 def measure(program: str, results: int, arguments: Sequence[np.ndarray]) -> tuple[float, float]:
     """(nanoseconds for one double, milliseconds to compile), without what an empty loop takes of both."""
     run = compiled(program, results)
-    empty = compiled(looped(lambda _, values: [values[0]] * results, len(arguments), 8), results)
+    empty = compiled(over_columns(lambda _, values: [values[0]] * results, len(arguments), 8), results)
     spent = least(lambda: run(*arguments), RUNS) - least(lambda: empty(*arguments), RUNS)
     return 1e9 * spent / COUNT, 1e3 * least(lambda: compile_text(program, 1), 5)
 

@@ -49,8 +49,8 @@ def commands() -> list[Command]:
         sampled = ("--stop", repr(stop), "--samples", "101", "--json", "--force")
         found.append(Command(name, ("solve", file, *sampled, *more)))
 
-    for contest in integration.CONTESTS:
-        solve(f"integration: {contest.title}", contest.motion.system, contest.motion.stop)
+    for comparison in integration.COMPARISONS:
+        solve(f"integration: {comparison.title}", comparison.motion.system, comparison.motion.stop)
     for size, seconds in chain.SECONDS.items():
         solve(f"chain: N = {size}", "n_pendulum", seconds, "--size", f"N={size}")
     swept = ("sweep", "systems/double_pendulum.yaml", "--stop", "10", "--jobs", "1", "--json", "--force")

@@ -128,6 +128,6 @@ def prepare_system(
         return load_machine(code, improved)
 
     with stage("import"):
-        better = improve if level != FULL and worth_improving(code) else None
-        following = follower(machine, compilation, better)
+        recompile = improve if level != FULL and worth_improving(code) else None
+        following = follower(machine, compilation, recompile)
     return Prepared(recording, machine, compilation, following, cached=stored is not None)

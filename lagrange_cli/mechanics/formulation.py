@@ -55,8 +55,8 @@ def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: lis
     for k, field in enumerate(fields):
         if field.symbols & moving:
             slopes = graph.gradient(field, numbered(model.q)).items()
-            written_out = graph.sum([(slope * model.v[j], 1.0) for j, slope in slopes])
-            found[k] += written_out + graph.diff(field, model.time) - rate(graph, field, moving)
+            own = graph.sum([(slope * model.v[j], 1.0) for j, slope in slopes])
+            found[k] += own + graph.diff(field, model.time) - rate(graph, field, moving)
     return None if found == residual else found
 
 

@@ -329,8 +329,10 @@ class _Freezing:
     def _cuts(self, events: Sequence[Node]) -> list[Guard]:
         """Guards where atan2(y, x) jumps by 2 pi, which stands in other arguments: at y = 0, as x may be
         negative."""
-        watched = [*events, *(guard.argument for guard in self.guards.values())]
-        angles = (node for node in reachable(watched) if node.kind is Kind.FUNCTION and node.data == "atan2")
+        arguments = [*events, *(guard.argument for guard in self.guards.values())]
+        angles = (
+            node for node in reachable(arguments) if node.kind is Kind.FUNCTION and node.data == "atan2"
+        )
         places = dict.fromkeys(node.arguments[0] for node in angles if node.symbols & self.moving)
         symbols = (self.graph.symbol(f"cut {i}") for i in range(len(places)))
         return [Guard(y, y, mode, cut=True) for y, mode in zip(places, symbols)]

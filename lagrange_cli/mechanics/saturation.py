@@ -23,8 +23,8 @@ def saturated(model: Model[Node]) -> Model[Node]:
     """``model`` with such energies and events: what is made of their values, but no derivative, is the
     same."""
     graph, moving = graph_of(model), variables(model)
-    watched = saturated_each(graph, [event.argument for event in model.events], moving)
-    events = tuple(replace(event, argument=u) for event, u in zip(model.events, watched))
+    arguments = saturated_each(graph, [event.argument for event in model.events], moving)
+    events = tuple(replace(event, argument=u) for event, u in zip(model.events, arguments))
     model = replace(model, events=events)
     energies = [model.potential, *([] if model.lagrangian is None else [model.lagrangian])]
     held = held_in(graph, energies, moving)

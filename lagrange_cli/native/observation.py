@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.explicit import Unknowns
-from lagrange_cli.native.linear.blocks import written_out
+from lagrange_cli.native.linear.blocks import all_unrolled
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import V, Written
@@ -105,7 +105,7 @@ def solved_for(
     rest = [*unknowns.rest]
     emit_values(kind, rest, known, constants)
     right = [kind.neg(known[node]) for node in rest]
-    factors, _ = factored(unknowns.residual, written_out(kind), known, constants)
+    factors, _ = factored(unknowns.residual, all_unrolled(kind), known, constants)
     return solved(unknowns.residual, factors, right, kind.one)
 
 

@@ -68,7 +68,7 @@ class Equations:
     """So many integrals, behind those of guards' arguments, show the multipliers' series to proofs."""
     integrands: Sequence[Node]
     """Those of quadratures that are followed, if any of them has to be proven."""
-    watched: Sequence[Node]
+    arguments: Sequence[Node]
     """The arguments of guards, likewise."""
     emitter: Callable[[], Emitter]
     """What is written with, where numbers are doubles."""
@@ -113,8 +113,8 @@ def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Def
 
 def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
     """Of the equations, of integrands, and of what guards watch."""
-    integrands, watched = equations.integrands, equations.watched
-    return proving_of(equations), proof_of(equations, integrands), proof_of(equations, watched)
+    integrands, arguments = equations.integrands, equations.arguments
+    return proving_of(equations), proof_of(equations, integrands), proof_of(equations, arguments)
 
 
 def given_of(equations: Equations, work: int, project: str = "") -> Given:
@@ -267,10 +267,10 @@ def write_program(
     hiding = provable and hides
     proven = provable and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []
-    watched = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits]
-    doubtful = watched if provable and (proven or may_hide(residual, watched)) else []
+    arguments = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits]
+    doubtful = arguments if provable and (proven or may_hide(residual, arguments)) else []
     hiding = hiding or bool(doubtful)
-    named = {f"guard {i}": argument for i, argument in enumerate(watched)}
+    named = {f"guard {i}": argument for i, argument in enumerate(arguments)}
     shown = {str(one.data): one for one in residual.multipliers} if hiding else {}
     integrands = {**named, **shown, **smooth.integrands, **dict.fromkeys(stored, residual.graph.zero)}
     series = residual.series([*integrands.values()], len(named), apart=parts == 1 and stepping)

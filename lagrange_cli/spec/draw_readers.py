@@ -214,8 +214,8 @@ def read_curves(node: Node, where: str, problems: Problems) -> tuple[WrittenCurv
 def _through(node: Node, label: str, problems: Problems) -> Several | None:
     """The points that a line goes through: two of them, or loops that make them."""
     if isinstance(node, nodes.Sequence) and len(node.items) < 2:
-        looped = [one for one in node.items if isinstance(one, Scalar) and " for " in one.text]
-        if not looped:
+        repeated = [one for one in node.items if isinstance(one, Scalar) and " for " in one.text]
+        if not repeated:
             problems.add(node.place, f"{label} must have two points or more", "write [[0, 0], [1, 0]]")
             return None
     return _read_strands(node, label, problems, least=1)

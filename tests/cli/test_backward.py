@@ -96,7 +96,7 @@ def test_what_leads_nowhere_is_refused(written, capsys, options, message):
     assert message in capsys.readouterr().err
 
 
-def test_the_contest_goes_backward_too(written, capsys):
+def test_bench_goes_backward_too(written, capsys):
     assert main(["bench", "system.yaml", "--methods", "taylor,DOP853", "--tolerances", "1e-9"]) == 0
     out = capsys.readouterr().out
     assert "t = 1 to -3" in out and "DOP853" in out

@@ -12,7 +12,7 @@ from lagrange_cli.integrate.precision import FULL_PRECISION
 from lagrange_cli.native.interface import HIGHEST_ORDER
 from lagrange_cli.native.orders import order_for
 from lagrange_cli.run.bench import entries_of
-from lagrange_cli.work_precision import measure as contest
+from lagrange_cli.work_precision import measure as work_precision
 from tests.support.command import SYSTEMS
 
 HOOP = str(SYSTEMS / "rotating_hoop.yaml")
@@ -173,14 +173,14 @@ class AfterTwo:
 
 
 def test_an_interrupt_shows_what_was_measured(capsys, monkeypatch):
-    measure = contest.measure
+    measure = work_precision.measure
 
     def count(*arguments):
         AfterTwo.measured += 1
         return measure(*arguments)
 
     monkeypatch.setattr(AfterTwo, "measured", 0)
-    monkeypatch.setattr(contest, "measure", count)
+    monkeypatch.setattr(work_precision, "measure", count)
     monkeypatch.setattr(module, "Interrupts", AfterTwo)
     status, out, err = run(capsys, *FEW, "--stop", "1")
     assert (status, err) == (130, "bead on a rotating hoop: interrupted after 1 of 4 measurements\n")

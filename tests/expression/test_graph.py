@@ -38,9 +38,9 @@ def close(node: Node, value: mpmath.mpf, values: dict[str, float], slack: float 
 
 def conditioned(node: Node, values: dict[str, float], bound: float = 1e3) -> bool:
     """Whether all below ``node`` is of moderate size and no function amplifies rounding."""
-    nudged = {name: value * (1 + 1e-9) for name, value in values.items()}
+    perturbed = {name: value * (1 + 1e-9) for name, value in values.items()}
     found, size = evaluate([node], values)
-    beside, _ = evaluate([node], nudged)
+    beside, _ = evaluate([node], perturbed)
     return (
         all(math.isfinite(x) and size[n] < bound for n, x in found.items())
         and all(abs(found[n] - beside[n]) < 1e-9 * bound for n in found)

@@ -52,7 +52,7 @@ DRIVEN = {"car_axis"}
 HAPPENING = {"bouncing_ball": 6, "kicked_rotor": 400, "incline": 5}
 """With events that change the motion, impacts that accumulate, and friction."""
 DAMPED = "driven_damped_pendulum"
-"""Drawn more often: it is chaotic, and has steps that are hardly foretold."""
+"""Drawn more often: it is chaotic, and has steps that are hard to predict."""
 SWEPT = {
     "double_pendulum": ("theta1=0.1:2:{}", "theta2"), "driven_damped_pendulum": ("A=0.5:1.5:{}", "theta"),
     "pendulum": ("l=0.5:2:{}", "theta"), "spherical_pendulum": ("theta=0.3:1.2:{}", "phi"),

@@ -247,7 +247,7 @@ def test_stages_are_told_apart_and_the_meantime_is_used_once(cached, cache):
     assert seen == ["cache", *(["import", "meanwhile"] if cached else compiling), "import"]
 
 
-def test_work_alongside_gives_its_value_after_both_are_done():
+def test_work_in_the_background_gives_its_value_after_both_are_done():
     begun, done = threading.Event(), threading.Event()
 
     def work():
@@ -263,7 +263,7 @@ def test_work_alongside_gives_its_value_after_both_are_done():
 
 
 @pytest.mark.parametrize("error", [RuntimeError("LLVM is out of sorts"), MemoryError(), KeyboardInterrupt()])
-def test_work_alongside_fails_as_it_would_by_itself(error):
+def test_work_in_the_background_fails_as_it_would_by_itself(error):
     def fail():
         raise error
 

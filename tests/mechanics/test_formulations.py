@@ -131,7 +131,7 @@ def test_the_formulations_of_the_spherical_pendulum_agree() -> None:
     assert np.max(np.abs(one["q/theta"] - other["q/theta"])) <= 1e-11
 
 
-def test_a_momentum_that_is_held_does_not_drift() -> None:
+def test_a_cyclic_momentum_does_not_drift() -> None:
     """Nor does the energy, as far: p is one number all the time, and the radial motion knows no other."""
     forms = each_formulation("central_force")
     motions = {name: motion(form, "central_force", 500.0, 2001) for name, form in forms.items()}

@@ -28,12 +28,12 @@ def text(name: str, lanes: int) -> str:
     def write(f: Function, values: Sequence[Real]) -> list[Real]:
         return f.parts(f"{name}.{lanes}", [f.zero(lanes)] * function.results, *values)
 
-    made = looped(write, function.arguments, lanes)
+    made = over_columns(write, function.arguments, lanes)
     return made + definitions(made)
 
 
 def compiled(text: str, results: int) -> Callable[..., np.ndarray]:
-    """The function of arrays that the program of ``looped`` computes."""
+    """The function of arrays that the program of ``over_columns`` computes."""
     return loaded(compile_text(text, 1), results)
 
 
@@ -53,7 +53,7 @@ def loaded(program: bytes, results: int) -> Callable[..., np.ndarray]:
     return evaluate
 
 
-def looped(write: Write, arguments: int, lanes: int) -> str:
+def over_columns(write: Write, arguments: int, lanes: int) -> str:
     """``run(arguments, results, n)`` over matrices of n columns, where ``write`` writes one evaluation."""
     f = Function("define void @run(ptr %arguments, ptr %results, i64 %n) noinline #0", lanes)
     n = Integer(f, "%n", 1)

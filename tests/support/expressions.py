@@ -76,8 +76,8 @@ def known(text: str, values: Mapping[str, float]) -> mpmath.mpf | None:
 def _computed(text: str, values: Mapping[str, float], bits: int, shift: str) -> mpmath.mpf | None:
     with mpmath.workprec(bits):
         try:
-            nudged = {name: mpmath.mpf(x) * (1 + mpmath.mpf(shift)) for name, x in values.items()}
-            value = mpmath.mpmathify(evaluate(text, nudged, real=True))
+            perturbed = {name: mpmath.mpf(x) * (1 + mpmath.mpf(shift)) for name, x in values.items()}
+            value = mpmath.mpmathify(evaluate(text, perturbed, real=True))
         except (ExpressionError, ValueError, OverflowError):
             return None
         if not mpmath.isfinite(value) or abs(value.imag) > 2.0 ** (60 - bits) or abs(value) > LARGEST:

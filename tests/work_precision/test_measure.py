@@ -123,7 +123,7 @@ def test_what_is_refused_or_fails_has_its_reason_and_does_not_disturb_the_others
     assert choose([refused, failed], 1e-9).because == "no method reached the end"
 
 
-def test_an_interrupt_ends_the_contest_with_what_there_is():
+def test_an_interrupt_ends_the_comparison_with_what_there_is():
     asked = []
 
     def prepare_some(contender):

@@ -68,12 +68,12 @@ class LanesMethod:
 
     def follow(self, starts: Starts, accept: Accept, interrupt: Callable[[int], bool], threads: int) -> bool:
         """See ``EnsembleMethod``."""
-        keeping = self.checkpointing
-        if keeping is not None and keeping.begin is not None and PACK not in keeping.begin:
-            return self._alone(np.arange(1), starts, accept, interrupt, threads, keeping)
-        members = Members(self.machine, self._seen(starts), threads, keeping is not None)
-        if keeping is not None and keeping.begin is not None:
-            members.restore(keeping.begin)
+        checkpointing = self.checkpointing
+        if checkpointing is not None and checkpointing.begin is not None and PACK not in checkpointing.begin:
+            return self._alone(np.arange(1), starts, accept, interrupt, threads, checkpointing)
+        members = Members(self.machine, self._seen(starts), threads, checkpointing is not None)
+        if checkpointing is not None and checkpointing.begin is not None:
+            members.restore(checkpointing.begin)
         workers = started(members, min(threads, -(-len(starts) // LANES)))
         stopped = False
         try:
@@ -84,22 +84,22 @@ class LanesMethod:
                 for batch in members.ended():
                     accept(self._seen(batch))
                 stopped = interrupt(members.done) and members.done < len(starts)
-                if keeping is not None and not stopped and keeping.due(members.steps):
+                if checkpointing is not None and not stopped and checkpointing.due(members.steps):
                     end(members, workers)
                     if members.on_the_way:
-                        keeping.keep(members.kept(), members.steps)
+                        checkpointing.keep(members.kept(), members.steps)
                         members.go_on()
                     workers = started(members, 1)
         finally:
             end(members, workers)
-        if keeping is not None and stopped and members.on_the_way:
-            keeping.keep(members.kept(), members.steps)
+        if checkpointing is not None and stopped and members.on_the_way:
+            checkpointing.keep(members.kept(), members.steps)
         for batch in members.ended():
             accept(self._seen(batch))
         if stopped or not members.left:
             return not stopped
         # What was kept of the lane is of no use to the method that follows the motion from its start.
-        afresh = None if keeping is None else keeping.from_the_start()
+        afresh = None if checkpointing is None else checkpointing.from_the_start()
         return self._alone(np.sort(members.left), starts, accept, interrupt, threads, afresh)
 
     def _seen(self, one: Seen) -> Seen:

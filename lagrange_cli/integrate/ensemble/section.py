@@ -116,15 +116,15 @@ class SectionOneByOne(OneByOne):
         assert section is not None
         if section.periods is not None:
             return self._strobed(member, starts, float(section.periods[member]), interrupt)
-        keeping = self.checkpointing
-        begin, due = (None, never) if keeping is None else (keeping.begin, keeping.due)
+        checkpointing = self.checkpointing
+        begin, due = (None, never) if checkpointing is None else (checkpointing.begin, checkpointing.due)
         state, log, cut = starts.states[member], SectionLog(self.events, section, due), False
         if begin is not None:
             log.restore(begin, len(state))
 
         def keep(snapshot: Snapshot) -> None:
-            if keeping is not None:
-                keeping.keep({**kept_snapshot(snapshot), **log.kept()}, snapshot.steps)
+            if checkpointing is not None:
+                checkpointing.keep({**kept_snapshot(snapshot), **log.kept()}, snapshot.steps)
 
         def stop(t: float) -> bool:
             nonlocal cut
@@ -151,8 +151,8 @@ class SectionOneByOne(OneByOne):
     ) -> Batch:
         section, state, log = starts.section, starts.states[member], MemberLog(self.events)
         assert section is not None
-        keeping = self.checkpointing
-        begin, due = (None, never) if keeping is None else (keeping.begin, keeping.due)
+        checkpointing = self.checkpointing
+        begin, due = (None, never) if checkpointing is None else (checkpointing.begin, checkpointing.due)
         start, step = starts.times.start, math.copysign(period, starts.times.stop - starts.times.start)
         room = (starts.times.stop - start) / step
         count = section.count if room >= section.count else math.floor(room)
@@ -167,9 +167,9 @@ class SectionOneByOne(OneByOne):
             reached += len(when)
 
         def keep(snapshot: Snapshot) -> None:
-            if keeping is not None:
+            if checkpointing is not None:
                 so_far = {"states": samples[:, 1:reached], **kept_changes(log.changes)}
-                keeping.keep({**kept_snapshot(snapshot), **so_far}, snapshot.steps)
+                checkpointing.keep({**kept_snapshot(snapshot), **so_far}, snapshot.steps)
 
         begun = self._begun(begin, times)
         if begin is not None and begun is not None:

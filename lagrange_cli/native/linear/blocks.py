@@ -2,7 +2,7 @@
 
 Each diagonal block on its own. A definite block by Cholesky's method in the form L D L^T, which needs no
 pivoting (Golub and Van Loan, Matrix Computations, 4th ed., sec. 4.1); any other by Gaussian elimination
-with partial pivoting. Small blocks are written out, with exchanges as selections; large ones call functions
+with partial pivoting. Small blocks are unrolled, with exchanges as selections; large ones call functions
 of ``cholesky`` and ``lu``.
 """
 
@@ -18,7 +18,7 @@ from lagrange_cli.records import dataclass, field
 
 ANY_SIZE = 1 << 40
 UNROLLED = {"definite": 12, "general": 5}
-"""Rows of a block up to which its elimination is written out."""
+"""Rows of a block up to which its elimination is unrolled."""
 
 
 class Factored(Protocol[V]):
@@ -43,7 +43,7 @@ class Large(Factored[V], Protocol[V]):
 
 @dataclass
 class Factorization(Generic[V]):
-    """How ``definite`` and ``general`` blocks are factored: up to so many rows (``unrolled``) written out,
+    """How ``definite`` and ``general`` blocks are factored: unrolled up to so many rows (``unrolled``),
     larger ones as ``large`` makes them of a place and a number of rows. These lie one behind the other from
     ``%work[place]`` on, and call ``functions``."""
 
@@ -70,7 +70,7 @@ class Factorization(Generic[V]):
         return block, block.factor(matrix)
 
 
-def written_out(kind: NumberKind[V]) -> Factorization[V]:
+def all_unrolled(kind: NumberKind[V]) -> Factorization[V]:
     """Of blocks of any size, without memory."""
     return Factorization(kind, 0, {}, dict.fromkeys(UNROLLED, ANY_SIZE))
 

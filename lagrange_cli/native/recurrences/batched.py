@@ -473,15 +473,15 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
     jet = Jet(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
     jet.time = f.splat(Real(f, "%t", 1), LANES).name
     last = blocks.order - 2
-    looped = max(1, BEGINNING - min(one.level for one in blocks.program.series))
+    rolled = max(1, BEGINNING - min(one.level for one in blocks.program.series))
     regular = f.variable(Bit(f, "true", 1))
-    for k in range(-2, min(looped, last + 1)):
+    for k in range(-2, min(rolled, last + 1)):
         stage(jet, k, 1)
         if k == -1:
             factor(jet, regular)
-    if looped <= last:
-        with f.loop(looped, last + 1, tested=False) as counter:
-            stage(jet, counter, last + 1 - looped)
+    if rolled <= last:
+        with f.loop(rolled, last + 1, tested=False) as counter:
+            stage(jet, counter, last + 1 - rolled)
     copy_state(jet)
     f.give(regular.get())
     rests = ", ".join(

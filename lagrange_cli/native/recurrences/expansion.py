@@ -28,7 +28,7 @@ MULTIPLIERS = "multipliers_at"
 class Expansion(Generic[V]):
     """The series of one step while their code is being written.
 
-    ``table[i][m]`` is coefficient m of series i where it was written out. ``time`` is t, and ``width`` the
+    ``table[i][m]`` is coefficient m of series i where it was unrolled. ``time`` is t, and ``width`` the
     number of doubles from the state's numbers to their low parts.
     """
 

@@ -1,6 +1,6 @@
 """``@jet`` in double-double: rows of coefficients in memory.
 
-Stages with coefficients 0 and 1 are written out, the others are a loop. The series are in (t - t0)/scale, a
+Stages with coefficients 0 and 1 are unrolled, the others are a loop. The series are in (t - t0)/scale, a
 power of two about as long as a step: so they do not overflow near a singularity.
 """
 
@@ -26,7 +26,7 @@ from lagrange_cli.native.recurrences.stage import Factors, Stage
 from lagrange_cli.records import dataclass
 
 UNROLLED = {"definite": 5, "general": 0}
-"""Rows of a block up to which its elimination is written out."""
+"""Rows of a block up to which its elimination is unrolled."""
 
 
 @dataclass
@@ -152,11 +152,11 @@ def write_jet(residual: Residual, rows: Rows, constants: Constants) -> tuple[str
         expansion.cyclic = cyclic_values(kind, residual, program, rows.width, {**known}, constants)[0]
     memory = Memory(expansion, kind, rows, body.div(literal(1.0), "%scale"))
     last = rows.order - 2
-    looped = min(max(1, 2 - min(one.level for one in program.series)), last + 1)
-    for k in range(-2, looped):
+    rolled = min(max(1, 2 - min(one.level for one in program.series)), last + 1)
+    for k in range(-2, rolled):
         InMemory(memory, k).write()
     expansion.table = [Firsts(memory, row) for row in range(len(program.series))]
-    with f.loop(looped, last + 1) as counter:
+    with f.loop(rolled, last + 1) as counter:
         InMemory(memory, counter.name).write()
     f.give(Bit(f, expansion.regular))
     text = "".join([*factorization.functions, convolve(rows.beyond), f.text()])

@@ -1,6 +1,6 @@
 """The function ``@jet``: all Taylor coefficients of one step, order by order.
 
-The first stages are written out; the later ones are loops over the stage k.
+The first stages are unrolled; the later ones are loops over the stage k.
 """
 
 from __future__ import annotations
@@ -14,16 +14,16 @@ from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
 UNROLLED = 3
-"""Stages, besides the two that start the series, that are written out.
+"""Stages, besides the two that start the series, that are unrolled.
 
 More are, where a convolution starts late.
 """
 ALONE = 1
-"""Groups up to which all stages are written out: that is little code."""
+"""Groups up to which all stages are unrolled: that is little code."""
 FEW_GROUPS = 3
-"""Groups up to which their sums are written out; one of several levels counts as so many."""
+"""Groups up to which their sums are unrolled; one of several levels counts as so many."""
 SHORT_LOOP = 9
-"""Stages of a loop whose sums are written out, at most: few zeros are summed, and few loops compiled."""
+"""Stages of a loop whose sums are unrolled, at most: few zeros are summed, and few loops compiled."""
 LOWEST = 3
 """In a loop every convolution is at this index or above, where the pairs with index 1 are two."""
 
@@ -32,17 +32,17 @@ def write_jet(memory: Memory) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
     expansion, emitter, layout = memory.expansion, memory.emitter, memory.layout
     last = layout.order - 2
-    looped = min(last + 1, first_looped(expansion.program, layout))
-    for k in range(-2, looped):
+    rolled = min(last + 1, first_rolled(expansion.program, layout))
+    for k in range(-2, rolled):
         Opening(memory, k).write()
     memory.newest = {
-        (index, age): expansion.table[index].get(looped - 1 + one.level - age)
+        (index, age): expansion.table[index].get(rolled - 1 + one.level - age)
         for index, one in enumerate(expansion.program.series)
         for age in range(CARRIED)
     }
     deciding = layout.groups[: layout.motion] or layout.groups
     padded = sum(len({dot.level for dot in group.dots}) for group in deciding) <= FEW_GROUPS
-    for start, stop in split(looped, last, SHORT_LOOP if padded else last):
+    for start, stop in split(rolled, last, SHORT_LOOP if padded else last):
         write_loop(memory, start, stop, padded)
     finish(memory)
     body = "\n".join(emitter.lines)
@@ -52,7 +52,7 @@ def write_jet(memory: Memory) -> str:
     )
 
 
-def first_looped(program: SeriesProgram, layout: Layout) -> int:
+def first_rolled(program: SeriesProgram, layout: Layout) -> int:
     """The first stage that a loop may have, or one after the last.
 
     Where there are convolutions in the motion, these decide: its sums are rounded as without integrals.

@@ -1,7 +1,7 @@
 """``@paired_jet``: the Taylor coefficients of one step of eight motions, a lane for each.
 
 What one motion computes with numbers is computed with vectors here, lane by lane: no lane ever sees another.
-The first stages are written out; the others are a loop over pairs of stages, k and k + 1, whose sums of
+The first stages are unrolled; the others are a loop over pairs of stages, k and k + 1, whose sums of
 products are made together by an inner loop:
 
     sum_m a[m] b[n-m]    and    sum_m a[m] b[n+1-m]
@@ -16,7 +16,7 @@ from lagrange_cli.native.numbers.lanes import BITS, VECTOR, LaneEmitter
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot
 from lagrange_cli.native.recurrences.layout_lanes import LaneLayout
-from lagrange_cli.native.recurrences.looped import Looped
+from lagrange_cli.native.recurrences.loop_stage import LoopStage
 from lagrange_cli.native.recurrences.unrolled import CAREFUL, Unrolled
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op
@@ -171,7 +171,7 @@ class Sums:
         return one, other
 
 
-class LaneStage(Looped):
+class LaneStage(LoopStage):
     """Stage k of a pair or, with the ``earlier`` one, stage k + 1; ``first`` is the first k."""
 
     def __init__(self, memory: Memory, first: int, rows: str, earlier: LaneStage | None) -> None:

@@ -1,4 +1,4 @@
-"""The series of one motion in doubles: stages written out, then a loop over k; dot products side by side."""
+"""The series of one motion in doubles: stages unrolled, then a loop over k; dot products side by side."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from lagrange_cli.native.recurrences.convolution import (
 )
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import CARRIED, FIRST, Group, Layout
-from lagrange_cli.native.recurrences.looped import Looped
+from lagrange_cli.native.recurrences.loop_stage import LoopStage
 from lagrange_cli.native.recurrences.stage import Stage
 from lagrange_cli.native.recurrences.unrolled import Unrolled
 from lagrange_cli.records import dataclass, field
@@ -35,7 +35,7 @@ class Memory:
     emitter: Emitter
     layout: Layout
     recent: dict[Group, dict[int, Vectors]] = field(default_factory=dict)
-    """The last vectors of each group in stages that are written out, by their indices."""
+    """The last vectors of each group in stages that are unrolled, by their indices."""
     newest: dict[tuple[int, int], Value] = field(default_factory=dict)
     """The last coefficients that were written: by series and by how many stages old."""
 
@@ -75,10 +75,10 @@ class Opening(Unrolled[str]):
                 emitter.store(self.at(index, one.level), "%work", layout.slot(index, m))
 
 
-class Rolled(Looped):
+class Rolled(LoopStage):
     """One stage of a loop over ``k`` from ``first`` to ``last``.
 
-    Where they are ``padded``, dot products are written out with as many terms as the last stage needs: before
+    Where they are ``padded``, dot products are unrolled with as many terms as the last stage needs: before
     that, what is too many meets zeros. (A loop would end each time where the processor does not expect it.)
     """
 

@@ -1,4 +1,4 @@
-"""The first stages of a step, written out coefficient by coefficient."""
+"""The first stages of a step, unrolled: coefficient by coefficient."""
 
 from __future__ import annotations
 

@@ -89,15 +89,15 @@ def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function
     numbers.
 
     They may differ by ``allowed`` and ``uneven``, times ``slack``. Where failures are ``unexplained``, they
-    and those expected must be at most ``room`` instead: nothing but rounding of what rests. If low parts are
+    and those expected must be at most ``floor`` instead: nothing but rounding of what rests. If low parts are
     ``low`` doubles behind coefficients, the first of these are accelerations times ``inverse``.
     """
     real, bit = (kind(one, lengths.motions) for one in ("double", "i1"))
     more = ", ptr noalias %low, double %inverse" if low else ""
     more += ", ptr noalias %integrals" if lengths.followed[1] else ""
-    given = f"{real} %uneven, {real} %slack, {bit} %unexplained, {real} %room"
+    given = f"{real} %uneven, {real} %slack, {bit} %unexplained, {real} %floor"
     f = Function(f"define internal {bit} @{name}({PLACES}, {given}{more}) #0", lengths.motions)
-    uneven, slack, room = (lengths.wide(f, Real(f, f"%{name}")) for name in ("uneven", "slack", "room"))
+    uneven, slack, floor = (lengths.wide(f, Real(f, f"%{name}")) for name in ("uneven", "slack", "floor"))
     bad = f.variable(f.never(lengths.lanes))
     with lengths.velocities(f) as row:
         found, expected = row.series()[1], row.at("%rates")
@@ -107,7 +107,7 @@ def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function
             found, rest = found * Real(f, "%inverse"), rest * Real(f, "%inverse")
             distance = (expected - found) + (row.at("%low") - rest)
         strictly = f.magnitude(distance).compared("ugt", (row.at("%allowed") + uneven) * slack)
-        grossly = f.magnitude(found).compared("ugt", room) | f.magnitude(expected).compared("ugt", room)
+        grossly = f.magnitude(found).compared("ugt", floor) | f.magnitude(expected).compared("ugt", floor)
         apart = f.select(Bit(f, "%unexplained"), grossly, strictly)
         if lengths.followed[1]:
             new = row.at("%integrals")

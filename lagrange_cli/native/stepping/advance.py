@@ -108,14 +108,14 @@ def advance(steps: Steps) -> str:
         t, low = clock(Clock.TIME), clock(Clock.TIME_LOW)
         now, regular = steps.expand(f, Now(t, low, clock(Clock.STEP), one))
         with f.when(~pending.get().equals(NOTHING)):
-            room = f.constant(bounds.nothing_much) / (length.get() * length.get())
+            floor = f.constant(bounds.nothing_much) / (length.get() * length.get())
             failures, unexplained = clock(Clock.NARROW_FAILURES), clock(Clock.UNEXPLAINED)
             lenient = failures >= EVIDENCE
             if steps.constrained:  # what the state was moved by near a singular configuration counts there
                 before = f.load(trial, layout.at(Clock.PROJECTIONS))
                 lenient = lenient | (clock(Clock.PROJECTIONS) > before)
             slack = f.select(lenient, f.constant(NOISY), one)
-            good = steps.agree(f, now, uneven.get(), slack, unexplained > 0.0, room) & regular
+            good = steps.agree(f, now, uneven.get(), slack, unexplained > 0.0, floor) & regular
             blind, less = pending.get().equals(BLIND), taken.get() - 1
             # There is a critical point within the step that the series does not show. Go back and take at
             # most half the step; or, if the equations were singular just beyond the point, go twice as far
@@ -131,7 +131,7 @@ def advance(steps: Steps) -> str:
                     copy(trial, state)
                     code = f.select(regular, f.count(Stop.UNDERFLOW), f.count(Stop.SINGULAR))
                     leave(code, less, began.get())
-                narrow = steps.agree(f, now, uneven.get(), f.constant(NOISY), no, room) & regular
+                narrow = steps.agree(f, now, uneven.get(), f.constant(NOISY), no, floor) & regular
                 copy(trial, state)
                 steps.forget(f)
                 begins, apart = clock(Clock.GAP).equals(0.0), clock(Clock.LEAVING).equals(0.0)

@@ -68,10 +68,10 @@ class MotionSteps(Steps):
             )  # fmt: skip
         records = records_at(given.state, given.work, self.parts)
         self.guards = GuardCode(given.guards, given.state, lengths, records) if given.guards else None
-        watched = given.state.integrals.start, arguments
+        rows_of_arguments = given.state.integrals.start, arguments
         self.proof = self._proof("proven", given.proving[0])
         self.integrands = self._proof("integrands_proven", given.proving[1], rows)
-        self.arguments = self._proof("arguments_proven", given.proving[2], watched)
+        self.arguments = self._proof("arguments_proven", given.proving[2], rows_of_arguments)
 
     @property
     def proofs(self) -> Sequence[Proof]:
@@ -127,9 +127,9 @@ class MotionSteps(Steps):
         t, low = (f.load("%state", self.state.at(one)) for one in (Clock.TIME, Clock.TIME_LOW))
         return t, low
 
-    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
         rates, allowed, low = self.expected(f)
-        given = rates, allowed, uneven, slack, unexplained, room
+        given = rates, allowed, uneven, slack, unexplained, floor
         more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
         return f.call(Bit, "accepted", f.pointer("%work"), *given, *more)
 

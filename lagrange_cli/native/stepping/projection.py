@@ -20,7 +20,7 @@ from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.variables import numbered
-from lagrange_cli.native.linear.blocks import written_out
+from lagrange_cli.native.linear.blocks import all_unrolled
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
 from lagrange_cli.native.llvm.vector import Bit
@@ -100,7 +100,7 @@ class Projection(Generic[V, C]):
         if self.lanes > 1:
             away = away & Bit(f, "%moving")
         with f.when(~away.mask().equals(0) if self.lanes > 1 else away):
-            factors, regular = factored(self.residual.unpushed, written_out(kind), known, self.constants)
+            factors, regular = factored(self.residual.unpushed, all_unrolled(kind), known, self.constants)
             sure = Bit(f, regular) & away
             with f.when(~sure.mask().equals(0) if self.lanes > 1 else sure):
 

@@ -89,7 +89,7 @@ class Steps(ABC):
         """Move the state back to the constraints, if there are any and it is not there."""
 
     @abstractmethod
-    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, room: Real) -> Bit:
+    def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
         """Whether the accelerations are those expected (``acceptance.accepted``)."""
 
     @abstractmethod

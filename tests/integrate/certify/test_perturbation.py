@@ -73,7 +73,7 @@ def test_a_frequency_that_is_rounded_once_is_part_of_the_estimate(folder, number
         assert coverage(data, "q/x", truth, folder) >= 0.98
 
 
-def test_momenta_that_are_held_are_part_of_the_estimate():
+def test_cyclic_momenta_are_part_of_the_estimate():
     data, _ = certified(TOP, 300.0, 601)
     with mpmath.workdps(50):
         truth = [nodding(t) for t in data["t"]]

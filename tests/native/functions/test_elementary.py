@@ -19,7 +19,7 @@ from lagrange_cli.native.llvm.declarations import complete
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from tests.support.calls import compiled, function, loaded, looped, text
+from tests.support.calls import compiled, function, loaded, over_columns, text
 
 LANES = 8
 SIN_COS, SIN_COS_LANES = (function("sin_cos", lanes) for lanes in (1, LANES))
@@ -206,7 +206,7 @@ def test_every_function_of_the_language_in_lanes(name: str, count: int) -> None:
         kind.lines = f.sink
         return [Real(f, kind.function(name, *(x.name for x in values)))]
 
-    program = looped(write, len(arguments), LANES)
+    program = over_columns(write, len(arguments), LANES)
     found = compiled(program + definitions(program), 1)(*arguments)[0]
     with mpmath.workprec(200):
         exact = getattr(mpmath, {"pow": "power"}.get(name, name))

@@ -22,7 +22,7 @@ from lagrange_cli.native.functions.portable import portable
 from lagrange_cli.native.llvm.declarations import INTRINSICS, complete
 from lagrange_cli.native.llvm.vector import Real
 from lagrange_cli.spec.read import read_spec
-from tests.support.calls import compiled, loaded, looped
+from tests.support.calls import compiled, loaded, over_columns
 from tests.support.draws import examples
 
 MP = mpmath.mp.clone()
@@ -36,7 +36,7 @@ BOUND = {"sin": 0.8, "cos": 0.8, "exp": 0.7, "pow": 0.7, "log": 1.0}
 def text(name: str) -> str:
     """A portable program that computes the function of arrays."""
     called = f"llvm.{name}.f64" if name in INTRINSICS else name
-    run = looped(lambda f, values: [f.call(Real, called, *values)], ARITY[name], 1)
+    run = over_columns(lambda f, values: [f.call(Real, called, *values)], ARITY[name], 1)
     return portable(run)
 
 
@@ -192,7 +192,7 @@ def test_no_function_of_the_c_library_is_called(
 
 def test_what_is_called_is_found() -> None:
     """The test above would see the C library's sine."""
-    program = looped(lambda f, values: [f.function("sin", *values)], 1, 1)
+    program = over_columns(lambda f, values: [f.function("sin", *values)], 1, 1)
     assert undefined(emitted(program, "aarch64-unknown-linux-gnu", "", "")) == {"sin"}
 
 

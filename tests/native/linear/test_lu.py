@@ -82,7 +82,7 @@ def test_what_was_put_in_comes_out(name, size, unrolled, level):
 
 @pytest.mark.parametrize("name", KINDS)
 @pytest.mark.parametrize("size", [1, 3, 5])
-def test_definite_blocks_that_are_written_out(name, size):
+def test_definite_blocks_that_are_unrolled(name, size):
     """L D L^T: the equations hold to a few units of rounding, and a row twice is found."""
     kind, source = KINDS[name], np.random.default_rng(size)
     solve, parts = solver(kind, size, FULL, 5, "definite"), kind.parts

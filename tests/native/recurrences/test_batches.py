@@ -64,10 +64,10 @@ def always_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_batches_follow_the_same_motion_as_straight_code(
     count: int, monkeypatch: pytest.MonkeyPatch, always_in_batches: None
 ) -> None:
-    looped, found = program_and_motion(WEB, count)
+    rolled, found = program_and_motion(WEB, count)
     monkeypatch.setattr(programs, "BATCHED", 10**9)
     straight, expected = program_and_motion(WEB, count)
-    assert looped.tables > 0
+    assert rolled.tables > 0
     assert straight.tables == 0
     assert found.keys() == expected.keys()
     for path, values in expected.items():
@@ -75,7 +75,7 @@ def test_batches_follow_the_same_motion_as_straight_code(
         assert np.max(np.abs(found[path] - values)) <= 2.0**-46 * size, path
 
 
-def test_a_family_has_the_code_of_its_written_out_twin(always_in_batches: None) -> None:
+def test_a_family_has_the_code_of_its_unrolled_twin(always_in_batches: None) -> None:
     family = """
     coordinates: {"x[i in range(3)]": {initial: "i"}}
     lagrangian: sum(x_dot[i]**2/2 - cos(x[i] - x[i - 1]) for i in range(1, 3)) + x_dot[0]**2/2 - x[0]**4

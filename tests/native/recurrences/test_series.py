@@ -106,7 +106,7 @@ dissipation: 0.01*(u_dot**2 + w_dot**2)
 
 
 def shape_code(monkeypatch, stages, few):
-    """So many stages written out; dot products in loops where there are more than ``few`` groups."""
+    """So many stages unrolled; dot products in loops where there are more than ``few`` groups."""
     monkeypatch.setattr(jet, "ALONE", 0)
     monkeypatch.setattr(jet, "UNROLLED", stages)
     monkeypatch.setattr(jet, "FEW_GROUPS", few)
@@ -114,7 +114,7 @@ def shape_code(monkeypatch, stages, few):
 
 @pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("stages", "few"), [(3, 0), (3, 99), (7, 0), (10, 99), (60, 0)])
-def test_loops_and_written_out_stages_agree(stages, few, monkeypatch):
+def test_loops_and_unrolled_stages_agree(stages, few, monkeypatch):
     """Everything at once: each way to write the stages gives the same motion, and the ledgers close."""
     reference = follow(ELLIPSOID, 3.0, outputs=("q", "v", "p", "h", "ledger"))
     shape_code(monkeypatch, stages, few)
@@ -226,7 +226,7 @@ def chain(size):
 
 @pytest.mark.parametrize("size", [3, 7, 22])
 def test_chains_of_any_length_keep_their_energy(size):
-    """22 coordinates factor their mass matrix in loops, fewer in code written out."""
+    """22 coordinates factor their mass matrix in loops, fewer in unrolled code."""
     motion = follow(chain(size), 1.0, 11, outputs=("q", "h", "ledger"))
     assert motion.outcome.h_drift <= 1e-13 * abs(motion["diagnostics/h"][0])
     for k in range(size):

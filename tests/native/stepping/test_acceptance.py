@@ -30,14 +30,14 @@ def judge(
     uneven: float = 0.0,
     slack: float = 1.0,
     unexplained: bool = False,
-    room: float = 0.0,
+    floor: float = 0.0,
 ) -> bool:
     """The verdict on accelerations of two coordinates."""
     work = np.full((2 * DEGREES, TERMS), np.nan)  # whatever else it reads is no number
     work[DEGREES:, 1] = found
     rates, bounds = (np.concatenate([[np.nan] * DEGREES, each]) for each in (expected, allowed))
     places = [array.ctypes.data for array in (work, rates, bounds)]
-    return CALL(CODE.address("accepted"))(*places, uneven, slack, unexplained, room)
+    return CALL(CODE.address("accepted"))(*places, uneven, slack, unexplained, floor)
 
 
 def test_a_step_is_accepted_if_the_accelerations_agree() -> None:
@@ -71,5 +71,5 @@ def test_unevenness_and_slack_widen_the_bounds() -> None:
 
 
 def test_unexplained_failures_ask_for_accelerations_of_nothing_but_rounding() -> None:
-    assert judge((1e-17, -2e-17), (-3e-17, 1e-17), (0.0, 0.0), unexplained=True, room=5e-17)
-    assert not judge((1e-17, -2e-17), (-3e-17, 6e-17), (1.0, 1.0), unexplained=True, room=5e-17)
+    assert judge((1e-17, -2e-17), (-3e-17, 1e-17), (0.0, 0.0), unexplained=True, floor=5e-17)
+    assert not judge((1e-17, -2e-17), (-3e-17, 6e-17), (1.0, 1.0), unexplained=True, floor=5e-17)

@@ -7,7 +7,7 @@ from lagrange_cli.native.recurrences.stage import Stage
 from lagrange_cli.series.program import SHORT
 
 
-class Looped(Stage[str]):
+class LoopStage(Stage[str]):
     """A stage of a loop over k from ``first`` on."""
 
     first: int
