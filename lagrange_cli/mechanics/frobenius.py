@@ -13,7 +13,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Iterable, Mapping, Sequence
-from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
@@ -24,10 +23,6 @@ from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
-
-Array: TypeAlias = "NDArray[np.float64]"
 Form = Mapping[int, Node]
 """The coefficients of dq_k, and of dt behind them."""
 

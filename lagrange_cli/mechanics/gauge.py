@@ -48,7 +48,7 @@ def acting(model: Model[Node], graph: Graph, lagrangian: Node) -> Node:
     idle = {
         term
         for group in groups({term: curl(graph, form, places) for term, form in forms.items()})
-        if is_exact(graph, group, [forms[term] for term in group], places)
+        if is_exact(graph, [forms[term] for term in group], places)
         for term in group
     }
     return graph.sum([(term, 1.0) for term in terms if term not in idle]) if idle else lagrangian
@@ -74,9 +74,7 @@ def curl(graph: Graph, form: Sequence[Node], places: Sequence[Node]) -> list[Nod
     ]
 
 
-def is_exact(
-    graph: Graph, group: Sequence[Node], forms: Sequence[Sequence[Node]], places: Sequence[Node]
-) -> bool:
+def is_exact(graph: Graph, forms: Sequence[Sequence[Node]], places: Sequence[Node]) -> bool:
     """Whether it is proven that a sum of terms is dF/dt for an F without jumps."""
     form = [graph.sum([(part, 1.0) for part in parts]) for parts in zip(*forms)]
     left = curl(graph, form, places)

@@ -78,7 +78,7 @@ def find_reference(
             steps = found[0].outcome.steps
             return Reference(times, q, sizes[-1], error, steps, asked, reason)
         larger = f"the error of the reference exceeds {good:g} beyond this time"
-        reason = why(found, good) if known == count else larger
+        reason = why(found) if known == count else larger
         stop = start + round_down(times.step * (known - 1) if known > 1 else times.step / 2)
     raise MotionError(f"no reference solution to compare with: {reason}")
 
@@ -88,7 +88,7 @@ def leading(holds: NDArray[np.bool_]) -> int:
     return len(holds) if holds.all() else int(np.argmin(holds))
 
 
-def why(found: Sequence[Followed], good: float) -> str:
+def why(found: Sequence[Followed]) -> str:
     """The reason why the shortest of the motions ended."""
     outcome = min(found, key=lambda each: len(each.q)).outcome
     if outcome.ending is Ending.INTERRUPTED:

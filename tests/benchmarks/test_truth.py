@@ -16,15 +16,6 @@ from benchmarks.truth.known import Known
 from benchmarks.truth.reference import Course, Exit, Linear, pieces, root_of, to
 from benchmarks.truth.running import SOLVE, Ran, command, run
 
-TOLD = {
-    "status": "complete",
-    "message": "reached the end",
-    "t": 20.0,
-    "steps": 1,
-    "h_drift": None,
-    "p_drift": {},
-}
-
 
 @pytest.fixture(scope="module")
 def pendulum():

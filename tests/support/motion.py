@@ -31,7 +31,6 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.native.compilation.machine import QUICK
 from lagrange_cli.native.program import Program
 from lagrange_cli.records import replace
-from lagrange_cli.series.program import SeriesProgram
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values, resolve_values
@@ -130,11 +129,6 @@ def each_formulation(system: str) -> dict[str, Residual]:
 def program_of(system: str, outputs: tuple[str, ...] = DEFAULT) -> Program:
     """Its compiled program."""
     return prepared(system, outputs=outputs).machine.program
-
-
-def series_of(system: str) -> SeriesProgram:
-    """The operations on series that one order takes."""
-    return program_of(system).series
 
 
 def values_of(system: str, sets: Mapping[str, float] | None = None) -> Values:

@@ -127,7 +127,7 @@ def animate(
     if kind == FRAMES:
         target = find_folder(name, force=force)
     else:
-        target = target_of(name, (source,), began, given, "lagrange animate", force=force)
+        target = target_of(name, (source,), began, "lagrange animate", force=force)
     with opened(source, asked, given, run) as (result, interrupted):
         waiting = Waiting(stem(source), quiet=given.quiet)
         with waiting.stage("draw"):

@@ -144,7 +144,7 @@ def plot(
     name = output or f"{stem(sources[0])}.png"
     suffix = "" if terminal else check_format(name)
     asked = Asked(what, x, y)
-    target = None if terminal else target_of(name, sources, began, given, "lagrange plot", force=force)
+    target = None if terminal else target_of(name, sources, began, "lagrange plot", force=force)
     with ExitStack() as stack:
         results, interrupted = [], False
         for source in sources:
@@ -175,9 +175,7 @@ def plot(
     return INTERRUPTED if interrupted else 0
 
 
-def target_of(
-    name: str, sources: tuple[str, ...], began: float, given: Given, command: str, *, force: bool
-) -> Any:
+def target_of(name: str, sources: tuple[str, ...], began: float, command: str, *, force: bool) -> Any:
     """The picture's file, checked before any work is done."""
     from lagrange_cli.store.find_target import find_target
     from lagrange_cli.store.notes import Origin

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 
 Index: TypeAlias = "NDArray[np.int64]"
-POLL_SECONDS = 0.05
-"""Seconds between two reports of progress."""
 
 
 class MemberLog(EventSink):

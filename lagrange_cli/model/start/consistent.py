@@ -123,7 +123,7 @@ class Search:
         singular: tuple[str, ...] = ()
         here = independent(self.rates(q, self.given.v).rows, scale, self.typical(scale))
         v = self.speeds(q, scale, masses, here)
-        generic = self.generic(q, scale, masses)
+        generic = self.generic(q, scale)
         if len(here) < len(generic.independent):
             singular = tuple(name for i, name in enumerate(self.names) if i not in here)
         changed = [*self.changes(self.coordinates, self.given.q, q, self.given.open_q)]
@@ -209,7 +209,7 @@ class Search:
         if self.off(q, scale) > 2 * self.unit:
             found = self.tried(Surface(at, kept, everything, masses, scale, self.unit).nearest, q)
             if found is None or self.off(found, scale) > NEAR:
-                raise self.refusal.contradiction(*self.position_values(q), scale, found)
+                raise self.refusal.contradiction(*self.position_values(q), scale)
             far = self.far(q, found, scale)
             if far > SLIGHTLY and not given.forced:
                 raise self.refusal.far_off(*self.position_values(q), scale, self.told(q, found, scale))
@@ -306,7 +306,7 @@ class Search:
             q[k] = 0 * q[k] + chosen[k]
         return q
 
-    def generic(self, q: Sequence[Any], scale: Sequence[float], masses: Masses) -> Generic:
+    def generic(self, q: Sequence[Any], scale: Sequence[float]) -> Generic:
         """Which constraints are independent at consistent states nearby, where most of them are."""
         if self._generic is not None:
             return self._generic
@@ -401,7 +401,7 @@ class Search:
         if self.off_by(at(v), size, rates) > 2 * self.unit:
             found = self.tried(surface(kept, everything, size).nearest, v)
             if found is None or self.off_by(at(found), size, rates) > NEAR:
-                raise self.refusal.contradiction(*at(v), size, found, speeds=True)
+                raise self.refusal.contradiction(*at(v), size, speeds=True)
             if self.far(v, found, size) > SLIGHTLY and not given.forced:
                 raise self.refusal.far_off(*at(v), size, self.told(v, found, size, True), speeds=True)
             v = found

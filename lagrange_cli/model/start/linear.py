@@ -27,8 +27,6 @@ APART = 1e-5
 """The same at states that are not known exactly."""
 CLEAR = 1e-4
 """The square of this sine, from which on no closer look is needed."""
-MOST_UNKNOWN = 4000
-"""Coordinates that are solved for with a full matrix."""
 
 
 def scattered(number: int, count: int) -> list[float]:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.start.linear import steepness
 from lagrange_cli.spec.problems import MOST
 from lagrange_cli.spec.source import Source
@@ -70,7 +69,6 @@ class Refusal:
         values: Sequence[Any],
         rows: Sequence[Any],
         scale: Sequence[float],
-        found: Sequence[Any] | None,
         *,
         speeds: bool = False,
     ) -> SpecError:
@@ -137,7 +135,3 @@ class Refusal:
         name, value = self.spec.coordinates[differs].name, found[0][differs]
         hint = f"give one of them, as in --set {name}={value:.15g} or {name}: {{initial: {value:.15g}}}"
         return self.source.error(first.place, message, hint)
-
-    def speed_of(self, number: int) -> str:
-        """The name of a velocity."""
-        return velocity_name(self.spec.coordinates[number].name)

@@ -140,7 +140,7 @@ class Crossings(Returns):
         end = polynomial(f, terms, f.constant(1.0), CHAINS)
         side = self.get(f, "side")
         noise = (total + f.magnitude(terms[0])) * NOTHING
-        low = [one * side for one in raised(f, terms[: LOW + 1])]
+        low = [one * side for one in raised(terms[: LOW + 1])]
         away = reduce(f.smaller, low) > later + noise
         monotonic = (f.magnitude(terms[1]) > slopes) & (f.magnitude(end) > noise) & (f.magnitude(side) > 0.0)
         single = monotonic & (end * side < 0.0)
@@ -254,7 +254,7 @@ class Crossings(Returns):
         return f
 
 
-def raised(f: Function, c: list[Real]) -> list[Real]:
+def raised(c: list[Real]) -> list[Real]:
     """The coefficients of a polynomial in Bernstein's form on [0, 1]."""
     n = len(c) - 1
     b = [one * (1.0 / math.comb(n, m)) for m, one in enumerate(c)]

@@ -16,7 +16,6 @@ from lagrange_cli.integrate.ensemble.selection import ensemble_method
 from lagrange_cli.integrate.times import Times
 from tests.support.motion import NAMES, SYSTEMS, prepared, spec_of, values_of
 
-BITS = ("index", "t", "state", "steps", "samples", "reached")
 LARGE = (SYSTEMS / "n_pendulum.yaml").read_text().replace("N: 5", "N: 20")
 """A system whose motions are followed one by one."""
 SMOOTH = [name for name in NAMES if not spec_of(name).events]
