@@ -23,14 +23,16 @@ def foresee_convolutions(model: Model[Node], method: str, precision: str) -> Non
     if METHODS[method].needs is Needs.SERIES:
         from lagrange_cli.mechanics.foresight import least_convolutions
 
-        refuse(least_convolutions(model, most_convolutions(precision)), precision, "at least ")
+        least = least_convolutions(model, most_convolutions(precision))
+        refuse(least, precision, "at least ", bound=bool(model.constraints))
 
 
 def check_convolutions(residual: Residual, method: str, precision: str) -> None:
     """Refuse a system whose equations take too many."""
     if METHODS[method].needs is Needs.SERIES:
         straight = not residual.separate and "convolutions" not in chosen()
-        refuse(residual.costs[residual.formulation], precision, straight=straight)
+        bound = bool(residual.model.constraints)
+        refuse(residual.costs[residual.formulation], precision, straight=straight, bound=bound)
 
 
 def most_convolutions(precision: str, *, straight: bool = False) -> int:
@@ -38,12 +40,17 @@ def most_convolutions(precision: str, *, straight: bool = False) -> int:
     return whole("convolutions") // (STRAIGHT if straight else 1) // (1 if precision == DOUBLE else LONGER)
 
 
-def refuse(found: int, precision: str, least: str = "", *, straight: bool = False) -> None:
-    """Raise ``TooLarge`` if there are too many."""
+def refuse(
+    found: int, precision: str, least: str = "", *, straight: bool = False, bound: bool = False
+) -> None:
+    """Raise ``TooLarge`` if there are too many. Systems that are ``bound`` by constraints have no other
+    method."""
     most = most_convolutions(precision, straight=straight)
     if found > most:
         without = next(name for name, row in METHODS.items() if row.needs is not Needs.SERIES)
-        another = f"choose --method {without}, which needs none, " if precision == DOUBLE else ""
+        another = (
+            f"choose --method {without}, which needs none, " if precision == DOUBLE and not bound else ""
+        )
         raise TooLarge(
             f"the Taylor series of this system take {least}{found} convolutions per order; "
             f"at most {most} are compiled",

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from lagrange_cli.errors import UsageError
+from lagrange_cli.errors import TooLarge, UsageError
 from lagrange_cli.expression.node import Node
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.convolutions import check_convolutions
@@ -18,6 +18,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.native.interface import SECTION
 from lagrange_cli.native.lanes import suits_lanes, with_lanes
+from lagrange_cli.native.numbers.double import SHORTER
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
@@ -48,7 +49,12 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
     undetected = () if method.proves else passed_over(residual, plan)
-    program = program_of(residual, plan, compilation, original)
+    try:
+        program = program_of(residual, plan, compilation, original)
+    except TooLarge as error:
+        if not residual.model.constraints:
+            raise
+        raise TooLarge(error.message, error.hint.replace(SHORTER, "")) from error
     if compilation.section == SECTION and not program.lanes:
         refuse_what_hides(residual)
     if compilation.portable:

@@ -17,6 +17,9 @@ from lagrange_cli.native.numbers.kind import Number
 
 MOST_INSTRUCTIONS = whole("instructions")
 
+SHORTER = "choose a method whose code is shorter: --method DOP853, "
+"""A way out for systems without constraints: the others need the Taylor method."""
+
 
 def fused(text: str) -> str:
     """``text`` with every ``fmuladd`` an ``fma``, which is rounded once."""
@@ -34,9 +37,7 @@ class Emitter:
     parts, unit, fused, products = 1, 2.0**-53, True, 16
     COST = 1
     """How much longer than others its instructions take to compile."""
-    WAY_OUT = "write a smaller system, choose a method whose code is shorter: --method DOP853, " + way_out(
-        "instructions"
-    )
+    WAY_OUT = "write a smaller system, " + SHORTER + way_out("instructions")
 
     def __init__(self, prefix: str = "%v") -> None:
         self._prefix = prefix
