@@ -1,7 +1,7 @@
 """Finished outputs, read for those who show them: what made them, and some of their samples.
 
-Nothing is read but what is asked for: of a long motion every so many samples, of a sweep the values that its
-members begin with.
+Nothing is read but what is asked for: of a long motion some samples, evenly spaced, of a sweep the values
+that its members begin with. ``Result`` sees to it that only what this program has written is read.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-import h5py
 import numpy as np
 from numpy.typing import NDArray
 
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.records import dataclass
+from lagrange_cli.store.result import Result, foreign
 
 Array = NDArray[np.float64]
 MAKER = "lagrange"
@@ -46,13 +46,13 @@ class Made:
 
 
 @contextmanager
-def opened(path: Path) -> Iterator[Any]:
-    """The file; raises ``FileError`` where it cannot be read, or is damaged."""
-    try:
-        with h5py.File(path, "r") as file:
-            yield file
-    except (OSError, RuntimeError, KeyError) as error:
-        raise FileError(f"{path} could not be read: {' '.join(str(error).split())[:200]}") from error
+def opened(path: Path) -> Iterator[Result]:
+    """The output; raises ``FileError`` where it cannot be read, is damaged, or is none of this program's."""
+    with Result(str(path)) as result:
+        try:
+            yield result
+        except (OSError, RuntimeError, KeyError, TypeError, ValueError, IndexError, OverflowError) as error:
+            raise foreign(str(path)) from error
 
 
 def made(path: Path) -> Made:
@@ -60,8 +60,8 @@ def made(path: Path) -> Made:
 
     Raises ``FileError`` where it is no output of ours, and ``UsageError`` where it holds no motions.
     """
-    with opened(path) as file:
-        said = {name: file.attrs[name] for name in file.attrs}
+    with opened(path) as result:
+        said = result.attributes
     if not str(said.get("generator", "")).startswith(MAKER) or "spec" not in said:
         raise FileError(f"{path} is not an output of lagrange")
     if "crossings" in said:
@@ -100,30 +100,35 @@ def samples(
 
     Raises ``UsageError`` where the output has no coordinates.
     """
-    with opened(path) as file:
-        if "t" not in file or not all(f"q/{name}" in file for name in names):
+    with opened(path) as result:
+        held = result.held
+        if "t" not in held or not all(f"q/{name}" in held for name in names):
             raise UsageError(f"{path} has no coordinates: run 'lagrange solve' with --outputs q,v,p,h")
-        listed = {name: file[at] for name, at in others.items() if at in file}
-        width = 1 + sum(2 * math.prod(file[f"q/{name}"].shape[1:]) for name in names) + len(listed)
-        count = len(file["t"])
+        listed = {name: at for name, at in others.items() if at in held}
+        (count,) = held["t"].shape
+        width = 1 + sum(2 * math.prod(held[f"q/{name}"].shape[1:]) for name in names) + len(listed)
         each = max(1, math.ceil(count * width / most))
         places = np.unique(np.r_[0:count:each, max(0, count - 1)])[: max(count, 0)]
 
-        def rows(dataset: Any) -> Array:
+        def rows(at: str) -> Array:
+            shape = held[at].shape
+            if shape[0] != count or math.prod(shape[1:]) > most:
+                raise ValueError("not of this motion")
             if not count:
-                return np.empty((0, math.prod(dataset.shape[1:])))
-            found = dataset[...] if each == 1 else dataset[:: each if each < count else None]
-            found = np.asarray(found, dtype=np.float64).reshape(len(found), -1)
-            last = np.asarray(dataset[count - 1], dtype=np.float64).reshape(1, -1)
+                return np.empty((0, math.prod(shape[1:])))
+            part = ... if each == 1 else slice(None, None, each if each < count else None)
+            found = np.asarray(result.read(at, part), dtype=np.float64)
+            found = found.reshape(len(found), -1)
+            last = np.asarray(result.read(at, count - 1), dtype=np.float64).reshape(1, -1)
             return found if len(found) == len(places) else np.concatenate([found, last])
 
-        t = rows(file["t"])[:, 0]
-        q = np.concatenate([rows(file[f"q/{name}"]) for name in names], axis=1)
-        if all(f"v/{name}" in file for name in names):
-            v = np.concatenate([rows(file[f"v/{name}"]) for name in names], axis=1)
+        t = rows("t")[:, 0]
+        q = np.concatenate([rows(f"q/{name}") for name in names], axis=1)
+        if all(f"v/{name}" in held for name in names):
+            v = np.concatenate([rows(f"v/{name}") for name in names], axis=1)
         else:
             v = np.gradient(q, t, axis=0) if len(t) > 1 else np.zeros_like(q)
-        return t, q, v, {name: rows(dataset)[:, 0] for name, dataset in listed.items()}
+        return t, q, v, {name: rows(at)[:, 0] for name, at in listed.items()}
 
 
 def members(
@@ -133,20 +138,23 @@ def members(
     (m,), and q and v at their start (m, degrees)."""
     sizes = tuple(shape.values())
     count = math.prod(sizes)
-    with opened(path) as file:
+    with opened(path) as result:
 
-        def values(dataset: Any, name: str = "") -> Array:
-            found = np.asarray(dataset[...], dtype=np.float64)
+        def values(at: str, name: str = "") -> Array:
+            if at not in result.held:
+                raise KeyError(at)
+            found = np.asarray(result.read(at), dtype=np.float64)
             if found.shape[: len(sizes)] != sizes:  # those of one dimension of a grid
-                axis = [*shape].index(name)
+                axis = [*shape].index(name if name in shape else f"{name}_")
                 along = found.reshape([-1 if k == axis else 1 for k in range(len(sizes))])
                 found = np.broadcast_to(along, sizes)
             some: Array = found.reshape(count, -1)[chosen]
             return some
 
         def state(kind: str) -> Array:
-            return np.concatenate([values(file[f"initial/{kind}/{name}"]) for name in names], axis=1)
+            return np.concatenate([values(f"initial/{kind}/{name}") for name in names], axis=1)
 
-        given = file.get("parameters", {})
-        varied = {name: values(given[name], name)[:, 0] for name in given}
+        # those of a grid are its dimensions, to which links lead
+        given = result.within("parameters/") | result.linked("parameters/")
+        varied = {name: values(at, name)[:, 0] for name, at in given.items()}
         return varied, state("q"), state("v")

@@ -47,6 +47,7 @@ class Result:
 
     def __init__(self, name: str) -> None:
         self.name = name
+        self._links: dict[str, str] = {}
         path = Path(os.path.realpath(name))
         if not path.exists():
             raise FileError(f"{name}: no such file")
@@ -76,7 +77,10 @@ class Result:
         """Everything that is a plain dataset, in the order of the file."""
         found: list[tuple[str, Held]] = []
         for name in group:
-            if not isinstance(group.get(name, getlink=True), h5py.HardLink) or name in HIDDEN:
+            link = group.get(name, getlink=True)
+            if isinstance(link, h5py.SoftLink):
+                self._links[f"{above}{name}"] = str(link.path).lstrip("/")
+            if not isinstance(link, h5py.HardLink) or name in HIDDEN:
                 continue
             item, path = group[name], f"{above}{name}"
             if isinstance(item, h5py.Group) and path.count("/") < 8:
@@ -102,6 +106,14 @@ class Result:
     def within(self, folder: str) -> dict[str, str]:
         """The paths in a folder by what follows it."""
         return {path[len(folder) :]: path for path in self.held if path.startswith(folder)}
+
+    def linked(self, folder: str) -> dict[str, str]:
+        """Likewise of the links in a folder, which lead to plain datasets: the paths of these."""
+        return {
+            path[len(folder) :]: at
+            for path, at in self._links.items()
+            if path.startswith(folder) and at in self.held
+        }
 
     def read(self, path: str, part: Any = ...) -> np.ndarray:
         """A part of a dataset, all of it by default; raises ``FileError`` where it cannot be read."""

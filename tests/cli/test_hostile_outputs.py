@@ -310,3 +310,29 @@ def test_a_head_of_many_values_is_refused_before_they_are_made(monkeypatch):
     monkeypatch.setattr(checkpoints.json, "loads", None)
     with pytest.raises(Unusable):
         Checkpoint.unpack(content, "out.h5")
+
+
+PLAIN = "coordinates: {theta1: {initial: 1}}\nlagrangian: theta1_dot**2/2 - theta1**2/2\nsolve: {stop: 1}\n"
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize(
+    "command", [("view", "-o", "o.html"), ("plot", "-o", "o.png")], ids=lambda one: one[0]
+)
+def test_what_is_shown_of_a_changed_output_is_what_this_program_writes(folder, command, capsys):
+    """With a sound record at its end, as an attacker can make one, the file is opened by HDF5's library."""
+    Path("plain.yaml").write_text(PLAIN)
+    assert main(["solve", "plain.yaml", "-o", "whole.h5", "--samples", "4"]) == 0
+    record = record_of(Path("whole.h5").read_bytes()).pack()
+    os.mkfifo("pipe")
+    shutil.copy("whole.h5", "changed.h5")
+    statuses = []
+    with h5py.File("changed.h5", "r+") as file:
+        for _ in structures(file, "pipe"):
+            file.flush()
+            content = Path("changed.h5").read_bytes()
+            Path("out.h5").write_bytes(content + sealed(record, len(content)))
+            statuses.append(main([command[0], "out.h5", *command[1:], "--force"]))
+            assert statuses[-1] in (0, 2, 3, 5)
+            assert "Traceback" not in (error := capsys.readouterr().err) and "report it" not in error
+    assert len(statuses) == 31 and any(statuses)
