@@ -48,7 +48,7 @@ def test_wrong_usage(arguments, status, message, tmp_path):
 def test_several_systems(tmp_path):
     run = lagrange("equations", PENDULUM, "missing.yaml", SYSTEMS / "atwood.yaml", cwd=tmp_path)
     assert run.returncode == 5
-    assert "pendulum: 1 degree" in run.stdout and "atwood machine: 1 degree" in run.stdout
+    assert "pendulum: 1 degree" in run.stdout and "Atwood machine: 1 degree" in run.stdout
     assert "missing.yaml" in run.stderr
 
 

@@ -196,7 +196,7 @@ class Space extends Scene {
     this.pixel = 1 / (this.scale * this.far);
     this.look();
     for (const sheet of [this.tubes, this.floor, this.surfaces, this.ribbons, this.triad]) sheet.clear();
-    this.putFloor();
+    this.putFloor(motion);
     this.putTriad();
     if (this.trails) {
       for (const number of this.drawing.trails) {
@@ -244,18 +244,18 @@ class Space extends Scene {
     }
   }
 
-  // Round coordinates on the plane below all that moves; it fades.
-  putFloor() {
-    const { bounds, drawing, upward: up } = this;
-    if (drawing.camera.follow !== null) return;
+  // Round coordinates on the plane below all that moves, and below the start of what is followed; it fades.
+  putFloor(motion) {
+    const { bounds, centre, upward: up } = this, { follow } = this.drawing.camera;
     const [a, b] = [0, 1, 2].filter((k) => k !== up), middle = this.middle();
     const reach = FLOOR * (this.span?.[0] ?? Math.max(bounds[1][a] - middle[a], bounds[1][b] - middle[b]));
-    const low = this.axes[1][up] < 0 ? bounds[1][up] : bounds[0][up], ends = (k) => [middle[k] - reach, middle[k] + reach];
-    const strength = (x, y) => Math.max(0, 1 - ((x - middle[a]) ** 2 + (y - middle[b]) ** 2) / reach ** 2);
+    const start = follow === null ? 0 : this.rows(motion, follow)[up][0];
+    const low = start + (this.axes[1][up] < 0 ? bounds[1][up] : bounds[0][up]), ends = (k) => [centre[k] - reach, centre[k] + reach];
+    const strength = (x, y) => Math.max(0, 1 - ((x - centre[a]) ** 2 + (y - centre[b]) ** 2) / reach ** 2);
     const line = (spots) => this.putLine(
       this.floor, spots.map(([x, y]) => { const place = []; [place[a], place[b], place[up]] = [x, y, low]; return this.eye(place); }),
       1.2, colour("line"), (i) => strength(...spots[i]));
-    const along = (k) => Array.from({ length: 17 }, (_, i) => middle[k] + reach * (i / 8 - 1));
+    const along = (k) => Array.from({ length: 17 }, (_, i) => centre[k] + reach * (i / 8 - 1));
     for (const x of ticks(...ends(a), 10)) line(along(b).map((y) => [x, y]));
     for (const y of ticks(...ends(b), 10)) line(along(a).map((x) => [x, y]));
   }
