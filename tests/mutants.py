@@ -43,6 +43,8 @@ class Mutation:
 FORMULATIONS = "tests/mechanics/test_formulations.py::"
 LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
+CONSTRAINTS = "tests/motions/test_constraints.py::"
+SECTIONS = "tests/motions/test_sections.py::"
 CACHE = "tests/native/compilation/test_cache.py"
 
 MUTATIONS = {
@@ -127,6 +129,57 @@ MUTATIONS = {
         "native/numbers/error_free.py", "kind.add(kind.sub(a, kind.sub(total, back)), kind.sub(b, back))",
         "kind.sub(b, back)",
         ("tests/native/numbers/test_double_double.py",),
+    ),
+    "no projection back to the constraints": Mutation(
+        "native/stepping/projection.py", "away = ~Bit(f, fine)", "away = Bit(f, fine) & ~Bit(f, fine)",
+        (CONSTRAINTS + "test_rounding_does_not_add_up",),
+    ),
+    "the sign of what a projection gives back to velocities": Mutation(
+        "mechanics/constraints.py", "(multiplier * graph.diff(slope, symbol) * speed, -1.0)",
+        "(multiplier * graph.diff(slope, symbol) * speed, 1.0)",
+        (CONSTRAINTS + "test_rounding_does_not_add_up",),
+    ),
+    "a multiplier's sign": Mutation(
+        "mechanics/constraints.py", "terms[k].append((slope, multiplier))",
+        "terms[k].append((slope, -multiplier))",
+        ("tests/symbolic/test_constraints.py::test_three_routes_agree_at_states_that_satisfy_the_constraints",),
+    ),
+    "the sign of the power of constraints that move": Mutation(
+        "mechanics/constraints.py", "[(multiplier * drift, -1.0) for", "[(multiplier * drift, 1.0) for",
+        (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[a changing length]",),
+    ),
+    "an impulse's sign": Mutation(
+        "integrate/methods/impulses.py", "high[first : first + degrees] += moved",
+        "high[first : first + degrees] -= moved",
+        (CONSTRAINTS + "test_a_constrained_motion_is_that_in_an_independent_coordinate[impacts]",),
+    ),
+    "the side of a section's root": Mutation(
+        "native/stepping/crossings.py", "beyond = value * last > 0.0", "beyond = value * last < 0.0",
+        (SECTIONS + "test_an_oscillator_crosses_once_a_period_and_not_at_its_start",
+         SECTIONS + "test_roots_of_any_pattern_within_one_step"),
+    ),
+    "a section's root found to half its digits": Mutation(
+        "native/stepping/crossings.py", "~(inside & (change <= QUADRATIC))", "~inside",
+        (SECTIONS + "test_the_period_of_a_pendulum_is_an_elliptic_integral",
+         SECTIONS + "test_crossings_lie_on_the_motion_that_solve_follows"),
+    ),
+    "the sign of h in Noether's current": Mutation(
+        "mechanics/noether.py", "terms += [(change.time * self.energy, -1.0)] if",
+        "terms += [(change.time * self.energy, 1.0)] if",
+        ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
+    ),
+    "the sign of what L gains in Noether's current": Mutation(
+        "mechanics/noether.py", "[(change.gain, -1.0)] if", "[(change.gain, 1.0)] if",
+        ("tests/mechanics/test_symmetries.py::test_what_is_conserved",),
+    ),
+    "a node of ias15": Mutation(
+        "native/stepping/radau_nodes.py", "0.5471536263305554", "0.5471536263305555",
+        ("tests/integrate/methods/test_ias15.py::test_every_node_is_the_double_nearest_to_a_zero",),
+    ),
+    "a coefficient of ias15": Mutation(
+        "native/stepping/radau.py", "twice = total(i, [(k + 1) * (k + 2) for k in range(TERMS + 1)])",
+        "twice = total(i, [(k + 1) * (k + 2) + (k == TERMS) for k in range(TERMS + 1)])",
+        ("tests/integrate/methods/test_ias15.py",),
     ),
     "a limit without effect": Mutation(
         "limits.py", "if self.spent > self.most:", "if False:",

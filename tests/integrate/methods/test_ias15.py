@@ -60,6 +60,20 @@ def test_the_nodes_are_those_of_radaus_quadrature() -> None:
     assert abs(sum(w * node**15 for w, node in zip(weights, nodes)) * 16 - 1) > 1e-9
 
 
+@pytest.mark.parametrize("node", NODES)
+def test_every_node_is_the_double_nearest_to_a_zero(node: float) -> None:
+    """P_7 + P_8 of 2 s - 1 changes its sign within half a unit of the last place."""
+
+    def value(s: Fraction) -> Fraction:
+        x, before, now = 2 * s - 1, Fraction(1), 2 * s - 1
+        for n in range(1, 8):
+            before, now = now, ((2 * n + 1) * x * now - n * before) / (n + 1)
+        return before + now
+
+    half = Fraction(math.ulp(node)) / 2
+    assert value(Fraction(node) - half) * value(Fraction(node) + half) < 0
+
+
 def test_both_forms_of_the_polynomials_are_the_same() -> None:
     rows, back = products(), inverse(products())
     for n, k in itertools.product(range(TERMS), repeat=2):
