@@ -21,6 +21,10 @@ MOST_LABELS = 8
 VECTORS = 20_000
 """A curve of more points is a picture within the file, so that this stays small."""
 SHADES = "viridis"
+TICKS, TICKS_IN_SPACE = 7, 4
+"""Ticks along a horizontal axis, and along the longest one in space."""
+STEPS = [1, 2, 5, 10]
+"""Their distances, up to powers of ten: those with few digits, so that labels do not run into each other."""
 
 
 def draw(page: Page, suffix: str, creator: str = "", size: tuple[float, float] | None = None) -> bytes:
@@ -58,8 +62,6 @@ def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
     axes.set_ylabel(panel.y)
     if panel.z:
         axes.set_zlabel(panel.z)
-        for axis in (axes.xaxis, axes.yaxis, axes.zaxis):
-            axis.get_major_locator().set_params(nbins=4)
     for item in panel.items:
         if isinstance(item, Curve):
             draw_curve(axes, item)
@@ -84,6 +86,10 @@ def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
                 alpha=0.8,
                 label=item.label or None,
             )
+    if panel.z:
+        sparse_ticks(axes, panel.equal)
+    elif "x" not in panel.logarithmic:
+        axes.xaxis.get_major_locator().set_params(nbins=TICKS, steps=STEPS)
     if "x" in panel.logarithmic:
         axes.set_xscale("log")
     if "y" in panel.logarithmic:
@@ -101,6 +107,19 @@ def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
         axes.legend(
             frameon=True, framealpha=0.8, edgecolor="none", fontsize=8, ncols=2 if len(handles) > 4 else 1
         )
+
+
+def sparse_ticks(axes: Any, equal: bool) -> None:
+    """As many ticks as have room along each axis in space; one, in the middle, where it is short."""
+    named = (axes.xaxis, axes.yaxis, axes.zaxis)
+    ranges = [axis.get_view_interval() for axis in named]
+    spans = [float(high - low) for low, high in ranges]
+    for axis, span, (low, high) in zip(named, spans, ranges):
+        count = int(TICKS_IN_SPACE * (span / max(spans) if equal else 1))
+        if count:
+            axis.get_major_locator().set_params(nbins=count, steps=STEPS)
+        else:
+            axis.set_ticks([(low + high) / 2], [f"{(low + high) / 2:.3g}"])
 
 
 def draw_curve(axes: Any, curve: Curve) -> None:

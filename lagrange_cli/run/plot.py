@@ -8,9 +8,11 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.near import near_match, shown
-from lagrange_cli.figures.panels import Page, Panel
+from lagrange_cli.figures.panels import Curve, Page, Panel
 from lagrange_cli.figures.style import FORMATS
 from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.records import dataclass
@@ -35,6 +37,8 @@ WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
 """Of each kind of output the words of ``--what``, and those that are drawn unless others are asked for."""
 ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
 MOST_PANELS = 40
+SAME = 1e-12
+"""Values that differ by less of the largest of them differ by rounding."""
 
 
 @dataclass(frozen=True)
@@ -120,7 +124,28 @@ def worded(runs: Sequence[Run], what: Sequence[str], option: str = "--what") -> 
         if not made and what:
             raise UsageError(missing(runs[0], word, words[word], option))
         panels += made
-    return panels
+    if what:
+        return panels
+    return [one for one in panels if not at_rest(one)] or panels
+
+
+def at_rest(panel: Panel) -> bool:
+    """Whether nothing moves in a phase portrait or a path, but for rounding."""
+    curves = [one for one in panel.items if isinstance(one, Curve)]
+    if not curves or len(curves) < len(panel.items) or any(one.points for one in curves):
+        return False
+    return all(
+        constant(values)
+        for one in curves
+        for values in ((one.x, one.y, one.z) if panel.equal else (one.x,))
+        if values is not None
+    )
+
+
+def constant(values: np.ndarray) -> bool:
+    """Whether values differ by no more than rounding. A single one says nothing about motion."""
+    known = values[np.isfinite(values)]
+    return len(known) > 1 and bool(np.ptp(known) <= SAME * np.abs(known).max())
 
 
 def missing(run: Run, word: str, what: What, option: str) -> str:

@@ -49,3 +49,13 @@ def test_a_page_as_text_has_no_commands_for_the_terminal():
     text = as_text(PAGE, 80, colored=False)
     assert "\x1b" not in text and "theta" in text and "one" in text
     assert max(map(len, text.splitlines())) <= 100
+
+
+@pytest.mark.parametrize(("height", "ticks"), [(0.0, 1), (1e-9, 1), (0.1, 1), (1.0, 3)])
+def test_a_short_axis_in_space_has_one_tick_in_its_middle(height, ticks):
+    path = Panel("path", "x", "y", (Curve(X, X, z=2 + height * X),), z="z", equal=True)
+    (axes,) = figure_of(Page("", (path,))).axes
+    low, high = axes.get_zlim()
+    seen = [one for one in axes.get_zticks() if low <= one <= high]
+    assert len(seen) == ticks and len([one for one in axes.get_xticks() if 0 <= one <= 1]) == 3
+    assert ticks > 1 or seen == [pytest.approx(2 + height / 2)]

@@ -64,6 +64,15 @@ def test_the_usual_page_and_every_word(folder):
     assert len(found) >= len(words) and all(panel.items for panel in found)
 
 
+def test_what_rests_is_left_out_unless_it_is_asked_for(tmp_path):
+    """A bead at the bottom of its wire: no phase portrait and no path, but a coordinate over time."""
+    rest = "solve", SYSTEMS / "parabola_bead.yaml", "--set", "x=0", "--stop", "1"
+    lagrange(*rest, "--outputs", "q,v,positions", "-o", "rest.h5", cwd=tmp_path)
+    assert [panel.title for panel in panels(tmp_path, "rest.h5")] == ["coordinates"]
+    asked = panels(tmp_path, "rest.h5", "phase", "path")
+    assert [panel.title for panel in asked] == ["phase portrait of x", "path in space"]
+
+
 def test_the_path_is_the_circle_of_the_pendulum(folder):
     (path,) = panels(folder, "run.h5", "path")
     curve = path.items[0]
