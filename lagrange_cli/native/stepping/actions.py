@@ -32,10 +32,8 @@ class ActionCode:
 
     def functions(self) -> list[str]:
         """Its IR."""
-        degrees, first = self.layout.degrees, self.layout.settings.start
-        places = [
-            place if place < 2 * degrees else first + place - 2 * degrees for _, place in self.rows.changed
-        ]
+        moving, settings = self.layout.motion.stop, self.layout.settings.start
+        places = [place if place < moving else settings + place - moving for _, place in self.rows.changed]
         tables = [
             table("changed_by", [guard for guard, _ in self.rows.changed]),
             table("changed_places", places),
