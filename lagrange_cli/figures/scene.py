@@ -212,7 +212,8 @@ class Scene:
         self._place(places, now, flat)
         for curve, lines in self.curves:
             lines.set_segments(self._lines(curve, float(t[-1]), q[-1]))
-        self.clock.set_text(f"t = {t[-1]:.3g}{' ' if self.unit else ''}{self.unit}".replace("$", r"\$"))
+        clock = f"t = {shown_time(float(t[-1]))}{' ' if self.unit else ''}{self.unit}"
+        self.clock.set_text(clock.replace("$", r"\$"))
         self.canvas.restore_region(self._background)
         for artist in self._moving:
             self.axes.draw_artist(artist)
@@ -293,3 +294,8 @@ class Scene:
         self.trails.set_segments(pieces)
         shaded: Any = np.concatenate(colors) if pieces else "none"
         self.trails.set_color(shaded)
+
+
+def shown_time(t: float) -> str:
+    """Three digits, and all before the point up to a million."""
+    return f"{t:.0f}" if 1e3 <= abs(t) < 1e6 else f"{t:.3g}"

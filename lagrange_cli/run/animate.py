@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import shutil
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from lagrange_cli.figures.film import FORMATS, FRAMES, GIF_PIXELS, film
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.plot import Asked as Plotted
 from lagrange_cli.run.plot import outputs_for
-from lagrange_cli.run.reel import FINER, FPS, USUAL_FPS, Asked, Reel, usual_speed
+from lagrange_cli.run.reel import FPS, USUAL_FPS, Asked, Reel, finer_than, usual_speed
 from lagrange_cli.store.target import Target, unwritable
 
 if TYPE_CHECKING:
@@ -66,7 +67,10 @@ def request_for(motion: Motion, request: Request, asked: Asked) -> Request:
     begin = settings.start if asked.begin is None else asked.begin
     end = settings.stop if asked.end is None else asked.end
     speed = asked.speed or usual_speed(abs(end - begin))
-    step = min(speed / asked.fps / FINER, abs(settings.stop - settings.start))
+    lasts = abs(settings.stop - settings.start)
+    spacing = settings.step or lasts / max(1, settings.count - 1)
+    finer = finer_than(speed / asked.fps, spacing, math.ceil(abs(end - begin) * asked.fps / speed) + 1)
+    step = min(speed / asked.fps / finer, lasts)
     has_particles = not motion.spec.lagrangian
     outputs = outputs_for(Plotted(asked.panels or ("q", "v")), has_particles=has_particles)
     options = replace(request.options, outputs=outputs, samples=None)

@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from lagrange_cli.drawing.drawing import Drawing
 
 Array = np.ndarray
-FINER = 4
-"""Samples of a trail from one picture to the next."""
+FINER, FINEST = 4, 64
+"""Samples of a trail from one picture to the next: at least, and at most."""
 TRAIL = 2.0
 """Seconds of a film that a trail lasts."""
 SHORTEST, LONGEST, USUAL = 0.2, 60.0, 20.0
@@ -71,7 +71,7 @@ class Asked:
 class Reel:
     """What a film shows: a drawing with its bounds, and the motion q (n, degrees) at the times t (n,).
 
-    From one picture to the next there are ``FINER`` samples; ``trail`` is the number of samples in a trail.
+    From one picture to the next there are ``finer`` samples; ``trail`` is the number of samples in a trail.
     """
 
     name: str
@@ -83,13 +83,14 @@ class Reel:
     t: Array
     q: Array
     trail: int
+    finer: int
     sides: tuple[Side, ...]
     size: tuple[int, int]
 
     @property
     def count(self) -> int:
         """The number of pictures."""
-        return (len(self.t) - 1) // FINER + 1
+        return (len(self.t) - 1) // self.finer + 1
 
     def scene(self) -> Scene:
         """What draws the pictures."""
@@ -97,7 +98,7 @@ class Reel:
 
     def picture(self, scene: Scene, number: int) -> Array:
         """The picture (height, width, 3) of that number."""
-        last = number * FINER
+        last = number * self.finer
         part = slice(max(0, last - self.trail), last + 1)
         return np.ascontiguousarray(scene.frame(self.t[part], self.q[part])[:, :, :3])
 
@@ -110,6 +111,13 @@ def usual_speed(duration: float) -> float:
     wanted = duration / USUAL
     power = 10.0 ** math.floor(math.log10(wanted))
     return min((1.0, 2.0, 5.0, 10.0), key=lambda one: abs(math.log(one * power / wanted))) * power
+
+
+def finer_than(step: float, spacing: float, count: int) -> int:
+    """Samples of a trail from one of ``count`` pictures to the next: with the time ``step`` between these, as
+    many as the motion has at distances of ``spacing``, so that trails of fast films are curves."""
+    wanted = math.ceil(step / spacing * (1 - 1e-9)) if spacing > step / FINEST else FINEST
+    return max(FINER, min(wanted, MOST_FRAMES * FINER // count))
 
 
 def read_system(result: Result) -> tuple[Spec, dict[str, float]]:
@@ -149,7 +157,9 @@ def reel_of(result: Result, asked: Asked) -> Reel:
             "makes fewer, --from and --to choose a part"
         )
     direction = -1.0 if end < begin else 1.0
-    t: Array = begin + direction * step / FINER * np.arange((count - 1) * FINER + 1)
+    spacing = abs(float(samples.t[-1] - samples.t[0])) / max(1, len(samples.t) - 1)
+    finer = finer_than(step, spacing, count)
+    t: Array = begin + direction * step / finer * np.arange((count - 1) * finer + 1)
     q = samples.at(t)
     values = Values(parameters, tuple(q[0].tolist()), tuple(samples.v[0].tolist()))
     drawing = draw(spec, values, float(t[0]))
@@ -162,9 +172,9 @@ def reel_of(result: Result, asked: Asked) -> Reel:
     sides = side_panels(opened(result), asked.panels)
     lasts = TRAIL * speed if asked.trail is None else asked.trail
     size = asked.size or ((1200, 600) if sides else (800, 600))
-    trail = min(round(lasts / step * FINER), len(t))
+    trail = min(round(lasts / step * finer), len(t))
     unit, drawing = result.held["t"].unit, fitted(drawing, seen, parameters)
-    return Reel(spec.name, unit, speed, asked.fps, drawing, parameters, t, q, trail, sides, size)
+    return Reel(spec.name, unit, speed, asked.fps, drawing, parameters, t, q, trail, finer, sides, size)
 
 
 def side_panels(run: Run, words: Sequence[str]) -> tuple[Side, ...]:

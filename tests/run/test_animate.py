@@ -13,9 +13,10 @@ from PIL import Image
 
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.figures.film import FRAMES
+from lagrange_cli.figures.scene import shown_time
 from lagrange_cli.run.animate import find_folder, write
 from lagrange_cli.run.monitor import Silence
-from lagrange_cli.run.reel import FINER, LONGEST, Asked, reel_of, usual_speed
+from lagrange_cli.run.reel import FINER, FINEST, LONGEST, MOST_FRAMES, Asked, finer_than, reel_of, usual_speed
 from lagrange_cli.run.sampling import Samples
 from lagrange_cli.store.result import Result
 from tests.support.command import SYSTEMS, lagrange
@@ -87,11 +88,31 @@ def test_the_ball_is_where_the_motion_is(folder, name, moment):
 
 def test_a_trail_is_the_path_so_far(folder):
     long, none = (reel(folder, "run.h5", trail=trail) for trail in (0.5, 0.0))
-    assert long.trail == 5 * FINER
+    assert long.finer == FINER and long.trail == 5 * FINER
     scene = long.scene()
     more = np.count_nonzero(long.picture(scene, 9) != none.picture(scene, 9))
     assert more > 200
     np.testing.assert_array_equal(long.picture(scene, 0), none.picture(scene, 0))
+
+
+def test_a_trail_of_a_fast_film_has_the_samples_of_the_motion(folder):
+    """Pictures 0.5 apart of a motion with samples 0.1 apart or so."""
+    film = reel(folder, "run.h5", speed=5.0)
+    with Result(str(folder / "run.h5")) as result:
+        spacing = 1.5 / (result.held["t"].shape[0] - 1)
+    assert film.count == 4 and film.finer == max(FINER, min(FINEST, round(0.5 / spacing)))
+    np.testing.assert_allclose(film.t[:: film.finer], [0, 0.5, 1, 1.5], atol=1e-15)
+    assert finer_than(1.0, 0.05, 10) == 20
+    assert finer_than(1.0, 0.0, 10) == FINEST
+    assert finer_than(1.0, 0.05, MOST_FRAMES) == FINER
+    assert finer_than(0.01, 0.5, 10) == FINER
+
+
+@pytest.mark.parametrize(
+    ("t", "text"), [(0.5, "0.5"), (14610.0, "14610"), (-3653.0, "-3653"), (2e7, "2e+07")]
+)
+def test_the_clock_has_no_exponent_up_to_a_million(t, text):
+    assert shown_time(t) == text
 
 
 def test_a_part_of_a_motion_at_another_speed(folder):
