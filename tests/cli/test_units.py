@@ -40,13 +40,13 @@ def test_every_dataset_of_a_run_has_its_unit(tmp_path):
     run = lagrange("solve", SYSTEMS / "pendulum.yaml", "--outputs", "all", "--certify", cwd=tmp_path)
     assert run.returncode == 0, run.stderr
     energy, angular = ("kg*m^2/s^2", "kg m2 s-2"), ("kg*m^2/s", "kg m2 s-1")
-    angle, rate = ("rad", "rad"), ("rad/s", "rad s-1")
+    angle, rate, force = ("rad", "rad"), ("rad/s", "rad s-1"), ("kg*m/s^2", "kg m s-2")
     assert attributes(tmp_path / "pendulum.h5") == {
         "t": ("s", "s"),
         "q/theta": angle,
         "v/theta": rate,
         "positions/bob": ("m", "m"),
-        "reactions/bob": ("kg*m/s^2", "kg m s-2"),
+        "reactions/bob": force,
         "xy": (None, None),
         **{f"diagnostics/{name}": energy for name in ("h", "conserved/h", "T", "U", "energy", "ledger/h")},
         **{f"diagnostics/{name}": angular for name in ("p/theta", "ledger/p/theta", "action")},
@@ -54,6 +54,8 @@ def test_every_dataset_of_a_run_has_its_unit(tmp_path):
         "diagnostics/error/v/theta": rate,
         "diagnostics/error/as_run/q/theta": angle,
         "diagnostics/error/as_run/v/theta": rate,
+        "diagnostics/error/reactions/bob": force,
+        "diagnostics/error/as_run/reactions/bob": force,
     }
 
 
