@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import importlib.util
 import subprocess
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -128,10 +128,7 @@ def encoded(path: Path, kind: str, fps: float, sample: np.ndarray) -> Iterator[A
         "-",
     )
     command = [ffmpeg(get_ffmpeg_exe), "-y", "-loglevel", "error", *source, *EXACT, *ENCODED[kind], str(path)]
-    # Of another session: Ctrl-C is ours, and the film ends properly.
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
-    ) as process:
+    with started(command) as process:
         assert process.stdin is not None and process.stderr is not None
         stream = process.stdin
 
@@ -150,6 +147,19 @@ def encoded(path: Path, kind: str, fps: float, sample: np.ndarray) -> Iterator[A
         said = process.stderr.read().decode("utf-8", "replace").strip().splitlines()
         if process.wait() != 0:
             raise OSError(said[-1] if said else f"ffmpeg ended with status {process.returncode}")
+
+
+def started(command: Sequence[str]) -> subprocess.Popen[bytes]:
+    """ffmpeg in another session: Ctrl-C is ours, and the film ends properly.
+
+    Raises ``MissingPackage`` where it cannot be run.
+    """
+    try:
+        return subprocess.Popen(
+            command, stdin=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True
+        )
+    except (FileNotFoundError, PermissionError) as error:
+        raise MissingPackage("an animation", "ffmpeg", "animate") from error
 
 
 def ffmpeg(found: Callable[[], str]) -> str:

@@ -30,10 +30,17 @@ def read_text(node: Node, where: str, problems: Problems) -> str:
     if not isinstance(node, Scalar):
         problems.add(node.place, f"{where} must be a text", "put it in quotes if it has [ ] { } or ': '")
         return ""
-    if "\0" in node.text:
-        problems.add(node.place, f"{where} contains the character NUL", "leave it out")
+    control = control_character(node.text)
+    if control:
+        name = "character NUL" if control == "\0" else f"control character U+{ord(control):04X}"
+        problems.add(node.place, f"{where} contains the {name}", "leave it out")
         return ""
     return "" if node.empty else node.text.strip()
+
+
+def control_character(text: str) -> str:
+    """The first character that a terminal would obey instead of showing it; empty where there is none."""
+    return next((c for c in text if (c < " " and c not in "\n\t") or "\x7f" <= c <= "\x9f"), "")
 
 
 def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None:

@@ -138,6 +138,9 @@ def test_what_is_no_output_or_has_no_motion_is_refused(tmp_path):
     assert (status, "is not an output of lagrange" in message) == (5, True)
     (tmp_path / "cut.h5").write_bytes((tmp_path / "other.h5").read_bytes()[:100])
     assert refused("cut.h5")[0] == 5
+    (tmp_path / "text.h5").write_text("name: x")
+    status, message = refused("text.h5")
+    assert (status, "is not an output of lagrange" in message) == (5, True)
     henon = SYSTEMS / "henon_heiles.yaml"
     lagrange("section", henon, "--where", "x", "--crossings", "5", "-o", "cut.h5", "--force", cwd=tmp_path)
     status, message = refused("cut.h5")

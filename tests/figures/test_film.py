@@ -8,7 +8,7 @@ import pytest
 from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
-from lagrange_cli.errors import FileError
+from lagrange_cli.errors import FileError, MissingPackage
 from lagrange_cli.figures.film import FRAMES, film
 from lagrange_cli.run.animate import into_file
 from lagrange_cli.store.find_target import find_target
@@ -75,3 +75,9 @@ def test_a_film_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
     with pytest.raises(FileError, match=r"a\.mp4 could not be written: .*(No such file|Not a directory)"):
         into_file(target, fill)
     assert not any(tmp_path.iterdir())
+
+
+def test_an_ffmpeg_that_cannot_be_run_is_named(tmp_path, monkeypatch):
+    monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "gone"))
+    with pytest.raises(MissingPackage, match="needs ffmpeg: pip install"):
+        written(tmp_path / "a.mp4", ".mp4")

@@ -156,6 +156,8 @@ BAD = [
     ("name: pendulum", "time: {units: d}", [(1, "units", "unknown key 'units' in time", "'unit'")]),
     ("name: pendulum", "time: {unit: {d: 1}}", [(1, "{", "unit of time must be a text", "")]),
     ("unit: m", 'unit: "\\0"', [(4, "\\", "contains the character NUL", "leave it out")]),
+    ("unit: m", 'unit: "\\e[31m"', [(4, "\\e[31m", "contains the control character U+001B", "leave it out")]),
+    ("unit: m", 'unit: "\\x9b"', [(4, "\\", "contains the control character U+009B", "leave it out")]),
     ("name: pendulum", "solv: {stop: 0}", [(1, "solv", "unknown", ""), (1, "0", "stops where", "")]),
     ("name: pendulum", "solve: {stoop: 0}", [(1, "stoop", "unknown key", ""), (1, "0", "stops", "")]),
     ("name: pendulum", "time: s\nsolve: {unti: d}", [(2, "unti", "unknown", ""), (2, "d", "'d' in", "")]),

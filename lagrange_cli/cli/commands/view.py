@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from lagrange_cli.cli.commands.plot import MEMBER
+from lagrange_cli.cli.commands.plot import MEMBER, OUTPUTS
 from lagrange_cli.cli.console import (
     STANDARD_INPUT,
     complain,
@@ -113,7 +113,7 @@ def view_one(file: str, asked: Asked) -> int:
     content = read_bytes(file)
     with waiting.stage("import"):
         from lagrange_cli.run.view import read_shown, view, write
-    if is_output(content):
+    if is_output(content) or Path(file).suffix.lower() in OUTPUTS:
         refuse_changes(asked)
         target = None if asked.output == STANDARD_OUTPUT else target_of(file, asked, began)
         with waiting.stage("import"):
