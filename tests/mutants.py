@@ -45,6 +45,7 @@ LEDGERS = "tests/motions/test_ledgers.py::"
 CERTIFICATE = "tests/integrate/certify/test_certificate.py::"
 CONSTRAINTS = "tests/motions/test_constraints.py::"
 SECTIONS = "tests/motions/test_sections.py::"
+PAGES = "tests/page/test_engine.py::"
 CACHE = "tests/native/compilation/test_cache.py"
 
 MUTATIONS = {
@@ -184,6 +185,15 @@ MUTATIONS = {
     "a limit without effect": Mutation(
         "limits.py", "if self.spent > self.most:", "if False:",
         ("tests/test_limits.py", "tests/cli/test_limits.py::test_the_work_of_deriving_is_bounded"),
+    ),
+    "the velocities that a page begins with": Mutation(
+        "page/engine.py", "[one.velocity for one in spec.coordinates]",
+        "[one.initial for one in spec.coordinates]",
+        (PAGES + "test_a_start_that_depends_on_parameters_follows_them",),
+    ),
+    "the sign of a velocity in a page": Mutation(
+        "page/assets/motion.js", "[begin.q[k], begin.v[k]]", "[begin.q[k], -begin.v[k]]",
+        (PAGES + "test_values_may_be_changed",),
     ),
 }  # fmt: skip
 """What is wrong, and the place."""

@@ -105,6 +105,12 @@ def test_what_depends_on_parameters_follows_them():
     assert_same(engine.end(a=0.25, omega=3.0), "rotating_hoop", a=0.25, omega=3.0)
 
 
+def test_a_start_that_depends_on_parameters_follows_them():
+    """r and the velocity of theta are expressions in a, e and mu."""
+    changes = {"e": 0.3, "a": 1.2}
+    assert_same(engine_of("central_force").end(**changes), "central_force", **changes)
+
+
 def test_a_ball_bounces_and_comes_to_rest_as_in_solve():
     """Actions of events, infinitely many impacts, and the rest after them."""
     found = engine_of("bouncing_ball").end(e=0.6)
