@@ -179,9 +179,10 @@ class NormalForms:
         """``prod node ** exponent``, flattened, like factors collected, numbers in front."""
         coefficient = 1.0
         collected: dict[Node, int | float] = {}
+        broken: set[Node] = set()
         pending = list(factors)
         count = 0
-        while pending or self._settle(collected, pending):
+        while pending or self._settle(collected, pending) or self._whole_again(collected, broken, pending):
             count += 1
             node, exponent = pending.pop()
             if node.kind is Kind.NUMBER:
@@ -205,6 +206,8 @@ class NormalForms:
                 if squared:
                     pending.extend((one, times * exponent) for one, times in squared)
                     continue
+            if not whole(exponent):
+                broken.add(node)
             collected[node] = collected.get(node, 0) + exponent
         self.work.charge(count)
         if coefficient == 0.0:
@@ -241,6 +244,23 @@ class NormalForms:
         rest = self.product([(a, e) for a, e in parts if (a, e) not in even])
         roots = [(self.absolute(a), self.tidy(e * exponent)) for a, e in even]
         return roots if rest is self.one else [*roots, (rest, exponent)]
+
+    def _whole_again(
+        self,
+        collected: dict[Node, int | float],
+        broken: set[Node],
+        pending: list[tuple[Node, int | float]],
+    ) -> bool:
+        """Put a base whose broken exponents add up to a whole one from ``collected`` to ``pending``: a sum or
+        a product is taken apart then, as if it had been written so."""
+        for node in broken:
+            exponent = collected.get(node, 0)
+            if exponent and whole(exponent):
+                broken.remove(node)
+                del collected[node]
+                pending.append((node, self.tidy(exponent)))
+                return True
+        return False
 
     def _settle(self, collected: dict[Node, int | float], pending: list[tuple[Node, int | float]]) -> bool:
         """Put what a power of an absolute value or a sign is without it from ``collected`` to ``pending``.

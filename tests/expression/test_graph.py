@@ -103,6 +103,14 @@ def test_a_derivative_is_the_limit_of_differences(text: str, values: dict[str, f
     assert close(derivative, slope, values, 1e-10)
 
 
+@pytest.mark.parametrize("base", ["x*z", "-x - z", "x**2*z"])
+def test_broken_powers_that_make_a_whole_one_are_taken_apart(base: str) -> None:
+    algebra = GraphAlgebra()
+    node = node_of(f"({base})**-0.5*({base})**-0.5", algebra)
+    assert node is node_of(f"1/({base})", algebra)
+    assert node * algebra.number("1") is node
+
+
 @pytest.mark.exhaustive(keep=6)
 @examples(25)
 @given(texts(NAMES))
