@@ -25,7 +25,8 @@ class Begin:
 
     ``moved`` has the values that are given, those of the run, and their differences, by name; ``found`` those
     that are not given.
-    ``redundant``, ``undetermined`` and ``singular`` name constraints (see ``model.start.consistent``).
+    ``redundant``, ``undetermined`` and ``singular`` name constraints (see ``model.start.consistent``), and
+    ``normalized`` has the lengths of quaternions before they became 1, by body.
     """
 
     moved: Mapping[str, tuple[float, float, float]] = {}
@@ -33,6 +34,7 @@ class Begin:
     redundant: tuple[str, ...] = ()
     undetermined: tuple[str, ...] = ()
     singular: tuple[str, ...] = ()
+    normalized: Mapping[str, float] = {}
 
     def as_data(self) -> dict[str, Any]:
         """The fields in terms of JSON."""
@@ -44,6 +46,7 @@ class Begin:
             "redundant": list(self.redundant),
             "undetermined": list(self.undetermined),
             "singular": list(self.singular),
+            "normalized": dict(self.normalized),
         }
 
 
@@ -161,6 +164,7 @@ def begin_of(found: Start) -> Begin:
         found.redundant,
         found.undetermined,
         found.singular,
+        found.normalized,
     )
 
 
@@ -262,7 +266,15 @@ def members(count: int) -> str:
 
 def notes(begin: Begin) -> Iterator[str]:
     """What the user is told of the start."""
-    if begin.moved:
+    if begin.normalized:
+        lengths = [f"{body} (its length was {length:.9g})" for body, length in begin.normalized.items()]
+        noun, rates = ("quaternion", "its rates") if len(lengths) == 1 else ("quaternions", "their rates")
+        moved = [f"{name} {old:.9g} -> {new:.9g}" for name, (old, new, _) in begin.moved.items()]
+        yield (
+            f"initial {noun} of {in_short(lengths)} normalized, and {rates} divided by that length, which "
+            f"keeps the angular velocity: {in_short(moved)}"
+        )
+    elif begin.moved:
         shown = [f"{name} {old:.9g} by {by:.1e}" for name, (old, _, by) in begin.moved.items()]
         yield f"initial values moved to satisfy the constraints: {in_short(shown)}"
     if begin.found:

@@ -55,6 +55,12 @@ constraints:
 """
 
 
+TOP = """
+coordinates: {w: {initial: 1}, x: {initial: 0}, y: {initial: 0}, z: {initial: 0}}
+bodies: {top: {mass: 1, position: [0, 0, 0], inertia: [1, 2, 2.5], orientation: {quaternion: [w, x, y, z]}}}
+"""
+
+
 def start(text, *, forced=False, t=0.0, exact=None, **sets):
     """The consistent start of a system file, with values in place of the file's."""
     spec = read_spec(dedent(text), "system.yaml")
@@ -247,3 +253,37 @@ def test_the_projection_of_closed_chains_is_the_nearest_point_and_stays_there(le
         options={"ftol": 1e-14},
     )  # fmt: skip
     assert masses @ way**2 <= other.fun * (1 + 1e-6) + 1e-12
+
+
+@settings(max_examples=30, deadline=None)
+@given(st.lists(st.integers(-100, 100), min_size=8, max_size=8), st.sampled_from([1e-99, 0.3, 2.0, 1e99]))
+def test_a_quaternion_is_normalized_and_keeps_its_angular_velocity(numbers, length):
+    values, rates = np.array(numbers[:4]) / 100, np.array(numbers[4:]) / 100
+    values = np.array([1.0, 0.2, 0, 0]) if np.linalg.norm(values) < 0.1 else values
+    values = length * values / np.linalg.norm(values)
+    names = [*"wxyz", "w_dot", "x_dot", "y_dot", "z_dot"]
+    found = start(TOP, **dict(zip(names, map(float, [*values, *rates]))))
+
+    def spin(q, v):
+        return 2 * (q[0] * v[1:] - v[0] * q[1:] - np.cross(q[1:], v[1:])) / (q @ q)
+
+    unit, turning = np.array(found.q), np.array(found.v)
+    assert unit == pytest.approx(values / length, abs=1e-15)
+    assert abs(unit @ turning) <= 3e-15 * np.linalg.norm(rates) / length
+    written = spin(values / length, rates / length)
+    assert spin(unit, turning) == pytest.approx(
+        written, rel=1e-13, abs=1e-14 * np.linalg.norm(rates) / length
+    )
+    assert [*found.normalized.values()] == [pytest.approx(length)]
+
+
+def test_a_quaternion_that_is_0_is_refused_at_its_place():
+    (problem,) = refused(TOP, w=0.0)
+    assert (problem.line, "it has no direction" in problem.message) == (3, True)
+
+
+def test_a_quaternion_is_normalized_to_many_digits():
+    mpf = context().mpf
+    found = start(TOP, exact=context(), w=2.0, z=0.1, y_dot=3.0)
+    assert abs(found.q[0] - 2 / (4 + mpf(0.1) ** 2) ** mpf("0.5")) < 1e-30
+    assert abs(sum(x * x for x in found.q) - 1) < 1e-30

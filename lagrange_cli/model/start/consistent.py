@@ -18,7 +18,8 @@ from lagrange_cli.model.start.equations import Equations, Masses, Rates
 from lagrange_cli.model.start.linear import APART, coupled, damped, independent, scales, scattered, steepness
 from lagrange_cli.model.start.nearest import LONG_ROUND, NEAR, ROUND, ROUNDS, Surface, Values
 from lagrange_cli.model.start.report import Refusal
-from lagrange_cli.records import dataclass
+from lagrange_cli.model.start.unit_quaternions import normalized
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.spec import Spec
 
 SLIGHTLY = 1e-6
@@ -60,7 +61,7 @@ class Start:
     ``redundant`` are the names of constraints that depend on the others at all states nearby; the multipliers
     of those that depend on each other are ``undetermined``. Where
     constraints are ``singular``, they depend on others at the start, and not nearby. ``generic`` is what
-    holds there.
+    holds there. ``normalized`` has the lengths that quaternions had, by body, where they were not 1.
     """
 
     q: tuple[Any, ...]
@@ -70,6 +71,7 @@ class Start:
     undetermined: tuple[str, ...]
     singular: tuple[str, ...]
     generic: Generic
+    normalized: Mapping[str, float]
 
 
 @dataclass(frozen=True)
@@ -106,7 +108,9 @@ class Search:
     def __init__(
         self, spec: Spec, parameters: Mapping[str, Any], given: Given, exact: Any, generic: Generic | None
     ) -> None:
-        self.spec, self.given, self.exact = spec, given, exact
+        self.spec, self.written, self.exact = spec, given, exact
+        q, v, self.normalized = normalized(spec, given.q, given.v, given.open_q, SLIGHTLY)
+        self.given = replace(given, q=q, v=v)
         self.equations = Equations(spec, parameters, exact)
         self.parameters, self._generic = parameters, generic
         self.names = [*spec.all_constraints]
@@ -126,13 +130,14 @@ class Search:
         generic = self.generic(q, scale)
         if len(here) < len(generic.independent):
             singular = tuple(name for i, name in enumerate(self.names) if i not in here)
-        changed = [*self.changes(self.coordinates, self.given.q, q, self.given.open_q)]
+        changed = [*self.changes(self.coordinates, self.written.q, q, self.given.open_q)]
         speeds = [*map(velocity_name, self.coordinates)]
-        changed += self.changes(speeds, self.given.v, v, self.given.open_v)
+        changed += self.changes(speeds, self.written.v, v, self.given.open_v)
         redundant = tuple(one for i, one in enumerate(self.names) if i not in generic.independent)
         singular = tuple(one for one in singular if one not in redundant)
         undetermined = tuple(one for i, one in enumerate(self.names) if i in generic.coupled)
-        return Start(tuple(q), tuple(v), tuple(changed), redundant, undetermined, singular, generic)
+        found = tuple(q), tuple(v), tuple(changed), redundant, undetermined, singular, generic
+        return Start(*found, self.normalized)
 
     def refuse_constants(self) -> None:
         """Refuse what has no slopes wherever one looks, and constraints on velocities whose slopes depend on
