@@ -5,6 +5,7 @@ of ``signal`` only its compiled part, which the interpreter has loaded already.
 """
 
 import _signal  # type: ignore[import-not-found]
+import os
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -17,6 +18,9 @@ def run() -> "NoReturn":
     While it is loaded, Ctrl-C ends the process as it does any other, and not with a traceback of what was
     loading.
     """
+    # Matrices are small here: a thread for each core costs more to start than it would save, and with one
+    # thread sums do not depend on the number of cores. numpy's BLAS reads this when it is loaded.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
         _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     from lagrange_cli.cli.main import run as run_commands
