@@ -27,6 +27,9 @@ from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
+ROUNDED = 2.0**-48
+"""What is left of numbers that cancel but for rounding is at most so large a part of them."""
+
 
 @dataclass(frozen=True)
 class Conserved:
@@ -83,11 +86,21 @@ def broken(
         here = [(term, coefficient) for term, coefficient in terms if term.symbols & changed]
         if here:
             after = substituted(graph, [term for term, _ in here], values)
-            jumps[event] = graph.sum([(new - old, c) for new, (old, c) in zip(after, here)])
+            jump = graph.sum([(new - old, c) for new, (old, c) in zip(after, here)])
+            jumps[event] = without_rounding(graph, jump, max(abs(c) for _, c in here))
     kept = zeros([*jumps.values()])
     breaks = tuple(name for name, jump in jumps.items() if jump not in kept)
     because = f"{each.because}; {between_events(breaks)}" if breaks else each.because
     return replace(each, because=because, breaks=breaks)
+
+
+def without_rounding(graph: Graph, node: Node, size: float) -> Node:
+    """A sum without terms that are left of terms as large as ``size`` by rounding of numbers such as 1/3."""
+    if node.kind is not Kind.SUM:
+        return node
+    number, coefficients = node.data
+    terms = [(one, c) for one, c in zip(node.arguments, coefficients) if abs(c) > ROUNDED * size]
+    return graph.sum([*terms, (graph.constant(number if abs(number) > ROUNDED * size else 0.0), 1.0)])
 
 
 def union(symbols: Iterable[Node]) -> int:

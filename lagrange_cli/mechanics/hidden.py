@@ -96,15 +96,22 @@ def places(model: Model[Node], noether: Noether, moving: Sequence[Particle[Node]
     graph = graph_of(model)
     r = relative(graph, [one.position for one in moving])
     simple = [(x, name) for x, name in zip(r, COMPONENTS)]
-    squares = [
-        (a * b, f"{m}**2" if m == n else f"{m}*{n}") for i, (a, m) in enumerate(simple) for b, n in simple[i:]
-    ]
-    terms = [one for one, _ in terms_of_sum(model.potential, 1.0) if one.symbols][:MOST_TERMS]
-    powers = [(one, text_of(one)) for one in terms]
+    squares = [(a * b, squares_of(m, n)) for i, (a, m) in enumerate(simple) for b, n in simple[i:]]
+    powers = [(one, text_of(one)) for one in parts_of(model.potential)[:MOST_TERMS]]
     given = [*simple, *squares, *powers]
     given += [(x * u, f"{n}*{text}") for u, text in powers for x, n in (*simple, *squares)]
     for node, text in given:
         yield Candidate(node, noether.rate(node), text)
+
+
+def parts_of(potential: Node) -> list[Node]:
+    """The terms of U that are no numbers."""
+    return [one for one, _ in terms_of_sum(potential, 1.0) if one.symbols]
+
+
+def squares_of(one: str, other: str) -> str:
+    """The product of two components of r."""
+    return f"{one}**2" if one == other else f"{one}*{other}"
 
 
 def products(
@@ -144,11 +151,13 @@ def is_turning(given: Sequence[Candidate], relation: Mapping[int, Node]) -> bool
 
 
 def described(
-    given: Sequence[Candidate], relation: Mapping[int, Node], number: int
+    given: Sequence[Candidate], relation: Mapping[int, Node], number: int, potential: Node
 ) -> tuple[str, str, str, float]:
     """The name of a conserved sum, its formula, the reason, and the sign with which all this is meant."""
     moving = {given[i].vectors: factor for i, factor in relation.items() if given[i].vectors}
     kinds = {"".join(kind for kind, _ in one) for one in moving}
+    still = [given[i].text for i in relation if not given[i].vectors]
+    whole = [text_of(one) for one in parts_of(potential)]
     name, because, sign = f"I_{number}", "a hidden symmetry: it is constant by the equations of motion", 1.0
     for axis, after, last in zip("xyz", "yzx", "zxy"):
         pairs: dict[tuple[Vector, ...], float] = {
@@ -158,11 +167,13 @@ def described(
         if kinds == {"vL"} and moving.keys() <= pairs.keys():
             (first, factor), *_ = moving.items()
             sign = pairs[first] * (-1.0 if text_of(factor).startswith("-") else 1.0)
-            name, because = f"A_{axis}", "a component of the vector of Laplace, Runge and Lenz, v x L + U r"
-            if len(relation) - len(moving) > 1:
-                because = "the equations of motion separate in parabolic coordinates"
+            because = "the equations of motion separate in parabolic coordinates"
+            name = f"A_{axis}"
+            if sorted(still) == sorted(f"{axis}*{part}" for part in whole):
+                because = "a component of the vector of Laplace, Runge and Lenz, v x L + U r"
     if kinds == {"vv"} and len(moving) == 1:
         ((one, other),) = moving
-        name, because = f"F_{one[1]}{other[1]}", "a component of Fradkin's tensor, m v v + k r r"
+        if still == [squares_of(one[1], other[1])]:
+            name, because = f"F_{one[1]}{other[1]}", "a component of Fradkin's tensor, m v v + k r r"
     text = joined([term(sign * factor, given[i].text) for i, factor in reversed([*relation.items()])])
     return name, text, because, sign

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Sequence
+
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
@@ -74,13 +78,22 @@ def reason(noether: Noether, change: Change) -> str:
     changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
     names = [name for name, _ in changed]
     if is_constant(model, change) and len(names) > 1:
-        ratio = " : ".join(text_of(xi) for _, xi in changed)
+        ratio = " : ".join(text_of(xi) for xi in in_lowest_terms(graph_of(model), [xi for _, xi in changed]))
         return f"changing {', '.join(names[:-1])} and {names[-1]} together, in the ratio {ratio}, {ending}"
     if is_constant(model, change):
         return f"changing {names[0]} {ending}"
     changed += [] if change.time is None else [("t", change.time)]
     text = ", ".join(f"{name} by {text_of(xi)}" for name, xi in changed)
     return f"an infinitesimal change of {text if len(text) <= LONGEST else 'the coordinates'} {ending}"
+
+
+def in_lowest_terms(graph: Graph, ratio: Sequence[Node]) -> list[Node]:
+    """A ratio of whole numbers without a common divisor; any other one as it is."""
+    numbers = [float(xi.data) if xi.kind is Kind.NUMBER else math.nan for xi in ratio]
+    if not all(number.is_integer() for number in numbers):
+        return [*ratio]
+    common = math.gcd(*map(int, numbers))
+    return [graph.constant(number / common) for number in numbers]
 
 
 def term(factor: Node, name: str) -> str:

@@ -26,11 +26,13 @@ from lagrange_cli.mechanics.reasons import (
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.separation import separate_energies
+from lagrange_cli.mechanics.spins import spins
 from lagrange_cli.mechanics.substitution import substituted
+from lagrange_cli.mechanics.tops import kovalevskaya
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model, Particle
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 
 MOST_LINEAR, MOST_COMBINED = 6, 40
 """Coordinates of the largest systems of which linear changes, and combinations, are tried."""
@@ -55,7 +57,7 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
     search = _Search(model, known)
     work = graph_of(model).work
-    for stage in (search.displacements, search.combinations, search.parts, search.hidden):
+    for stage in (search.displacements, search.combinations, search.parts, search.hidden, search.tops):
         work.attempt(WORTH, stage)
     return tuple(search.found)
 
@@ -80,9 +82,12 @@ class _Search:
         self.embedding = Embedding(model)
         self.found: list[Symmetry] = []
         self.names = {each.quantity for each in known}
-        momenta = zip(model.coordinates, self.noether.energetics.momenta)
-        self.kept = [p for name, p in momenta if f"p_{name}" in self.names]
-        self.kept += [self.noether.energy] if "h" in self.names else []
+        nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
+        nodes["h"] = self.noether.energy
+        breaks = {each.quantity: each.breaks for each in known}
+        self.kept = [node for name, node in nodes.items() if name in self.names]
+        self.lasting = [node for name, node in nodes.items() if breaks.get(name) == ()]
+        """Those that no event changes."""
         self.trials: list[Change] = []
         """Displacements of all particles that conserve nothing by themselves."""
         self.relations = Relations(self.graph, (model.time, *model.q, *model.v))
@@ -92,23 +97,30 @@ class _Search:
     def add(self, name: str, text: str, because: str, change: Change) -> bool:
         """Add a conserved current, unless it is a combination of those that are known; whether it is new."""
         node = self.noether.current(change)
-        if self._is_known(node, change):
+        if self._is_known(node, change, self.kept) and not self._outlasts(node, change):
             return False
-        while name in self.model.coordinates or name in self.names:
-            name += "'"
         self.kept.append(node)
-        self.names.add(name)
-        self._store(Conserved(name, text, because), node)
+        self._store(Conserved(self._free_name(name), text, because), node)
         return True
 
     def _store(self, each: Conserved, node: Node) -> None:
         if any(event.changes for event in self.model.events):
             each = broken(self.graph, each, node, changes_of(self.model))
+        self.lasting += [] if each.breaks else [node]
         self.found.append(Symmetry(each, node))
 
-    def _is_known(self, node: Node, change: Change) -> bool:
+    def _outlasts(self, node: Node, change: Change) -> bool:
+        """Whether no event changes a current, although events change those that it is a sum of: the total
+        momentum in a collision."""
+        if len(self.lasting) == len(self.kept):
+            return False
+        changes = changes_of(self.model)
+        breaks = broken(self.graph, Conserved("", "", ""), node, changes).breaks
+        return not breaks and not self._is_known(node, change, self.lasting)
+
+    def _is_known(self, node: Node, change: Change, kept: Sequence[Node]) -> bool:
         """Whether a current is a sum of known ones with constant factors, or a constant."""
-        others = [one for one in self.kept if change.time is not None or one is not self.noether.energy]
+        others = [one for one in kept if change.time is not None or one is not self.noether.energy]
         known = substituted(self.graph, [*others, node], self.noether.eliminated)
         columns = [[one] for one in (self.graph.one, *known)]
         rows = self.relations.rows(columns, {})
@@ -126,6 +138,7 @@ class _Search:
     def displacements(self) -> None:
         """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
         trials = [*self._translations(), *self._rotations(), *self._boosts()]
+        trials += [Trial(*one) for one in spins(self.model, self.embedding)]
         conditions = [self.noether.conditions(one.change) for one in trials]
         kept = zeros([node for nodes in conditions for node in nodes])
         for one, nodes in zip(trials, conditions):
@@ -260,7 +273,9 @@ class _Search:
             return True
         rates = [*change.directions.values(), *([] if change.time is None else [change.time])]
         if any(one.symbols & time for one in rates) and len(change.directions) <= 1:
-            return True
+            free = [k for k in change.directions if f"p_{model.coordinates[k]}" in self.names]
+            if change.time is None or free or not change.directions:
+                return True
         return not is_constant(model, change) and not self._is_independent(node)
 
     def _momentum_of(self, change: Change) -> str:
@@ -288,17 +303,28 @@ class _Search:
         for relation in self.relations.relations([[one.rate] for one in given]):
             parts = [(given[i], factor) for i, factor in relation.items()]
             rate = self.graph.sum([(factor * one.rate, 1.0) for one, factor in parts])
-            name, text, because, sign = described(given, relation, number + 1)
+            name, text, because, sign = described(given, relation, number + 1, self.model.potential)
             node = self.graph.sum([(factor * one.node, sign) for one, factor in parts])
             if not is_turning(given, relation) and not self._is_made(node) and is_zero(rate):
                 number += name[0] == "I"
                 if len(self._moving) > 1:
                     because += "; m, r and v are those of the relative motion"
-                while name in self.model.coordinates or name in self.names:
-                    name += "'"
-                self.names.add(name)
-                self._store(Conserved(name, text, because), node)
+                self._store(Conserved(self._free_name(name), text, because), node)
         self.found[before:] = sorted(self.found[before:], key=lambda one: one.conserved.quantity)
+
+    def tops(self) -> None:
+        """What no symmetry explains of a heavy top."""
+        found = kovalevskaya(self.model, self.noether) if "h" in self.names else None
+        if found is not None:
+            each, node = found
+            self._store(replace(each, quantity=self._free_name(each.quantity)), node)
+
+    def _free_name(self, name: str) -> str:
+        """The name, or the next one that nothing else has."""
+        while name in self.model.coordinates or name in self.names:
+            name += "'"
+        self.names.add(name)
+        return name
 
     def _is_made(self, node: Node) -> bool:
         """Whether it is a sum of constants, of what is known, and of products of two of these."""
