@@ -7,14 +7,13 @@ constant zero, a power whose exponent is out of bounds, definitions that multipl
 from __future__ import annotations
 
 import math
+import operator
 from collections.abc import Callable, Sequence
 from functools import reduce
-from operator import add
 
 from lagrange_cli.expression.algebra import Undecided
 from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.limits import whole
-from lagrange_cli.records import dataclass, replace
 
 MAX_EXPONENT = whole("exponent")
 """Bound on the absolute value of a constant exponent: (1 + x)**64 written out still fits a page."""
@@ -23,6 +22,9 @@ MAX_SIZE = whole("size")
 
 MAX_DEPTH = 100
 """Bound on how deep it is nested then, a sum of sums or a product of products counting once."""
+
+MERGED = "sum", "product"
+"""Operations that are written as one with those of their kind within them."""
 
 _NUMBERS = NumberAlgebra()
 
@@ -35,7 +37,6 @@ def check_exponent(value: float) -> None:
         )
 
 
-@dataclass(frozen=True)
 class Bounds:
     """An element: its value where it is a constant, and how many nodes it has written out.
 
@@ -43,34 +44,45 @@ class Bounds:
     would be merged with.
     """
 
-    value: float | None = None
-    size: int = 1
-    depth: int = 0
-    kind: str = ""
+    __slots__ = ("depth", "kind", "size", "value")
+
+    def __init__(self, value: float | None = None, size: int = 1, depth: int = 0, kind: str = "") -> None:
+        if size > MAX_SIZE:
+            raise ArithmeticError(
+                f"the expression has more than {MAX_SIZE} terms with its definitions written out "
+                "(limit 'size')"
+            )
+        if depth > MAX_DEPTH:
+            raise ArithmeticError(
+                f"the expression is nested more than {MAX_DEPTH} deep with its definitions written out"
+            )
+        self.value, self.size, self.depth, self.kind = value, size, depth, kind
 
     def __add__(self, other: Bounds) -> Bounds:
-        return _combined("sum", lambda x, y: x + y, self, other)
+        return _combined("sum", operator.add, self, other)
 
     def __sub__(self, other: Bounds) -> Bounds:
-        return _combined("sum", lambda x, y: x - y, self, other)
+        return _combined("sum", operator.sub, self, other)
 
     def __mul__(self, other: Bounds) -> Bounds:
-        return _combined("product", lambda x, y: x * y, self, other)
+        return _combined("product", operator.mul, self, other)
 
     def __truediv__(self, other: Bounds) -> Bounds:
         if other.value == 0:
             raise ZeroDivisionError
-        return _combined("product", lambda x, y: x / y, self, other)
+        return _combined("product", operator.truediv, self, other)
 
     def __pow__(self, other: Bounds) -> Bounds:
         if other.value is None:
             return _combined("power", pow, self, other)
         check_exponent(other.value)
         power = _combined("power", pow, self, other)
-        return _bounded(replace(power, size=power.size * max(1, math.ceil(abs(other.value)))))
+        size = power.size * max(1, math.ceil(abs(other.value)))
+        return Bounds(power.value, size, power.depth, power.kind)
 
     def __neg__(self) -> Bounds:
-        return replace(self, value=None if self.value is None else -self.value)
+        value = None if self.value is None else -self.value
+        return Bounds(value, self.size, self.depth, self.kind)
 
 
 class BoundsAlgebra(Undecided):
@@ -90,11 +102,12 @@ class BoundsAlgebra(Undecided):
 
     def switch(self, u: Bounds, above: Bounds, below: Bounds, at: int) -> Bounds:
         if u.value is None:
-            return replace(_combined("function", lambda *_: 0.0, u, above, below), value=None)
+            whole = _combined("function", lambda *_: 0.0, u, above, below)
+            return Bounds(None, whole.size, whole.depth, whole.kind)
         return above if _NUMBERS.side(u.value, at) == 1 else below
 
     def total(self, terms: Sequence[Bounds]) -> Bounds:
-        return reduce(add, terms)
+        return reduce(operator.add, terms)
 
     def symbols(self, expression: Bounds) -> tuple[Bounds, ...]:
         """That it may contain any, unless it is a constant."""
@@ -105,27 +118,19 @@ class BoundsAlgebra(Undecided):
 
 
 def _combined(kind: str, operation: Callable[..., float | complex], *operands: Bounds) -> Bounds:
-    size = 1 + sum(operand.size for operand in operands)
-    merges = kind in ("sum", "product")
-    depth = max(one.depth if merges and one.kind == kind else one.depth + 1 for one in operands)
-    values = [operand.value for operand in operands if operand.value is not None]
-    if len(values) < len(operands):
-        return _bounded(Bounds(None, size, depth, kind))
-    value = operation(*values)
+    size, depth, constant = 1, 0, True
+    for one in operands:  # a loop, as this is most of what reading a large system takes
+        size += one.size
+        inner = one.depth if one.kind == kind and kind in MERGED else one.depth + 1
+        if inner > depth:
+            depth = inner
+        if one.value is None:
+            constant = False
+    if not constant:
+        return Bounds(None, size, depth, kind)
+    value = operation(*(one.value for one in operands))
     if isinstance(value, complex):  # Python's floats leave the real line for (-1)**0.5
         raise ArithmeticError("this power is not a real number")
     if not math.isfinite(value):
         raise OverflowError
-    return _bounded(Bounds(value, size, depth, kind))
-
-
-def _bounded(bounds: Bounds) -> Bounds:
-    if bounds.size > MAX_SIZE:
-        raise ArithmeticError(
-            f"the expression has more than {MAX_SIZE} terms with its definitions written out (limit 'size')"
-        )
-    if bounds.depth > MAX_DEPTH:
-        raise ArithmeticError(
-            f"the expression is nested more than {MAX_DEPTH} deep with its definitions written out"
-        )
-    return bounds
+    return Bounds(value, size, depth, kind)

@@ -16,6 +16,7 @@ from collections.abc import Iterable, Mapping
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.rows import mapped
 from lagrange_cli.mechanics.substitution import rebuilt
 from lagrange_cli.records import replace
 
@@ -39,7 +40,7 @@ def reversed_equations(residual: Residual) -> Residual:
         residual,
         model=replace(residual.model, events=tuple(events)),
         residual=each(residual.residual),
-        mass_matrix=tuple(map(each, residual.mass_matrix)),
+        mass_matrix=tuple(mapped(row, each) for row in residual.mass_matrix),
         cyclic_momenta=tuple(momenta),
         inertias=each(residual.inertias),
     )

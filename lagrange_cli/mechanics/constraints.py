@@ -23,6 +23,7 @@ from lagrange_cli.errors import NotLinear
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.rows import Matrix
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import contract, graph_of, numbered, rate, variables
 from lagrange_cli.model.model import Constraint, Model
@@ -140,12 +141,12 @@ class Constraints:
                     terms[j].append((moves[k] * slope, -1.0))
         return tuple(map(graph.sum, terms))
 
-    def bordered(
-        self, matrix: tuple[tuple[Node, ...], ...], applied: Sequence[Node]
-    ) -> tuple[tuple[Node, ...], ...]:
+    def bordered(self, matrix: Matrix, applied: Sequence[Node]) -> Matrix:
         """The matrix of the equations with multipliers, [[M, -A^T - dQ/dlambda], [-A, 0]], from the mass
         matrix M and the ``applied`` forces Q (empty where these contain no multipliers)."""
         graph, size = self._graph, len(self.model.q)
+        if not self.slopes:
+            return matrix
         rows = [
             [-one if (one := slopes.get(k)) is not None else graph.zero for k in range(size)]
             for slopes in self.slopes

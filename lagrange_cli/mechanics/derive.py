@@ -32,6 +32,7 @@ from lagrange_cli.mechanics.redundancy import coupled
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rigidity import refuse_strain
 from lagrange_cli.mechanics.routh import routh
+from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.saturation import saturated, saturated_rows
 from lagrange_cli.mechanics.thin import refuse_spinning
 from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
@@ -249,7 +250,7 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
 
 def mass_matrix(
     model: Model[Node], graph: Graph, masses: list[Node], jacobian: list[dict[int, Node]]
-) -> tuple[tuple[Node, ...], ...]:
+) -> list[Row]:
     """M_jk = sum_i m_i dr_i/dq_j dr_i/dq_k - d2U/dq_dot_j dq_dot_k, one product for each distinct pair
     of slopes.
 
@@ -270,12 +271,13 @@ def mass_matrix(
             carried[components] = graph.sum([(masses[i], 1.0) for i in bits(components)])
         return carried[components]
 
-    matrix, velocities = [[graph.zero] * len(model.q) for _ in model.q], numbered(model.v)
+    velocities = numbered(model.v)
+    matrix: list[dict[int, Node]] = [{} for _ in model.q]
     for j, mine in enumerate(columns):
         potential = graph.gradient(graph.diff(model.potential, model.v[j]), velocities)
-        for k in bits(met[j] | sum(1 << k for k in potential)):
-            if k < j:
-                continue
+        beyond = [k for k in bits(met[j] | sum(1 << k for k in potential)) if k >= j]
+        graph.work.charge(len(beyond), f"a mass matrix of {len(model.q)} coordinates")
+        for k in beyond:
             terms = [
                 (graph.product([(x, 1), (y, 1), (mass_of(both), 1)]), 1.0)
                 for x, having in mine.items()
@@ -284,7 +286,7 @@ def mass_matrix(
             ]
             matrix[j][k] = graph.sum([*terms, (potential.get(k, graph.zero), -1.0)])
             matrix[k][j] = matrix[j][k]
-    return tuple(map(tuple, matrix))
+    return [Row(row, len(model.q), graph.zero) for row in matrix]
 
 
 def lowered(model: Model[Node], graph: Graph, form: Formulation) -> SeriesProgram:

@@ -12,6 +12,7 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.mechanics.residual import CyclicMomentum
+from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, nonzero, numbered, rate, variables
 from lagrange_cli.model.model import Model
@@ -23,14 +24,14 @@ class Formulation:
     """One way to write the equations: R_k, M, and what else is in ``Residual``."""
 
     residual: tuple[Node, ...]
-    mass_matrix: tuple[tuple[Node, ...], ...]
+    mass_matrix: Matrix
     cyclic_momenta: tuple[CyclicMomentum, ...] = ()
     inertias: tuple[Node, ...] = ()
 
 
 def euler_lagrange(
     model: Model[Node], graph: Graph, lagrangian: Node, forces: tuple[Node, ...]
-) -> tuple[list[Node], list[list[Node]]]:
+) -> tuple[list[Node], list[Row]]:
     """R_k and M; ``forces`` holds every force outside L."""
     momenta = [graph.diff(lagrangian, v) for v in model.v]
     moving = variables(model)
@@ -40,7 +41,7 @@ def euler_lagrange(
     ]
     velocities = numbered(model.v)
     rows = [graph.gradient(p, velocities) for p in momenta]
-    return residual, [[row.get(k, graph.zero) for k in range(len(model.v))] for row in rows]
+    return residual, [Row(row, len(model.v), graph.zero) for row in rows]
 
 
 def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: list[Node]) -> list[Node] | None:
@@ -60,7 +61,7 @@ def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: lis
     return None if found == residual else found
 
 
-def normalized(model: Model[Node], residual: Sequence[Node], matrix: Sequence[Sequence[Node]]) -> Formulation:
+def normalized(model: Model[Node], residual: Sequence[Node], matrix: Sequence[Row]) -> Formulation:
     """Equations whose acceleration stands alone with a constant factor, divided by it.
 
     The factor cancels against those of the forces before any number is known: one rounding instead of three.
@@ -68,14 +69,14 @@ def normalized(model: Model[Node], residual: Sequence[Node], matrix: Sequence[Se
     """
     graph, moving = graph_of(model), variables(model)
     multipliers = reduce(or_, (one.multiplier.symbols for one in model.constraints), 0)
-    rows, equations = [list(row) for row in matrix], list(residual)
+    rows, equations = [*matrix], [*residual]
     for k, row in enumerate(matrix):
         alone = nonzero(row, graph.zero, k) in ([], [k])
         free = alone and not residual[k].symbols & multipliers
         if free and not row[k].symbols & moving and not row[k].is_zero:
             equations[k] = divided(graph, residual[k], row[k])
-            rows[k][k] = graph.one
-    return Formulation(tuple(equations), tuple(map(tuple, rows)))
+            rows[k] = row.replaced(k, graph.one)
+    return Formulation(tuple(equations), tuple(rows))
 
 
 def divided(graph: Graph, node: Node, by: Node) -> Node:

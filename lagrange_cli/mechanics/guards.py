@@ -31,9 +31,10 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.rows import mapped
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 from lagrange_cli.mechanics.switches import Merging, has_rates, switches, vanishes_with, where_zero
-from lagrange_cli.mechanics.variables import rate
+from lagrange_cli.mechanics.variables import nonzero, rate
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
@@ -124,7 +125,8 @@ class _Freezing:
     def _inertial(self) -> set[Node]:
         """Switches in masses, in momenta, and in factors of accelerations."""
         residual, found = self.residual, set[Node]()
-        entries = [entry for row in residual.unpushed.mass_matrix for entry in (*row, *residual.inertias)]
+        entries = [entry for row in residual.unpushed.entries for entry in row.values()]
+        entries += residual.inertias
         entries += [node for one in residual.cyclic_momenta for node in (one.momentum, one.speed)]
         inside, accelerated = [*self.merged(entries)], set[Node]()
         for node in reachable(self.merged(residual.residual)):
@@ -219,7 +221,7 @@ class _Freezing:
         quadratures = self.frozen([*integrands.values()])
         events = self.frozen([event.argument for event in residual.model.events])
         rows, quadratures = self._by_forces(rows, quadratures)
-        matrix = [self.frozen(row) for row in residual.unpushed.mass_matrix]
+        matrix = [mapped(row, self.frozen) for row in residual.unpushed.mass_matrix]
         if residual.pushed:
             first = len(residual.model.q)
             for k, row in enumerate(rows[:first]):
@@ -235,7 +237,11 @@ class _Freezing:
             cyclic_momenta=tuple(momenta),
         )  # fmt: skip
         linear = [*rows, *quadratures]
-        alone = [*(x for row in matrix for x in row), *inertias, *(one.speed for one in momenta)]
+        alone = [
+            *(row[k] for j, row in enumerate(matrix) for k in nonzero(row, graph.zero, j)),
+            *inertias,
+            *(one.speed for one in momenta),
+        ]
         alone += [*events, *(guard.argument for guard in self.guards.values())]
         slopes = [self.graph.diff(x, m) for m in self.multipliers for x in linear if not has_rates(x, m)]
         mixed = [*slopes, *alone, *(x for m in self.multipliers for x in linear if has_rates(x, m))]

@@ -78,7 +78,7 @@ def in_short(words: Sequence[str], most: int = 6) -> str:
 
 def _parameter_nodes(residual: Residual) -> set[Node]:
     """The largest expressions that hold parameters and nothing that moves, below the equations."""
-    entries = [entry for row in residual.mass_matrix for entry in row]
+    entries = [entry for row in residual.entries for entry in row.values()]
     moving = residual.variables
     for one in residual.cyclic_momenta:
         moving |= one.symbol.symbols

@@ -14,6 +14,7 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.rows import Matrix
 from lagrange_cli.mechanics.variables import nonzero, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -68,7 +69,7 @@ class Residual:
     model: Model[Node]
     graph: Graph
     residual: tuple[Node, ...]
-    mass_matrix: tuple[tuple[Node, ...], ...]
+    mass_matrix: Matrix
     cyclic_momenta: tuple[CyclicMomentum, ...]
     inertias: tuple[Node, ...]
     definite: bool

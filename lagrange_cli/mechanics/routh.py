@@ -17,8 +17,9 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized
 from lagrange_cli.mechanics.residual import CyclicMomentum, connected
+from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import rate, variables
+from lagrange_cli.mechanics.variables import numbered, rate, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
@@ -69,8 +70,9 @@ def routh(
         momentum = divided(graph, graph.diff(lagrangian, v), one.unit)
         momenta.append(CyclicMomentum(one.symbol, momentum, v, one.speed))
         residual[one.index] = graph.ddt(v) - rate(graph, one.speed, moving)
-        rows[one.index] = [-graph.diff(one.speed, other) for other in model.v]
-        rows[one.index][one.index] = graph.one
+        slopes = graph.gradient(one.speed, numbered(model.v))
+        own = {k: -slope for k, slope in slopes.items()} | {one.index: graph.one}
+        rows[one.index] = Row(own, len(model.v), graph.zero)
     inertias = tuple(one.inertia for one in gone if one.inertia.symbols & moving)
     return replace(normalized(model, residual, rows), cyclic_momenta=tuple(momenta), inertias=inertias)
 

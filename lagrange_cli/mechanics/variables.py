@@ -9,6 +9,7 @@ from operator import is_not
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
 from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.model.model import Model
 
 
@@ -28,6 +29,8 @@ def variables(model: Model[Node]) -> int:
 
 def nonzero(row: Sequence[Node], zero: Node, likely: int) -> list[int]:
     """The places of what is not ``zero`` in a row: often the ``likely`` one alone."""
+    if isinstance(row, Row):
+        return row.places
     if row.count(zero) == len(row) - 1 and row[likely] is not zero:
         return [likely]
     return [*compress(range(len(row)), map(is_not, row, repeat(zero)))]

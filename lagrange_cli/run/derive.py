@@ -108,7 +108,7 @@ def derive_system(
     with located(spec):
         count, bound = len(spec.coordinates), len(spec.all_constraints)
         what = f"a mass matrix of {count} coordinates" + (f" and {bound} constraints" if bound else "")
-        algebra.graph.work.charge((count + bound) ** 2, what)
+        algebra.graph.work.charge((count + bound) ** 2 if bound else count, what)
         model = build_model(spec, algebra)
         if foresee is not None:
             foresee(model)

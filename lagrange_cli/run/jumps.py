@@ -99,7 +99,8 @@ def may_switch(spec: Spec) -> bool:
         return True
     places = [*spec.embedding.values(), *spec.all_constraints.values()]
     places += [x for body in spec.bodies.values() for x in body.expressions]
-    if any(plain_names(one.tree) & {*spec.definitions} for one in places):
+    defined = {*spec.definitions}
+    if any(plain_names(one.tree) & defined for one in places):
         places += definitions
     return any(calls(one.tree, KINKED) for one in places)
 
