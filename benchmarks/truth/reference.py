@@ -177,14 +177,15 @@ def first_exit(
         order = np.argsort(grid, kind="stable")
         grid, signs = grid[order], signs[order]
         below = np.flatnonzero(signs < -1e-13 * np.max(np.abs(signs)))
-        if not len(below):
-            continue
-        k = below[0]
-        low, high = (MP.mpf(grid[k - 1]) if k else MP.mpf(0)), MP.mpf(grid[k])
 
         def value(s: Number, way: Exit = way) -> Number:
             return way.guard(*state(laws, q, v, t, t + s), t + s)
 
+        # shortly before the end of the motion the grid is so fine that doubles may be below 0 by rounding
+        k = next((k for k in below if value(MP.mpf(grid[k])) < 0), None)
+        if k is None:
+            continue
+        low, high = (MP.mpf(grid[k - 1]) if k else MP.mpf(0)), MP.mpf(grid[k])
         while k > 1 and value(low) < 0:  # a point of the grid is the root, but for rounding
             k -= 1
             low = MP.mpf(grid[k - 1])

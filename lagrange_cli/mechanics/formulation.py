@@ -40,8 +40,12 @@ def euler_lagrange(
         for p, q, force in zip(momenta, model.q, forces)
     ]
     velocities = numbered(model.v)
-    rows = [graph.gradient(p, velocities) for p in momenta]
-    return residual, [Row(row, len(model.v), graph.zero) for row in rows]
+    rows = []
+    for p in momenta:
+        row = graph.gradient(p, velocities)
+        graph.work.charge(len(row), f"a mass matrix of {len(model.v)} coordinates")
+        rows.append(Row(row, len(model.v), graph.zero))
+    return residual, rows
 
 
 def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: list[Node]) -> list[Node] | None:

@@ -231,12 +231,14 @@ def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands,
 
 
 def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path, monkeypatch):
-    """Here a hundredth of what may usually be done, and a tenth of the coordinates that would take it."""
-    with_limits(monkeypatch, "work=200000")
-    text = "sizes: {N: 4500}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
-    (tmp_path / "bad.yaml").write_text(text + "lagrangian: sum(x_dot[i]**2 - x[i]**2 for i in range(N))\n")
+    """Here a tenth of what may usually be done, and a tenth of the coordinates that would take it: all of
+    them are coupled."""
+    with_limits(monkeypatch, "work=2000000")
+    text = "sizes: {N: 450}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
+    energy = "lagrangian: sum(x_dot[i] for i in range(N))**2 - sum(x[i]**2 for i in range(N))\n"
+    (tmp_path / "bad.yaml").write_text(text + energy)
     run = limited("check", "bad.yaml", cwd=tmp_path)
-    assert run.returncode == 3 and "a mass matrix of 4500 coordinates takes more than" in run.stderr
+    assert run.returncode == 3 and "a mass matrix of 450 coordinates takes more than" in run.stderr
     assert "LAGRANGE_LIMITS=work=" in run.stderr
 
 

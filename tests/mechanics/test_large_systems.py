@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+import sys
 from textwrap import dedent
 
 import pytest
@@ -15,8 +16,9 @@ from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.jumps import refuse_jumps
 from lagrange_cli.mechanics.residual import Residual, connected
+from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.saturation import saturated
-from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.mechanics.variables import graph_of, nonzero, variables
 from lagrange_cli.model.build import build_model
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import Op, SeriesProgram
@@ -172,3 +174,13 @@ def test_many_switches_and_exponentials_take_work_in_proportion(potential: str) 
         saturated(model)
         spent.append(graph_of(model).work.spent - before)
     assert spent[1] < 2.5 * spent[0]
+
+
+def test_a_mass_matrix_takes_memory_for_what_is_coupled() -> None:
+    """Of 300 beads each has a mass of its own: 300 entries, not 90,000."""
+    matrix = residual("fpu_chain", N=300).mass_matrix
+    places = [nonzero(row, row[j].graph.zero, j) for j, row in enumerate(matrix)]
+    assert places == [[j] for j in range(300)]
+    assert sum(sys.getsizeof(row.places) for row in matrix if isinstance(row, Row)) < 300 * 100
+    assert [*matrix[7]] == [matrix[7][k] for k in range(300)] and matrix[7][-293] is matrix[7][7]
+    assert matrix[7][5:9] == tuple(matrix[7])[5:9]

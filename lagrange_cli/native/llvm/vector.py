@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import ClassVar, TypeVar
 
+from lagrange_cli.native.llvm.length import allow
 from lagrange_cli.native.llvm.text import literal, operand
 
 V = TypeVar("V", bound="Value")
@@ -27,7 +28,8 @@ class Body:
         self._count = 0
 
     def define(self, text: str) -> str:
-        """A new value."""
+        """A new value. Raises ``TooLarge`` where a function has more of them than can be compiled."""
+        allow(self._count)
         name = f"{self.PREFIX}{self._count}"
         self._count += 1
         self.line(f"  {name} = {text}")

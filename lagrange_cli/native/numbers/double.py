@@ -8,17 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.errors import TooLarge
-from lagrange_cli.limits import way_out, whole
 from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.declarations import INTRINSICS
 from lagrange_cli.native.llvm.text import ONE, ZERO, Operand, Value, literal
 from lagrange_cli.native.numbers.kind import Number
-
-MOST_INSTRUCTIONS = whole("instructions")
-
-SHORTER = "choose a method whose code is shorter: --method DOP853, "
-"""A way out for systems without constraints: the others need the Taylor method."""
 
 
 def fused(text: str) -> str:
@@ -37,7 +31,6 @@ class Emitter:
     parts, unit, fused, products = 1, 2.0**-53, True, 16
     COST = 1
     """How much longer than others its instructions take to compile."""
-    WAY_OUT = "write a smaller system, " + SHORTER + way_out("instructions")
 
     def __init__(self, prefix: str = "%v") -> None:
         self._prefix = prefix
@@ -62,10 +55,7 @@ class Emitter:
 
     def allow(self, instructions: int) -> None:
         """Raises ``TooLarge`` where so many cannot be compiled."""
-        if instructions * self.COST > MOST_INSTRUCTIONS:
-            raise TooLarge(
-                f"the machine code has more than {MOST_INSTRUCTIONS // self.COST} instructions", self.WAY_OUT
-            )
+        length.allow(instructions, self.COST)
 
     def line(self, text: str) -> None:
         """One line as it is: a label, a branch, a store."""

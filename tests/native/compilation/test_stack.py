@@ -12,7 +12,9 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.native.compilation import machine
 from lagrange_cli.native.compilation.stack import with_stack
-from lagrange_cli.native.numbers import double as emitter
+from lagrange_cli.native.llvm import length
+from lagrange_cli.native.llvm.flow import Flow
+from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody
 from tests.support.command import SYSTEMS, lagrange_process
 from tests.support.motion import residual_of
@@ -59,8 +61,8 @@ def test_values_that_do_not_fit_the_stack_of_the_process(tmp_path):
 
 
 def test_functions_of_too_many_instructions_are_refused(monkeypatch):
-    monkeypatch.setattr(emitter, "MOST_INSTRUCTIONS", 100)
-    body = emitter.Emitter()
+    monkeypatch.setattr(length, "MOST_INSTRUCTIONS", 100)
+    body = Emitter()
     for _ in range(100):
         body.fresh()
     with pytest.raises(TooLarge, match=r"more than 100 instructions; .*--method DOP853.*=instructions="):
@@ -69,6 +71,10 @@ def test_functions_of_too_many_instructions_are_refused(monkeypatch):
     with pytest.raises(TooLarge, match="more than 50 instructions"):
         for _ in range(51):
             twice.fresh()
+    flow = Flow("define void @long()")
+    with pytest.raises(TooLarge, match="more than 100 instructions"):
+        for _ in range(102):
+            flow.define("fadd double 0.0, 0.0")
 
 
 def test_programs_of_too_many_instructions_are_refused(monkeypatch):
@@ -78,9 +84,9 @@ def test_programs_of_too_many_instructions_are_refused(monkeypatch):
     functions = program.text.split("\ndefine ")
     count = program.text.count(" = ")
     assert max(one.count(" = ") for one in functions) < count - 1
-    monkeypatch.setattr(emitter, "MOST_INSTRUCTIONS", count)
+    monkeypatch.setattr(length, "MOST_INSTRUCTIONS", count)
     write_run(residual_of("double_pendulum"), asked)
-    monkeypatch.setattr(emitter, "MOST_INSTRUCTIONS", count - 1)
+    monkeypatch.setattr(length, "MOST_INSTRUCTIONS", count - 1)
     with pytest.raises(TooLarge, match=f"more than {count - 1} instructions"):
         write_run(residual_of("double_pendulum"), asked)
 
