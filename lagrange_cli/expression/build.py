@@ -51,8 +51,11 @@ class Builder:
     come again are built once, so the scope must not change its mind about a name.
     """
 
-    def __init__(self, scope: Scope, algebra: Algebra[Any], sizes: Indices | None = None) -> None:
+    def __init__(
+        self, scope: Scope, algebra: Algebra[Any], sizes: Indices | None = None, *, fades: bool = False
+    ) -> None:
         self.scope = scope
+        self.fades = fades
         self.algebra = algebra
         self.sizes = sizes or {}
         self._terms = 0
@@ -108,7 +111,7 @@ class Builder:
             return self._where(tree, indices)
         arguments = [self._value(argument, indices) for argument in tree.arguments]
         try:
-            return call(tree, arguments, self.algebra)
+            return call(tree, arguments, self.algebra, fades=self.fades)
         except ArithmeticError as error:
             raise arithmetic(tree, error, indices) from error
 

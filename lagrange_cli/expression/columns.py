@@ -141,9 +141,9 @@ class ColumnAlgebra(NumberAlgebra):
         self.failed[:] = np.where(chosen.values > 0, *failed)
         return values[0], values[1]
 
-    def finite(self, tree: Tree, value: Any) -> Any:
+    def finite(self, tree: Tree, value: Any, *, fades: bool = False) -> Any:
         if not isinstance(value, Column):
-            return super().finite(tree, value)
+            return super().finite(tree, value, fades=fades)
         self.failed |= ~np.isfinite(value.values)
         return value
 

@@ -172,11 +172,13 @@ class LongNumberAlgebra(NumberAlgebra):
             raise ArithmeticError(f"{name}({shown}) is not a real number")
         return value
 
-    def finite(self, tree: Tree, value: Any) -> Any:
+    def finite(self, tree: Tree, value: Any, *, fades: bool = False) -> Any:
         if isinstance(value, _CONTEXT.mpc):  # a power of a negative number
             value = math.nan
         rounded = super().finite(tree, value)
         if rounded == 0 and value != 0:
+            if fades:
+                return _CONTEXT.mpf(0)
             raise ExpressionError(tree.span, TOO_SMALL, SMALLEST)
         return value if isinstance(value, _CONTEXT.mpf) else _CONTEXT.mpf(rounded)
 

@@ -59,8 +59,9 @@ class NumberAlgebra(Decided):
     def diff(self, expression: float, symbol: float) -> float:
         raise NotImplementedError("a number remembers no symbol")
 
-    def finite(self, tree: Tree, value: Any) -> Any:
-        """``value``, which ``tree`` was built to, if it is a finite number; ``ExpressionError`` else."""
+    def finite(self, tree: Tree, value: Any, *, fades: bool = False) -> Any:
+        """``value``, which ``tree`` was built to, if it is a finite number; ``ExpressionError`` else, as
+        where it is too small for a double, unless it ``fades``: is 0 then."""
         return finite(tree, value)
 
     def positive(self, value: Any) -> bool:

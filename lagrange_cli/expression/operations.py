@@ -41,8 +41,11 @@ def component(tree: Tree, value: Value) -> Any:
     return value
 
 
-def call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
-    """The value of a function of the language."""
+def call(tree: Call, arguments: list[Value], algebra: Algebra[Any], *, fades: bool = False) -> Value:
+    """The value of a function of the language.
+
+    Raises ``Underflow`` where an exponential is too small for a double, unless it ``fades``: is 0 then.
+    """
     for argument, value in zip(tree.arguments, arguments, strict=True):
         if tree.function not in VECTOR_FUNCTIONS and isinstance(value, tuple):
             raise ExpressionError(
@@ -58,7 +61,7 @@ def call(tree: Call, arguments: list[Value], algebra: Algebra[Any]) -> Value:
             )
     if tree.function not in VECTOR_FUNCTIONS:
         value = algebra.function(tree.function, arguments)
-        return kept(value) if tree.function == "exp" else value
+        return kept(value) if tree.function == "exp" and not fades else value
     if tree.function == "norm":
         return norm(arguments[0], algebra)
     left, right = arguments

@@ -81,6 +81,8 @@ class _Builder:
     unfinished: list[tuple[int, tuple[int, ...], Node]] = field(default_factory=list)
     """Rates of functions whose partial derivatives are not lowered yet: (rate, arguments' rates,
     function)."""
+    rates: set[int] = field(default_factory=set)
+    """Those of all functions."""
 
     def add(self, series: Series) -> int:
         self.series.append(series)
@@ -258,8 +260,7 @@ class _Builder:
         """The derivative of a series; that of a sum or a function in terms of what they are made of."""
         if index not in self.derivatives:
             one = self.series[index]
-            rate = any(index == unfinished for unfinished, _, _ in self.unfinished)
-            if one.op is Op.LINEAR and one.degree == UNBOUNDED and not rate:
+            if one.op is Op.LINEAR and one.degree == UNBOUNDED and index not in self.rates:
                 assert isinstance(one.data, tuple)
                 terms = [(self.derivative(i), scale) for i, scale in zip(one.arguments, one.data[1])]
                 made = self.linear(self.graph.zero, terms)
@@ -280,6 +281,7 @@ class _Builder:
         rates = tuple(self.derivative(i) for i in sources)
         rate = self.add(Series(Op.LINEAR, (), (self.graph.zero, ()), order=self.highest(rates)))
         self.unfinished.append((rate, rates, node))
+        self.rates.add(rate)
         self.pending += [p for p in self.moving_partials(node) if p not in self.by_node]
         index = self.add(
             Series(Op.PRIMITIVE, (rate,), node=node, sources=sources, order=self.highest(sources))

@@ -101,6 +101,8 @@ class Evaluation:
         self.times: dict[str, Any] = {}
         self.definitions: dict[str, Value] = {}
         self.builder = Builder(self._scope, algebra, spec.sizes)
+        self.states = Builder(self._scope, algebra, spec.sizes, fades=True)
+        """For initial values, where exp(-1000) is as good as 0: the tail of a bump over many members."""
 
     def _parsed(self, name: str, text: str) -> Tree:
         parameters = [parameter.name for parameter in self.spec.parameters]
@@ -206,7 +208,7 @@ class Evaluation:
             return 0.0 if value is None else value
         if expression is None:
             return default
-        value = self._value(expression, f"initial value of '{name}'")
+        value = self._value(expression, f"initial value of '{name}'", self.states)
         return 0.0 if value is None else value
 
     def _scope(self, name: str) -> Value:
@@ -234,13 +236,14 @@ class Evaluation:
         except ExpressionError as error:
             raise _usage(f"--set {name}={self.texts[name]}", error) from error
 
-    def _value(self, expression: Expression, where: str) -> Any:
+    def _value(self, expression: Expression, where: str, builder: Builder | None = None) -> Any:
         """The number, or None where there is none, which is noted at its place."""
         try:
             if not self.problems.trusts(expression.tree):
                 return None
-            value = self.builder.build(expression.tree, expression.indices)
-            return self.algebra.finite(expression.tree, value)
+            builder = builder or self.builder
+            value = builder.build(expression.tree, expression.indices)
+            return self.algebra.finite(expression.tree, value, fades=builder.fades)
         except Unsound:
             return None
         except ExpressionError as error:

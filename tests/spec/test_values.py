@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import pytest
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.spec.read import read_spec
-from lagrange_cli.spec.values import Values, resolve_parameters, resolve_values
+from lagrange_cli.spec.values import Values, resolve_long_values, resolve_parameters, resolve_values
 from tests.support.files import PENDULUM, changed, underlined
 
 
@@ -109,6 +110,15 @@ def test_what_has_no_value_is_shown_at_its_place(
     assert underlined(problem) == piece
     assert message in problem.message
     assert problem.hint
+
+
+@pytest.mark.parametrize("resolved", [resolve_values, resolve_long_values])
+def test_an_exponential_that_fades_is_0_in_an_initial_value(resolved: Callable[..., Values]) -> None:
+    """Also where the whole value does; in a parameter, exp(-1000*g) is refused (see above)."""
+    spec = read_spec(changed("initial: 0.1", "initial: m + 3*exp(-1000*g)"), "file.yaml")
+    assert [float(x) for x in resolved(spec).q] == [1.0]
+    spec = read_spec(changed("initial: 0.1", "initial: 3*exp(-1000*g)"), "file.yaml")
+    assert [float(x) for x in resolved(spec).q] == [0.0]
 
 
 def test_an_override_mends_a_missing_initial_value() -> None:
