@@ -5,8 +5,6 @@ of ``signal`` only its compiled part, which the interpreter has loaded already.
 """
 
 import _signal  # type: ignore[import-not-found]
-import gc
-import os
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
@@ -19,14 +17,17 @@ def run() -> "NoReturn":
     While it is loaded, Ctrl-C ends the process as it does any other, and not with a traceback of what was
     loading.
     """
+    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
+        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
+    import gc
+    import os
+
     # Matrices are small here: a thread for each core costs more to start than it would save, and with one
     # thread sums do not depend on the number of cores. numpy's BLAS reads this when it is loaded.
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     # Modules and graphs are many objects that stay: to look through them for garbage less often than every
     # 700 saves 3 to 6 % of a short command.
     gc.set_threshold(100_000)
-    if _signal.getsignal(_signal.SIGINT) is _signal.default_int_handler:
-        _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     from lagrange_cli.cli.main import run as run_commands
 
     run_commands()
