@@ -7,7 +7,7 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.integrate import convolutions
 from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.program import write_run
-from lagrange_cli.native.numbers import double
+from lagrange_cli.native.llvm import length
 from tests.support.motion import spec_of
 
 RUN = Compilation("taylor", 2.0**-52, frozenset({"q", "v"}))
@@ -19,7 +19,7 @@ def test_no_other_method_is_named_for_systems_with_constraints(name, another, in
     """It would refuse them."""
     residual = derive(build_model(spec_of(name), GraphAlgebra()))
     if instructions:
-        monkeypatch.setattr(double, "MOST_INSTRUCTIONS", 10)
+        monkeypatch.setattr(length, "MOST_INSTRUCTIONS", 10)
     else:
         monkeypatch.setattr(convolutions, "most_convolutions", lambda precision, straight=False: 0)
     with pytest.raises(TooLarge) as found:
