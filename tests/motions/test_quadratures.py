@@ -171,3 +171,11 @@ def test_integrals_of_many_coordinates_leave_the_motion_as_it_is():
     alone, beside = (follow(text, 3.0, 11, outputs=outputs) for outputs in (("q", "v"), OUTPUTS))
     assert alone.outcome.steps == beside.outcome.steps
     assert all(np.array_equal(samples, beside[path]) for path, samples in alone.data.items())
+
+
+def test_ledgers_leave_out_what_balances_identically():
+    """In p the steep F' is 10^6 at the pulse, and so would be what rounding of x leaves in its balance."""
+    steep = "+ x_dot*1e3*exp(-(((x - 1)/1e-3)**2))"
+    found = follow(FREE.format(steep), stop=4.0, samples=4, outputs=(*OUTPUTS, "h", "p"))
+    assert np.all(found["diagnostics/ledger/p/x"] == 0) and np.all(found["diagnostics/ledger/h"] == 0)
+    assert np.ptp(found["diagnostics/p/x"]) == 0 and found["q/x"][-1] == 4  # no sample is on the pulse

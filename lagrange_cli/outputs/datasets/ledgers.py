@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.gauge import acting
+from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.outputs.planner import Planner, of_family
 from lagrange_cli.outputs.recording import Dataset, Making
+from lagrange_cli.records import replace
 
 
 def plan(planner: Planner) -> None:
     """dh/dt = -dL/dt + sum Q_k q_dot_k and dp_k/dt = dL/dq_k + Q_k, integrated from the start."""
-    energetics = planner.energetics
+    energetics, mark = balanced(planner)
     text = "h(t) - h(0) + int dL/dt - int sum Q_k q_dot_k: 0 for an exact solution"
-    source = planner.observe("h", energetics.energy_function)
+    source = planner.observe(f"{mark}h", energetics.energy_function)
     rate = energetics.power - energetics.lagrangian_rate(planner.model.time)
     planner.add_balance(Dataset("diagnostics/ledger/h", (), text, Making.BALANCE, (source,)), [rate])
     momenta = dict(zip(planner.model.coordinates, energetics.momenta))
@@ -20,6 +24,22 @@ def plan(planner: Planner) -> None:
             torques[name] = momentum
     for family in planner.coordinates:
         text = f"p(t) - p(0) - int (dL/d{family.label} + Q): 0 for an exact solution"
-        names = tuple(planner.observe(f"p_{name}", momenta[name]) for name in family.members)
+        names = tuple(planner.observe(f"{mark}p_{name}", momenta[name]) for name in family.members)
         dataset = of_family("diagnostics/ledger/p/", text, Making.BALANCE, family, names)
         planner.add_balance(dataset, [torques[name] for name in family.members])
+
+
+def balanced(planner: Planner) -> tuple[Energetics, str]:
+    """The energies whose balances are drawn up, and how what is observed of them is marked.
+
+    Terms of a given L that are a total time derivative dF/dt are left out: what they add to p is dF/dq, and
+    what they add to its rate is the rate of that, so they balance identically, but for rounding that is large
+    where F is steep.
+    """
+    model, given = planner.model, planner.model.lagrangian
+    if given is None:
+        return planner.energetics, ""
+    left = acting(model, graph_of(model), given)
+    if left is given:
+        return planner.energetics, ""
+    return Energetics(replace(model, lagrangian=left)), "acting "
