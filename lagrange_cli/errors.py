@@ -167,15 +167,19 @@ class Undetermined(LagrangeError):
 
 class InfiniteForce(LagrangeError):
     """The energy that ``key`` declares has a jump, ``when`` certain conditions hold; or the position or the
-    constraint ``name`` of this section has one, or a ``kink``, where velocities jump."""
+    constraint ``name`` of this section has one, or a ``kink``, where velocities jump, or it changes in a
+    ``rush``, infinitely fast."""
 
     exit_code = 3
 
-    def __init__(self, key: str, when: str = "", *, name: str = "", kink: bool = False) -> None:
-        self.key, self.name, self.kink = key, name, kink
+    def __init__(
+        self, key: str, when: str = "", *, name: str = "", kink: bool = False, rush: bool = False
+    ) -> None:
+        self.key, self.name, self.kink = key, name, kink or rush
         what = f"the position of '{name}'" if key == "embedding" else f"constraint '{name}'"
         fault = "a kink, where velocities jump and the force is infinite"
         fault = fault if kink else "a jump, where the force is infinite"
+        fault = "a time at which velocities are infinite, and so is the force" if rush else fault
         super().__init__(f"{when}{what if name else repr(key)} has {fault}")
 
 

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from itertools import pairwise
 
 from lagrange_cli.errors import InfiniteForce
@@ -31,6 +32,10 @@ POINTS = 5
 PLAIN, NEARBY = 1e-6, 1e-7
 """A jump at a root is larger than this part of the terms, and there at this distance, too."""
 PLACES = [-(10.0 ** (k / 6)) for k in range(18, -18, -1)] + [10.0 ** (k / 6) for k in range(-17, 19)]
+LENGTHS, SEEN = (1e-8, 1e-10, 1e-12), 1e-10
+"""How long secants are, and which part of a position is more than rounding."""
+AT_ONCE = 99
+"""So many times steeper is a secant a hundredth as long across a jump."""
 HALVINGS, MOST_SYMBOLS = 60, 4
 """Between which places roots are looked for, how exactly, and in how many directions."""
 
@@ -46,18 +51,27 @@ class Continuous:
     name: str = ""
     slope: bool = False
 
-    def refusal(self, when: str = "") -> InfiniteForce:
-        """The error if it jumps."""
-        return InfiniteForce(self.key, when, name=self.name, kink=self.slope)
+    @property
+    def moves(self) -> bool:
+        """Whether its rate is a velocity."""
+        return self.key in ("embedding", "constraints") and not self.slope
+
+    def refusal(self, when: str = "", *, rush: bool = False) -> InfiniteForce:
+        """The error if it jumps, or changes in a ``rush``."""
+        return InfiniteForce(self.key, when, name=self.name, kink=self.slope, rush=rush)
 
 
 def refuse_jumps(model: Model[Node]) -> None:
     """Raises ``InfiniteForce`` where an energy has a jump of constant size, or where velocities jump."""
     graph = graph_of(model)
+    places = variables(model) & ~model.time.symbols
     for one in continuous(model):
         for u, part in parts(graph, one.node).items():
-            changes = any(u.symbols & symbol.symbols for symbol in one.symbols)
-            if changes and is_certain(graph, *sides(graph, part, u), u, variables(model)):
+            if not any(u.symbols & symbol.symbols for symbol in one.symbols):
+                continue
+            if one.moves and not u.symbols & places and rushes(part, u, model.time):
+                raise one.refusal(rush=True)
+            if is_certain(graph, *sides(graph, part, u), u, variables(model)):
                 raise one.refusal()
 
 
@@ -156,14 +170,40 @@ def jumps_at_a_root(above: Node, below: Node, u: Node, own: Sequence[Node]) -> b
 
 
 def roots(function: Callable[[float], float]) -> Iterator[float]:
-    """Where a function changes its sign between some places, by bisection."""
+    """Where a function is 0 or changes its sign between some places, by bisection."""
     ends = [(x, function(x)) for x in PLACES]
+    yield from (x for x, y in ends if y == 0)
     for (low, first), (high, last) in pairwise(ends):
         if first * last < 0:
             for _ in range(HALVINGS):
                 middle = (low + high) / 2
                 low, high = (middle, high) if function(middle) * first > 0 else (low, middle)
             yield low
+
+
+def rushes(part: Node, u: Node, time: Node) -> bool:
+    """Whether a position changes infinitely fast at a time when u = 0, as max(0, t - 1)**0.5 does at t = 1.
+
+    Its secants to this time grow like a power of how short they are.
+    """
+    source, name = random.Random(0), str(time.data)
+    names = {str(one.data) for one in reachable([part, u]) if one.kind is Kind.SYMBOL}
+    for _ in range(POINTS):
+        others = {one: source.uniform(0.2, 1.3) for one in sorted(names)}
+
+        def value(node: Node, t: float) -> float:
+            found: float = evaluate([node], {**others, name: t})[0][node]  # noqa: B023
+            return found
+
+        for root in roots(partial(value, u)):
+            for side in (1, -1):
+                ends = [root + side * length * max(1.0, abs(root)) for length in LENGTHS]
+                steps = [abs(value(part, t) - value(part, root)) for t in ends]
+                secants = [step / abs(t - root) for step, t in zip(steps, ends)]
+                seen = all(math.isfinite(one) for one in steps) and steps[-1] > SEEN * max(steps[0], 1.0)
+                if seen and all(2 * a < b < AT_ONCE * a for a, b in pairwise(secants)):
+                    return True
+    return False
 
 
 def arguments(node: Node) -> list[Node]:

@@ -81,6 +81,7 @@ masses: {{b: 1, c: a}}
 embedding: {{b: [x, {position}], c: [0, y]}}
 {constraint}
 """
+RUSH = "has a time at which velocities are infinite"
 KINK, JUMP = "has a kink, where velocities jump and the force is infinite", "has a jump, where the force is"
 
 
@@ -92,6 +93,10 @@ KINK, JUMP = "has a kink, where velocities jump and the force is infinite", "has
         ("y + abs(t - a)", "", f"the position of 'b' {KINK}"),
         ("y + asin(sin(t))", "", f"the position of 'b' {KINK}"),
         ("where(x < a, 0, k)", "", f"the position of 'b' {JUMP}"),
+        ("y + k*max(0, t - a)**0.5", "", f"the position of 'b' {RUSH}"),
+        ("y*(1 + max(0, t - 1)**(1/3))", "", f"the position of 'b' {RUSH}"),
+        ("y + abs(sin(t))**0.7", "", f"the position of 'b' {RUSH}"),
+        ("y", "constraints: {f: 'y - max(0, t - a)**0.5'}", f"constraint 'f' {RUSH}"),
         ("y", "constraints: {f: 'y - k*max(0, x - a)'}", f"constraint 'f' {KINK}"),
         ("y", "constraints: {f: 'y - max(0, t - a)'}", f"constraint 'f' {KINK}"),
         ("y", "constraints: {f: 'y - sqrt((x - a)**2)'}", f"constraint 'f' {KINK}"),
@@ -123,6 +128,9 @@ def test_kinks_at_many_places_are_refused_in_a_run(position, constraint) -> None
     [
         ("k*max(0, x - a)**2", ""),
         ("y + max(0, t - a)**1.5", ""),
+        ("y + k*max(0, t - 1)**1.01", ""),
+        ("y + where(t > 1, tanh(1e6*(t - 1)**2), 0)", ""),
+        ("y", "nonholonomic: {g: 'y_dot - max(0, t - a)**0.5'}"),
         ("y", "constraints: {f: 'y - max(0, x - a)**2 - max(0, t - a)**2'}"),
         ("y", "nonholonomic: {g: 'y_dot - x_dot*max(0, x - a) - max(0, t - a)'}"),
     ],
