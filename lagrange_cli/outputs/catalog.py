@@ -135,7 +135,8 @@ OUTPUTS = {
             "(n,)",
             "h(t) - h(0) + int dL/dt - int Q.q_dot, and p_k(t) - p_k(0) - int (dL/dq_k + Q_k): the "
             "*ledgers*, or balances of work and energy, and of force and momentum. They are zero for an "
-            "exact solution of any system, driven or damped",
+            "exact solution of any system, driven or damped. Terms of a given L that are a total time "
+            "derivative are left out, as they balance identically",
             lambda known: {
                 "diagnostics/ledger/h": known.balance,
                 **under("diagnostics/ledger/p", known.momenta(known.balance)),
