@@ -23,7 +23,7 @@ DEFAULTS = {
     "members": 50_000,  # of all families
     "terms": 200_000,  # of all sums
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
-    "nodes": 750_000,  # of the equations: 25 s and 1.2 GB to derive
+    "nodes": 750_000,  # of the equations: 20 s and 1.2 GB to derive
     "work": 20_000_000,  # steps of a derivation: some 20 s
     "convolutions": 60_000,  # an order of a Taylor series: 120 bodies that all attract each other
     "instructions": 800_000,  # of compiled code: 20 s and 1.3 GB
