@@ -17,7 +17,8 @@ symmetries, there is no other heavy top with a further algebraic integral (E. Hu
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import chain
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined
@@ -208,20 +209,21 @@ def field_of(
         for k in range(len(place))
     }
     (potential,) = substituted(graph, [potential], there)
-    moving, entries = variables(model), 0
-    for axis in axes:
-        for symbol in axis:
-            entries |= symbol.symbols
     rows = [[graph.diff(potential, axis[k]) for axis in axes] for k in range(3)]
-    if potential.symbols & moving:
+    linear = graph.sum([(c * axis[k], 1.0) for k, row in enumerate(rows) for c, axis in zip(row, axes)])
+    if are_moving(model, scope, [potential - linear, *chain.from_iterable(rows)]):
         guessed = rows_of(model, scope, axes, potential, quaternion)
-        if guessed is None:
+        if guessed is None or are_moving(model, scope, chain.from_iterable(guessed)):
             return None
         rows = guessed
-    if any(c.symbols & (moving | entries) for row in rows for c in row):
-        return None
     acting = [k for k, row in enumerate(rows) if not all(map(is_zero, row))]
     return (rows[acting[0]], acting[0]) if len(acting) == 1 else None
+
+
+def are_moving(model: Model[Node], scope: InSpace, nodes: Iterable[Node]) -> bool:
+    """Whether one of these depends on the motion, be it by a velocity or an angular velocity."""
+    actual = substituted(graph_of(model), [*nodes], scope.actual)
+    return any(one.symbols & variables(model) for one in actual)
 
 
 def rows_of(

@@ -57,6 +57,9 @@ OTHERS = {
     "Lagrange's top": (EULER, "[2*C - m*l**2, 2*C - m*l**2, C]", "l*k", WEIGHT),
     "Goryachev's and Chaplygin's top": (EULER, "[4*C, 4*C - m*l**2, 4*C/3 - m*l**2]", "l*i", WEIGHT),
     "a spring besides": (EULER, ALONG, "l*i", "m*g*top.z + top.R31**2"),
+    "a rotor inside": (EULER, ALONG, "l*i", "m*g*top.z - C*top.w3"),
+    "a magnetic moment that grows with the spin": (EULER, ALONG, "l*i", "m*g*top.z - C*top.w1*top.R31"),
+    "a velocity in U": (EULER, ALONG, "l*i", "m*g*top.z - m*top.vx"),
     "another point": (EULER, ALONG, "l*i + (0, 0, l*a)", WEIGHT),
     "a moving frame": (EULER, ALONG, "l*i", "m*g*(top.z*cos(t) + top.x*sin(t))"),
 }
