@@ -28,7 +28,9 @@ from lagrange_cli.expression.signs import (
 
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
-"""The set of a node's symbols counts as a step for every 2**9 bits: 64 bytes."""
+"""A set of symbols that no other node has counts as a step for every 2**9 bits: 64 bytes."""
+SCATTERING = 2**30 - 35
+"""A prime that 2 generates: the hashes of Python give sets of single symbols the same 61 values."""
 
 
 class NormalForms:
@@ -46,6 +48,8 @@ class NormalForms:
         self._table: dict[tuple[Any, ...], Node] = {}
         self._symbols: dict[str, int] = {}
         self._by_bit: list[Node] = []
+        self._sets: dict[int, int] = {}
+        """Every wide set of symbols once: a bit for each symbol is much, and most sets are equal."""
         self._signs: dict[Node, Sign] = {}
         self._squares: dict[Node, Sequence[tuple[Node, int]]] = {}
         self.zero = self.constant(0.0)
@@ -87,11 +91,25 @@ class NormalForms:
                     f"the equations have more than {MAX_NODES} terms and factors that differ",
                     "write a smaller system, " + limits.way_out("nodes"),
                 )
-            self.work.charge(1 + len(arguments) + (symbols.bit_length() >> BITS_A_STEP))
+            steps = 1 + len(arguments)
+            if wide := symbols.bit_length() >> BITS_A_STEP:
+                symbols, new = self._shared(symbols)
+                steps += wide * new
+            self.work.charge(steps)
             node = Node(self, kind, data, arguments, symbols)
             self.nodes.append(node)
             self._table[key] = node
         return node
+
+    def _shared(self, symbols: int) -> tuple[int, bool]:
+        """The set that is kept for all nodes with these symbols, and whether it is new."""
+        place = symbols % SCATTERING
+        while (known := self._sets.get(place)) != symbols:
+            if known is None:
+                self._sets[place] = symbols
+                return symbols, True
+            place += 1
+        return known, False
 
     # ------------------------------------------------------------------ sums
 

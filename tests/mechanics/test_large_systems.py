@@ -184,3 +184,29 @@ def test_a_mass_matrix_takes_memory_for_what_is_coupled() -> None:
     assert sum(sys.getsizeof(row.places) for row in matrix if isinstance(row, Row)) < 300 * 100
     assert [*matrix[7]] == [matrix[7][k] for k in range(300)] and matrix[7][-293] is matrix[7][7]
     assert matrix[7][5:9] == tuple(matrix[7])[5:9]
+
+
+@pytest.mark.parametrize("place", [0, 60, 511, 512, 700])
+def test_wide_sets_of_symbols_are_kept_once_and_are_those_of_the_arguments(place: int) -> None:
+    """Whatever the width: a node's set is the union of its arguments', and equal wide ones are one object."""
+    graph = Graph()
+    symbols = [graph.symbol(f"x{i}") for i in range(900)]
+    one, other = symbols[place], symbols[place + 61]  # Python gives their sets the same hash
+    made = [one * other, one + other, graph.function("sin", [one - other]), (one / other) ** 3 + one]
+    for node in made:
+        assert node.symbols == one.symbols | other.symbols
+        assert graph.symbols_of(node) == [one, other]
+        assert node.symbols is made[0].symbols or place + 61 < 511
+    squares = [x * x for x in symbols]
+    assert [x.symbols for x in squares] == [1 << i for i in range(900)]
+
+
+def test_equal_sets_of_symbols_cost_once() -> None:
+    """Ten expressions of the same two of 20,000 symbols: one set of 2.5 kB, 39 steps, not ten."""
+    graph = Graph()
+    symbols = [graph.symbol(f"x{i}") for i in range(20000)]
+    pair = symbols[0] * symbols[-1]
+    before, known = graph.work.spent, len(graph.nodes)
+    for i in range(10):
+        graph.function("sin", [pair + float(i)])
+    assert len(graph.nodes) > known + 18 and graph.work.spent - before < 100
