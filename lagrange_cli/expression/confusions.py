@@ -9,10 +9,10 @@ from collections.abc import Iterable
 CHARACTERS: dict[str, tuple[str, str, str]] = {
     # what is written: what it is read as, what is wrong, how to write it
     "^": ("**", "unknown operator '^'", "write ** for powers"),
-    "×": ("*", "unknown operator '×'", "write *"),
-    "·": ("*", "unknown operator '·'", "write *"),
-    "⋅": ("*", "unknown operator '⋅'", "write *"),
-    "∙": ("*", "unknown operator '∙'", "write *"),
+    "×": ("*", "unknown operator '×'", "write *, or cross(a, b) for vectors"),
+    "·": ("*", "unknown operator '·'", "write *, or dot(a, b) for vectors"),
+    "⋅": ("*", "unknown operator '⋅'", "write *, or dot(a, b) for vectors"),
+    "∙": ("*", "unknown operator '∙'", "write *, or dot(a, b) for vectors"),
     "÷": ("/", "unknown operator '÷'", "write /"),
     "∕": ("/", "'∕' is not the '/' of a keyboard", "write /"),
     "−": ("-", "'−' is not the minus sign of a keyboard", "write -"),
@@ -49,15 +49,20 @@ STRANGERS: dict[str, tuple[str, str]] = {
     "∞": ("'∞' is not a finite number", "write a number"),
     "½": ("the character '½' is not allowed", "write 1/2"),
     "¼": ("the character '¼' is not allowed", "write 1/4"),
+    "\\": (
+        "expressions are not LaTeX",
+        r"write theta for \theta, theta_dot for \dot{\theta}, and a/b for \frac{a}{b}",
+    ),
     "\u0307": ("a dot above a letter does not mean a derivative", "velocities are written as x_dot"),
     "\u0308": ("dots above a letter do not mean a derivative", "velocities are written as x_dot"),
 }
 """Characters without a meaning."""
 
-PRIMES = frozenset("'′’`\"″")
-"""What is written after a name for a derivative."""
+PRIMES = frozenset("'′’´ʹ`\"″")
+DOTS = {"\u0307": 1, "˙": 1, "\u0308": 2, "¨": 2}
+"""What is written after a name for a derivative, and the order of those that are dots."""
 
-QUOTES = frozenset("'\":")
+QUOTES = frozenset("'\":\\")
 """Where these stand, the rest of a text may be anything."""
 
 DEGREES = frozenset({"deg", "degree", "degrees", "°"})
@@ -107,8 +112,8 @@ NOT_SUPPORTED: dict[str, str] = {
 
 NAMES: dict[str, str] = {
     "π": "pi", "Pi": "pi", "PI": "pi", "time": "t", "Time": "t", "τ": "2*pi, or add it to the parameters",
-    "e": "exp(1) for Euler's number, or add it to the parameters",
-    "E": "exp(1) for Euler's number, or add it to the parameters",
+    "e": "exp(x) for a power of Euler's number, or add it to the parameters",
+    "E": "exp(x) for a power of Euler's number, or add it to the parameters",
 }  # fmt: skip
 """Names of constants: what stands after 'write'."""
 

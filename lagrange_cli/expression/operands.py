@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from lagrange_cli.expression.confusions import FUNCTIONS, NOT_SUPPORTED, PRIMES, decimal_comma
+from lagrange_cli.expression.confusions import DOTS, FUNCTIONS, NOT_SUPPORTED, PRIMES, decimal_comma
 from lagrange_cli.expression.cursor import SUM_EXAMPLE, WHERE_EXAMPLE
 from lagrange_cli.expression.near import near_hint, shown
 from lagrange_cli.expression.reals import SMALLEST, TOO_SMALL, underflows
@@ -42,11 +42,15 @@ class Operands(Sums):
     def name(self) -> Tree:
         token = self.advance()
         name = self.name_of(token)
+        if name == "d" and self.sees("/") and self.tokens[self.place + 1].text == "dt":
+            after = self.tokens[self.place + 2]
+            if after.kind == "name" or after.text == "(":
+                return self.differentiated(token)
         if self.sees("("):
             return self.sum(token) if name == "sum" else self.call(token, name)
         if name in CALLABLE or name == "sum":
             return self.function_without_parentheses(token, name)
-        if self.next.text in PRIMES and self.next.span.start == token.span.stop:
+        if (self.next.text in PRIMES or self.next.text in DOTS) and self.next.span.start == token.span.stop:
             return self.primed(token, name)
         indices: tuple[Tree, ...] = ()
         if self.sees("["):
@@ -69,6 +73,8 @@ class Operands(Sums):
         span = Span(token.span.start, self.stop)
         if self.sees("("):
             hint = f"write {parts[-1]}(...)" if parts[-1] in CALLABLE else "write * for a product"
+            if parts[-1] == "diff":
+                hint = _velocity_hint(name)
             self.error(span, f"'{name}.{parts[-1]}' is not a function", hint)
             return Vector(tuple(self.enclosed(self.advance())[0]), span)
         if self.sees("["):
@@ -123,17 +129,38 @@ class Operands(Sums):
         return tuple(self.enclosed(opening)[0])
 
     def primed(self, token: Token, name: str) -> Tree:
-        """``x'``, which is a velocity elsewhere."""
-        count = 0
-        while self.next.text in PRIMES and self.next.span.start == self.stop:
-            count += 2 if self.next.text in '"″' else 1
+        """``x'`` or ``ẋ``, which is a velocity elsewhere."""
+        count, what = 0, "a prime is not a derivative"
+        while (self.next.text in PRIMES or self.next.text in DOTS) and self.next.span.start == self.stop:
+            if self.next.text in DOTS:
+                what = "a dot above a letter does not mean a derivative"
+            count += DOTS.get(self.next.text, 2 if self.next.text in '"″' else 1)
             self.place += 1
+        while self.next.kind in ("name", "number") and self.next.span.start == self.stop:
+            name += self.name_of(self.advance())  # the index of a letter with a dot
         span = Span(token.span.start, self.stop)
         if count == 1:
-            self.error(span, "a prime is not a derivative", f"write {name}_dot for the velocity of {name}")
+            self.error(span, what, _velocity_hint(name))
         else:
             self.error(span, "accelerations cannot be used", "the equations of motion determine them")
         return Name(name, token.span)
+
+    def differentiated(self, token: Token) -> Tree:
+        """``d/dt(x)`` or ``d/dt x``."""
+        self.place += 2
+        opening = self.advance()
+        if opening.kind == "name":
+            argument: Tree = Name(self.name_of(opening), opening.span)
+        else:
+            argument = Vector(tuple(self.enclosed(opening)[0]), opening.span)
+            argument = argument.items[0] if len(argument.items) == 1 else argument
+        return self.derivative(Span(token.span.start, self.stop), argument)
+
+    def derivative(self, span: Span, argument: Tree) -> Tree:
+        """Note a derivative with respect to time; what it is of is read on with."""
+        hint = _velocity_hint(argument.identifier if isinstance(argument, Name) else "x")
+        self.error(span, "derivatives are not allowed", hint)
+        return argument
 
     def function_without_parentheses(self, token: Token, name: str) -> Tree:
         """``sin x`` or ``sin^2(x)``."""
@@ -144,8 +171,11 @@ class Operands(Sums):
             self.expression(POWER + 1) if self.next.kind == "number" else self.operand()
             self.error(Span(token.span.start, self.stop), message, f"write {name}(x)**{exponent}")
         elif self.next.kind in ("number", "name"):
-            argument = self.next
-            self.error(Span(token.span.start, argument.span.stop), message, f"write {name}({argument.text})")
+            argument, after = self.next, self.tokens[self.place + 1]
+            written = argument.text
+            if argument.kind == "number" and after.kind == "name" and after.span.start == argument.span.stop:
+                written += f"*{after.text}"
+            self.error(Span(token.span.start, argument.span.stop), message, f"write {name}({written})")
         else:
             self.error(token.span, message, f"write {name}(...)")
             return Number("1", token.span)
@@ -160,6 +190,10 @@ class Operands(Sums):
         meant = FUNCTIONS.get(name.lower(), name.lower()).partition("(")[0]  # piecewise(x > 0, 1, 2), too
         arguments, _ = self.enclosed(self.advance(), first=meant == "where")
         span = Span(token.span.start, self.stop)
+        over_dt = self.sees("/") and self.tokens[self.place + 1].text == "dt"
+        if name in ("d", "D") and len(arguments) == 1 and over_dt:
+            self.place += 2
+            return self.derivative(Span(token.span.start, self.stop), arguments[0])
         if name.lower() in NOT_SUPPORTED:
             self.error(token.span, f"'{name}' is not supported", NOT_SUPPORTED[name.lower()])
         elif name == "range":
@@ -186,6 +220,8 @@ class Operands(Sums):
 def _wrong_count(name: str, arguments: list[Tree], text: str, offset: int) -> tuple[str, str]:
     """What is said of a function with too many or too few arguments."""
     due = CALLABLE[name]
+    if name == "dot" and len(arguments) == 1 and isinstance(arguments[0], Name):
+        return "derivatives are not allowed", _velocity_hint(arguments[0].identifier)
     needed = f"{due} or more" if name in ANY_NUMBER else str(due)
     message = f"wrong number of arguments for '{name}': {len(arguments)} instead of {needed}"
     if name == "where":
@@ -195,6 +231,11 @@ def _wrong_count(name: str, arguments: list[Tree], text: str, offset: int) -> tu
         if decimal_comma(written):
             return message, f"write {name}({decimal_comma(written)}), with a decimal point"
     return message, f"write {name}({', '.join('xyz'[:due])})"
+
+
+def _velocity_hint(name: str) -> str:
+    particle, _, component = name.rpartition(".")
+    return f"write {f'{particle}.v{component}' if particle else f'{name}_dot'} for the velocity of {name}"
 
 
 def _function_hint(function: str, argument: str = "") -> str:

@@ -169,7 +169,7 @@ class Parser(Operands):
         if token.text in DEGREES:
             self.error(span, "angle in degrees", f"angles are in radians: write {last.text}*pi/180")
         else:
-            self.error(span, "unit after a number", f"write {last.text}; angles are in radians")
+            self.error(span, "unit after a number", f"leave out '{token.text}': angles are in radians")
         return True
 
     def juxtaposed(self, token: Token, before: _Juxtaposed | None) -> _Juxtaposed:

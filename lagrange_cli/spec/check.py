@@ -16,7 +16,7 @@ from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.events import check_events
 from lagrange_cli.spec.kinds import Kind
 from lagrange_cli.spec.moving import lacking
-from lagrange_cli.spec.names import Names, range_hint, scalar
+from lagrange_cli.spec.names import Names, scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
@@ -24,6 +24,7 @@ from lagrange_cli.spec.source import WHOLE_FILE, Place
 from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec, Wanted
 from lagrange_cli.spec.table import Row
 from lagrange_cli.spec.transformations import check_transformations
+from lagrange_cli.spec.unknown import range_hint
 
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:

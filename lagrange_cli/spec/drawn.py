@@ -17,11 +17,12 @@ from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.draft import Draft, Written
 from lagrange_cli.spec.draw_readers import Several, Strand, WrittenCurve, WrittenRange, plain_name
 from lagrange_cli.spec.kinds import CONSTANT, Kind, Rule
-from lagrange_cli.spec.names import Names, range_hint
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Course, Expression, Path, Range, View, Wanted, by_family
+from lagrange_cli.spec.unknown import range_hint
 
 SECTION = "draw"
 NUMBERS = "numbers of draw"

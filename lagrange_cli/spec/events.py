@@ -15,10 +15,11 @@ from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.draft import Draft, Entry, WrittenEvent
 from lagrange_cli.spec.kinds import Kind
-from lagrange_cli.spec.names import Names, range_hint
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Event, Expression
+from lagrange_cli.spec.unknown import range_hint
 
 SETTABLE = frozenset({Kind.COORDINATE, Kind.VELOCITY, Kind.PARAMETER})
 _HINTS = {

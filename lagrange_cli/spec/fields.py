@@ -144,7 +144,7 @@ def _quantity_hint(number: str, unit: str, where: str) -> str:
     elif "of coordinate" in where:
         own = unit.removesuffix("/s") if where.startswith("velocity") else unit
         hint = f"write {number}, and the unit of the coordinate as 'unit: {own}'"
-    return f"{hint}, or {number}*{unit} for a product" if unit.isidentifier() and len(unit) < 3 else hint
+    return f"{hint}, or {number}*{unit} for a product" if unit.isidentifier() and len(unit) == 1 else hint
 
 
 def read_number(node: Node, where: str, problems: Problems) -> float | None:
@@ -221,6 +221,8 @@ def read_key(key: Scalar, problems: Problems, what: str, families: bool = True) 
     if united and is_unit(united[2]):
         problems.broken.add(united[1])
         hint = f"write {united[1]}: {{..., unit: {united[2]}}}"
+        if what == "coordinate" and united[2] == "t":
+            hint = f"write {united[1]}: coordinates have no '(t)'"
     if forgotten:
         problems.broken.add(forgotten[1])
         hint = f"write {forgotten[1]}: {forgotten[2]}"

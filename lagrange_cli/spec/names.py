@@ -9,26 +9,25 @@ from typing import Any
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
-from lagrange_cli.expression.confusions import (
-    FORCES,
-    MULTIPLIERS,
-    NAMES,
-    VELOCITIES,
-    parameter_example,
-    rate_of,
-    romanized,
+from lagrange_cli.expression.confusions import VELOCITIES
+from lagrange_cli.expression.near import known_hint, near_hint
+from lagrange_cli.expression.syntax import (
+    ExpressionError,
+    Name,
+    Number,
+    Span,
+    equalities,
+    names,
+    plain_names,
+    sums,
 )
-from lagrange_cli.expression.near import known_hint, near_hint, shown
-from lagrange_cli.expression.syntax import ExpressionError, Name, Span, equalities, names, plain_names, sums
 from lagrange_cli.expression.vocabulary import (
     AXES_COMPONENTS,
     AXES_RATES,
     BODY_COMPONENTS,
     BODY_SPIN,
-    CALLABLE,
     COMPONENTS,
     CONSTANTS,
-    FAMILY_WORDS,
     MULTIPLIER,
     POINT,
     RESERVED,
@@ -44,6 +43,7 @@ from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Family
+from lagrange_cli.spec.unknown import Unknown, end_of_differential, range_hint
 
 
 class Unsound(Exception):
@@ -209,13 +209,18 @@ class Names:
                 sound = False
             sound = sound and loop.index not in self._clashes
         sound = sound and not self._clashes & expression.indices.keys()
+        differential = 0
         said: set[tuple[Span, str]] = set()  # a point of a body is made of several names in one place
         for name in names(expression.tree):
             if not name.indices and name.identifier in (*CONSTANTS, *expression.indices):
                 continue
+            if name.span.start < differential:  # the dt of dx/dt, which has been reported
+                continue
             try:
                 meaning = self._look_up(name, section, expression)
             except ExpressionError as error:
+                differential = end_of_differential(name, expression.text, self.table)
+                error.span = Span(error.span.start, max(error.span.stop, differential))
                 if (
                     error.span,
                     error.message,
@@ -252,7 +257,7 @@ class Names:
         base, _, component = name.identifier.partition(".")
         if component == MULTIPLIER:
             meaning = self._multiplier(name, base)
-        elif base in self.problems.broken:
+        elif base in self.problems.broken or base.removesuffix(velocity_name("")) in self.problems.broken:
             return Meaning(Kind.DEFINITION, frozenset(), None)
         elif base in self.table:
             meaning = self.table[base]
@@ -264,7 +269,8 @@ class Names:
                 message = f"the constraint '{base}' has no component '{component}'"
             raise ExpressionError(name.span, message, hint)
         else:
-            raise ExpressionError(name.span, *self._unknown(base, section, expression.indices))
+            unknown = Unknown(self.table, self.bound, self.rules[section].allowed, expression.indices)
+            raise ExpressionError(name.span, *unknown.report(base))
         rule = self.rules[section]
         forbidden = [kind for kind in Kind if kind in meaning.kinds - rule.allowed]
         if forbidden:
@@ -301,6 +307,8 @@ class Names:
         example = member_name(name.identifier, "ijklmn"[:due]) if due else name.identifier
         if not due:
             message = f"'{name.base}' is not a family and takes no index"
+            if component := _numbered_component(name, meaning):
+                example = f"{name.base}.{component}"
         elif not name.indices:
             message, example = f"missing index on the family '{name.base}'", f"{example} for one member"
             members = meaning.family.members if meaning.family else ()
@@ -346,74 +354,13 @@ class Names:
                 name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
             )
 
-    def _unknown(self, name: str, section: str, indices: Mapping[str, int]) -> tuple[str, str]:
-        message = f"unknown name {shown(name)}"
-        if name in indices or name in CONSTANTS:
-            return f"'{name}' is a number: it takes no index and has no components", f"write {name}"
-        if name in (*CALLABLE, *FAMILY_WORDS):
-            return f"missing parentheses after '{name}'", f"write {name}(...)"
-        if name.lower() in ("nan", "inf", "infinity"):
-            return f"'{name}' is not a finite number", "write a number"
-        coordinates = [one for one, meaning in self.table.items() if meaning.what is Kind.COORDINATE]
-        coordinate, order = rate_of(name, coordinates)
-        if order > 1:
-            return f"the acceleration '{name}' cannot be used", "the equations of motion determine it"
-        if order:
-            return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
-        if name in NAMES:
-            return message, f"write {NAMES[name]}"
-        particles = [one for one, meaning in self.table.items() if meaning.what in (Kind.PARTICLE, Kind.BODY)]
-        if (
-            name in COMPONENTS + VELOCITY_COMPONENTS
-            and particles
-            and Kind.PARTICLE in self.rules[section].allowed
-        ):
-            return message, f"write {particles[0]}.{name} for the {name} of {particles[0]}"
-        if hint := self._other_notation(name, particles):
-            return message, hint
-        near = near_hint(name, [*self.table, *indices, *CONSTANTS])
-        known = known_hint(self._words(section))
-        declare = f"add it to the parameters: '{parameter_example(name)}'"
-        if near and len(name) < 3:
-            return message, f"{near} Or {declare}"
-        return message, near or (f"{known}; or {declare}" if known else declare)
 
-    def _other_notation(self, name: str, particles: Sequence[str]) -> str:
-        """A hint where an unknown name is another way to write a known one: ``theta``, ``y_bob``, ``m1``."""
-        spelled = romanized(name)
-        for one, meaning in self.table.items():
-            if romanized(one) == spelled:
-                return f"did you mean '{one}'?"
-            if meaning.family and name.startswith(one) and name[len(one) :].lstrip("_").isdecimal():
-                return range_hint(name, meaning.family)
-        for one, meaning in self.bound.items():
-            if spelled in MULTIPLIERS or spelled in {
-                spelling for word in FORCES for spelling in (f"{word}_{one}", f"{one}_{word}")
-            }:
-                return f"write {meaning.family.label if meaning.family else one}.{MULTIPLIER}"
-        for one in particles:
-            axis = name.removesuffix(one).rstrip("_") if name.endswith(one) else ""
-            axis = axis or (name.removeprefix(one).lstrip("_") if name.startswith(one) else "")
-            if axis in COMPONENTS + VELOCITY_COMPONENTS:
-                return f"write {one}.{axis}"
+def _numbered_component(name: Name, meaning: Meaning) -> str:
+    """``z`` for the index of ``bead[2]``, where ``bead`` is a position; nothing for other names."""
+    if meaning.what not in (Kind.PARTICLE, Kind.BODY) or "." in name.identifier or len(name.indices) != 1:
         return ""
-
-    def _words(self, section: str) -> list[str]:
-        """All names that may be used in a section, as they are written there: families with an index."""
-        allowed = self.rules[section].allowed
-        return [
-            one.family.label if one.family else name
-            for name, one in self.table.items()
-            if one.kinds <= allowed
-        ]
-
-
-def range_hint(name: str, family: Family) -> str:
-    """Where the members of a family are, for one who looked for another."""
-    if "-" in name:
-        return "indices count from 0; write u[(i - 1) % N] for a ring"
-    first, last = family.members[0], family.members[-1]
-    return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
+    index = name.indices[0]
+    return dict(zip("012", COMPONENTS, strict=True)).get(index.text, "") if isinstance(index, Number) else ""
 
 
 def scalar() -> Bounds:

@@ -26,34 +26,9 @@ MAX_DEPTH = 20
 _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = "[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 """Compiled only for files that have characters that do not print: it takes longer than to read most files."""
-_SPACES = "YAML indents with spaces: replace each tab by spaces"
 _INDEXED = re.compile(r"(?<=\w)\[[^][\n]*\]")
 _GUARDED = {ord("["): 0xE000, ord("]"): 0xE001, ord(","): 0xE002}  # to characters without a meaning
 _UNGUARDED = {own: sign for sign, own in _GUARDED.items()}
-_COMMENTED = re.compile(r"[:,[]\s(#[0-9a-fA-F]{3,6})\b[^\s#]*$")
-"""A colour at the end of a line, which YAML takes for a comment."""
-_LONGEST = 200
-"""Characters of a line in which it is looked for."""
-_HINTS: tuple[tuple[str, str], ...] = (
-    ("tab character", _SPACES),
-    ("'\\t'", _SPACES),
-    ("cannot start any token", "put the text in quotes: no text can begin with this character"),
-    ("mapping values are not allowed", "write 'key: value', one per line, with equal indentation"),
-    ("',' or ']'", 'put each item that has [ ] { } or a comma in quotes, or write a vector as "(x, y)"'),
-    ("',' or '}'", "put each value that has [ ] { } or a comma in quotes, or write one key per line"),
-    ("alphabetic or numeric character", "put the text in quotes: it begins with '*' or '&'"),
-    ("undefined alias", "put the text in quotes: in YAML a leading '*' means an alias"),
-    ("could not find expected ':'", "write 'key: value', one per line"),
-    ("expected ':'", "write 'key: value', one per line"),
-    ("expected key", "indent all keys of a section equally"),
-    ("<block end>", "indent all keys of a section equally"),
-    ("'-' indicator", "indent all items of a list equally, each after '- '"),
-    ("end of stream", "close what was opened: a quote, a bracket or a brace"),
-    ("escape character", "use single quotes, where a backslash means itself"),
-    ("node content", "leave the bracket out or put the text in quotes"),
-    ("block sequence entries", "put each '- item' on a line of its own"),
-    ("sequence entries", "put each '- item' on a line of its own"),
-)
 
 
 @dataclass(frozen=True)
@@ -146,7 +121,9 @@ def compose(source: Source, problems: Problems) -> Node:
     try:
         return _Composer(source, problems, loader).document()
     except yaml.YAMLError as error:
-        raise _translated(source, error) from error
+        from lagrange_cli.spec.yaml_errors import translated
+
+        raise translated(source, error) from error
 
 
 class _Composer:
@@ -283,32 +260,3 @@ class _Composer:
 
 def _is_open(node: Node | None) -> bool:
     return isinstance(node, Scalar) and node.plain and node.text.count("(") > node.text.count(")")
-
-
-def _translated(source: Source, error: yaml.YAMLError) -> SpecError:
-    mark = getattr(error, "problem_mark", None)
-    problem = getattr(error, "problem", None)
-    if mark is None or problem is None:
-        return _unreadable(source.filename, f"YAML syntax error: {error}", "a system file is text in UTF-8")
-    line, column = min(mark.line, len(source.lines) - 1), mark.column
-    while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
-        line -= 1
-        column = len(source.lines[line])
-    character = source.lines[line][column : column + 1]
-    sought = f"{problem} {character!r}" if character == "\t" else problem
-    hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
-    if "mapping values" in problem and re.match(r"[^:]*: +\S", source.lines[line][:column]):
-        hint = "put a text with ': ' in quotes, or write one 'key: value' per line"
-    if problem.startswith("did not find expected ',' or") and source.lines[line][column:].startswith("for "):
-        hint = "put the item with its loop in quotes, or write its list in parentheses: (a, b) for i in ..."
-    context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
-    if context and "flow" in context and opened is not None and opened.line < line:
-        bracket = source.lines[opened.line][opened.column]
-        hint = f"the '{bracket}' of line {opened.line + 1} is still open: close it, or write a comma"
-        line_of_it = source.lines[opened.line]
-    else:
-        line_of_it = source.lines[line]
-    if colour := _COMMENTED.search(line_of_it[:_LONGEST]):
-        hint = f"put '{colour[1]}' in quotes: without them a # begins a comment"
-    message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
-    return source.error(Place(line + 1, column + 1), message, hint)

@@ -5,6 +5,7 @@ Only the form is judged: what names mean, and whether they exist, is ``spec.chec
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from typing import Any
 
@@ -149,6 +150,7 @@ def read_coordinates(table: Table, node: Node, where: str, problems: Problems) -
                 found.append(Declared(name.name, item.place, name, item.passage))
     elif not node.empty:
         problems.add(node.place, "coordinates must be a mapping or a list", example)
+        problems.broken |= {*re.findall(r"[^\W\d]\w*", node.text)}
     return tuple(found)
 
 

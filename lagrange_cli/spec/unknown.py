@@ -1,0 +1,141 @@
+"""What somebody who wrote an unknown name probably meant, as a hint."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping
+
+from lagrange_cli.expression.confusions import (
+    FORCES,
+    MULTIPLIERS,
+    NAMES,
+    VELOCITIES,
+    parameter_example,
+    rate_of,
+    romanized,
+)
+from lagrange_cli.expression.near import known_hint, near_hint, shown
+from lagrange_cli.expression.syntax import Name
+from lagrange_cli.expression.vocabulary import (
+    CALLABLE,
+    COMPONENTS,
+    CONSTANTS,
+    FAMILY_WORDS,
+    MULTIPLIER,
+    VELOCITY_COMPONENTS,
+    velocity_name,
+)
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.kinds import Kind, Meaning
+from lagrange_cli.spec.spec import Family
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """The names that an expression may contain: ``table`` by name, ``bound`` by the name of a constraint.
+
+    ``allowed`` are the kinds that may stand in its section, ``indices`` those of its family.
+    """
+
+    table: Mapping[str, Meaning]
+    bound: Mapping[str, Meaning]
+    allowed: Collection[Kind]
+    indices: Mapping[str, int]
+
+    def report(self, name: str) -> tuple[str, str]:
+        """What is wrong with a name, and a hint."""
+        message = f"unknown name {shown(name)}"
+        if name in self.indices or name in CONSTANTS:
+            return f"'{name}' is a number: it takes no index and has no components", f"write {name}"
+        if name in (*CALLABLE, *FAMILY_WORDS):
+            return f"missing parentheses after '{name}'", f"write {name}(...)"
+        if name.lower() in ("nan", "inf", "infinity"):
+            return f"'{name}' is not a finite number", "write a number"
+        coordinate, order = rate_of(name, self._called(Kind.COORDINATE))
+        if order > 1:
+            return f"the acceleration '{name}' cannot be used", "the equations of motion determine it"
+        if order:
+            return message, f"write {velocity_name(coordinate)} for the velocity of {coordinate}"
+        if name in NAMES:
+            return message, f"write {NAMES[name]}"
+        if hint := self._of_particle(name) or self._other_notation(name) or self._run_together(name):
+            return message, hint
+        near = near_hint(name, [*self.table, *self.indices, *CONSTANTS])
+        known = known_hint(self._words())
+        declare = f"add it to the parameters: '{parameter_example(name)}'"
+        if near and len(name) < 3:
+            return message, f"{near} Or {declare}"
+        return message, near or (f"{known}; or {declare}" if known else declare)
+
+    def _called(self, *kinds: Kind) -> list[str]:
+        return [name for name, meaning in self.table.items() if meaning.what in kinds]
+
+    def _of_particle(self, name: str) -> str:
+        """A hint for ``y``, ``vy`` and ``v`` where these can only be those of a particle."""
+        particles = self._called(Kind.PARTICLE, Kind.BODY)
+        if not particles or Kind.PARTICLE not in self.allowed:
+            return ""
+        one = particles[0]
+        if name in COMPONENTS + VELOCITY_COMPONENTS:
+            return f"write {one}.{name} for the {name} of {one}"
+        if name in VELOCITIES:
+            return f"write {one}.vx, {one}.vy, ... for the components of the velocity of {one}"
+        return ""
+
+    def _other_notation(self, name: str) -> str:
+        """A hint where a name is another way to write a known one: ``theta``, ``y_bob``, ``m1``, ``x_i``."""
+        spelled = romanized(name)
+        for one, meaning in self.table.items():
+            if romanized(one) == spelled:
+                return f"did you mean '{one}'?"
+            if meaning.family and name.startswith(one):
+                index = name[len(one) :].lstrip("_")
+                if index.isdecimal():
+                    return range_hint(name, meaning.family)
+                if index in self.indices:
+                    return f"write {one}[{index}]"
+        for one, meaning in self.bound.items():
+            if spelled in MULTIPLIERS or spelled in {
+                spelling for word in FORCES for spelling in (f"{word}_{one}", f"{one}_{word}")
+            }:
+                return f"write {meaning.family.label if meaning.family else one}.{MULTIPLIER}"
+        for one in self._called(Kind.PARTICLE, Kind.BODY):
+            axis = name.removesuffix(one).rstrip("_") if name.endswith(one) else ""
+            axis = axis or (name.removeprefix(one).lstrip("_") if name.startswith(one) else "")
+            if axis in COMPONENTS + VELOCITY_COMPONENTS:
+                return f"write {one}.{axis}"
+        return ""
+
+    def _run_together(self, name: str) -> str:
+        """A hint where a name is a function with its argument, as in ``cosθ`` or ``sin2theta``."""
+        for function in sorted(CALLABLE, key=len, reverse=True):
+            found = re.fullmatch(rf"{function}([0-9]*)(.+)", name)
+            if found and (found[2] in self.table or found[2] in CONSTANTS):
+                return f"write {function}({f'{found[1]}*' if found[1] else ''}{found[2]})"
+        return ""
+
+    def _words(self) -> list[str]:
+        """All names that may be used, as they are written: families with an index."""
+        return [
+            one.family.label if one.family else name
+            for name, one in self.table.items()
+            if one.kinds <= frozenset(self.allowed)
+        ]
+
+
+def range_hint(name: str, family: Family) -> str:
+    """Where the members of a family are, for one who looked for another."""
+    if "-" in name:
+        return "indices count from 0; write u[(i - 1) % N] for a ring"
+    first, last = family.members[0], family.members[-1]
+    return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
+
+
+def end_of_differential(name: Name, text: str, table: Mapping[str, Meaning]) -> int:
+    """Where ``dx/dt`` ends, of which an unknown ``name`` is the ``dx``; 0 for other names."""
+    coordinates = (one for one, meaning in table.items() if meaning.what is Kind.COORDINATE)
+    is_differential = name.identifier.startswith("d") and rate_of(name.identifier, coordinates)[1]
+    if "dt" in table or not is_differential:
+        return 0
+    below = re.match(r"\s*/\s*dt2?\b", text[name.span.stop :])
+    return name.span.stop + below.end() if below else 0

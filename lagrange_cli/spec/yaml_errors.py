@@ -1,0 +1,107 @@
+"""What YAML's parser says of a text that is not YAML, with the place of the mistake and a way out."""
+
+from __future__ import annotations
+
+import re
+
+import yaml
+
+from lagrange_cli.errors import SpecError
+from lagrange_cli.spec.source import WHOLE_FILE, Place, Source
+
+_SPACES = "YAML indents with spaces: replace each tab by spaces"
+_COMMENTED = re.compile(r"[:,[]\s(#[0-9a-fA-F]{3,6})\b[^\s#]*$")
+"""A colour at the end of a line, which YAML takes for a comment."""
+_CLOSING = re.compile(r"expected ',' or '([]}])'")
+_KEY = re.compile(
+    r"(?P<indentation> *)(?P<name>\w+)(?:(?P<colon>:)(?=\s|$)|\s*[=:])?"
+    r"\s*(?P<value>[^#]*?)\s*(?:#.*)?$"
+)
+"""A line with a key, or with what somebody may have meant as one."""
+_LONGEST = 200
+"""Characters of a line in which it is looked for."""
+_HINTS: tuple[tuple[str, str], ...] = (
+    ("tab character", _SPACES),
+    ("'\\t'", _SPACES),
+    ("cannot start any token", "put the text in quotes: no text can begin with this character"),
+    ("mapping values are not allowed", "write 'key: value', one per line, with equal indentation"),
+    ("',' or ']'", 'put each item that has [ ] { } or a comma in quotes, or write a vector as "(x, y)"'),
+    ("',' or '}'", "put each value that has [ ] { } or a comma in quotes, or write one key per line"),
+    ("alphabetic or numeric character", "put the text in quotes: it begins with '*' or '&'"),
+    ("undefined alias", "put the text in quotes: in YAML a leading '*' means an alias"),
+    ("could not find expected ':'", "write 'key: value', one per line"),
+    ("expected ':'", "write 'key: value', one per line"),
+    ("expected key", "indent all keys of a section equally"),
+    ("<block end>", "indent all keys of a section equally"),
+    ("'-' indicator", "indent all items of a list equally, each after '- '"),
+    ("end of stream", "close what was opened: a quote, a bracket or a brace"),
+    ("escape character", "use single quotes, where a backslash means itself"),
+    ("node content", "leave the bracket out or put the text in quotes"),
+    (
+        "sequence entries",
+        "put each '- item' on a line of its own; for a minus sign leave out the space after it",
+    ),
+)
+
+
+def translated(source: Source, error: yaml.YAMLError) -> SpecError:
+    """The error of YAML's parser as that of a system file."""
+    mark = getattr(error, "problem_mark", None)
+    problem = getattr(error, "problem", None)
+    if mark is None or problem is None:
+        return source.error(WHOLE_FILE, f"YAML syntax error: {error}", "a system file is text in UTF-8")
+    context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
+    line, column = min(mark.line, len(source.lines) - 1), mark.column
+    while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
+        line -= 1
+        column = len(source.lines[line])
+    character = source.lines[line][column : column + 1]
+    sought = f"{problem} {character!r}" if character == "\t" else problem
+    hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
+    if "mapping values" in problem and re.match(r"[^:]*: +\S", source.lines[line][:column]):
+        hint = "put a text with ': ' in quotes, or write one 'key: value' per line"
+    closing = _CLOSING.search(problem)
+    if closing and character and character in "]}" and character != closing[1]:
+        hint = f"write '{closing[1]}' before this '{character}'"
+    misplaced = "mapping values" in problem or "could not find expected ':'" in problem
+    if misplaced and (cause := _line_before(source, line)):
+        line, column, problem, hint = cause
+        context = None
+    if problem.startswith("did not find expected ',' or") and source.lines[line][column:].startswith("for "):
+        hint = "put the item with its loop in quotes, or write its list in parentheses: (a, b) for i in ..."
+    if context and "flow" in context and opened is not None and opened.line < line:
+        bracket = source.lines[opened.line][opened.column]
+        hint = f"the '{bracket}' of line {opened.line + 1} is still open: close it, or write a comma"
+        line_of_it = source.lines[opened.line]
+    else:
+        line_of_it = source.lines[line]
+    if colour := _COMMENTED.search(line_of_it[:_LONGEST]):
+        hint = f"put '{colour[1]}' in quotes: without them a # begins a comment"
+    message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
+    return source.error(Place(line + 1, column + 1), message, hint)
+
+
+def _line_before(source: Source, line: int) -> tuple[int, int, str, str] | None:
+    """The mistake in the line before one in which YAML does not expect a key: line, column, message and hint.
+
+    YAML takes ``g = 9.81`` for a text that goes on in the next line.
+    """
+    own = source.lines[line]
+    before = next((i for i in range(line - 1, -1, -1) if source.lines[i].strip()), -1)
+    if before < 0 or not (key := _KEY.match(source.lines[before][:_LONGEST])):
+        return None
+    indentation = len(own) - len(own.lstrip())
+    if not key["colon"] and len(key["indentation"]) == indentation:
+        hint = f"write '{key['name']}: {key['value'] or '...'}', with a space after the colon"
+        return before, indentation, "missing ': '", hint
+    indented = _KEY.match(own[:_LONGEST])
+    if (
+        indented
+        and indented["colon"]
+        and key["colon"]
+        and key["value"]
+        and len(key["indentation"]) < indentation
+    ):
+        hint = f"indent it like line {before + 1}, which has a value of its own"
+        return line, indentation, "unexpected indentation", hint
+    return None
