@@ -63,6 +63,12 @@ def largest(node: Node) -> float:
     return max((abs(float(one.data[0])) for one in reachable([node]) if one.kind is Kind.SUM), default=0.0)
 
 
+def one_sided(graph: Graph, nodes: Sequence[Node], moving: int) -> Sequence[Node]:
+    """``nodes`` that have, where a switch changes, the value of both sides if this is one: sign(u)**2 is 1
+    where u = 0, although sign(u) is 0 there."""
+    return Merging(graph, moving).merged(nodes) if switches(nodes, moving) else nodes
+
+
 class Merging:
     """Merges switches whose arguments are among what is ``moving``, a bit set of symbols."""
 
@@ -189,5 +195,6 @@ class Merging:
                 total([(node.arguments[i] if node in united else node, number) for node, number in group])
                 for i in (1, 2)
             )
-            rest.append((self._between(argument, above, below), 1))
+            sides = {node.data for node, _ in group if node in united}
+            rest.append((self._between(argument, above, below, sides.pop() if len(sides) == 1 else 0), 1))
         return rest

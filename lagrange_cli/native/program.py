@@ -14,6 +14,7 @@ from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
 from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.saturation import saturated_each
+from lagrange_cli.mechanics.switches import one_sided
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
 from lagrange_cli.native.interface import LANES, STEPPING, Interface
 from lagrange_cli.native.llvm.function import Function
@@ -248,7 +249,8 @@ def write_program(
     emitter: Callable[[], Emitter] = Emitter if factor is None else partial(BesideEmitter, factor)
     kind = emitter if kind is Emitter else kind
     observing = observing or residual
-    sampled = saturated_each(residual.graph, [*observed.values()], residual.variables)
+    seen = one_sided(residual.graph, [*observed.values()], residual.variables)
+    sampled = saturated_each(residual.graph, seen, residual.variables)
     unknowns, quantities = at_a_state(observing, sampled)
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []

@@ -120,3 +120,18 @@ def test_a_wall_is_met_however_long_the_step_is(stop):
     gone = stop - 1 - math.pi / 4  # half a period of w = 4 in the wall
     assert abs(motion["q/x"][-1] / (1 - gone) - 1) <= 1e-14
     assert motion.outcome.h_drift <= 1e-14
+
+
+@pytest.mark.parametrize("height", ["abs(x - 1)", "2*max(x, 1) - x", "where(x > 1, x - 1, 1 - x)"])
+def test_what_is_observed_at_a_kink_of_a_position_does_not_jump_there(height):
+    """T = v^2 on both sides of x = 1, where a sample lies; so it is there, although sign(0) is 0."""
+    text = f"""
+        coordinates: {{x: {{initial: 0, velocity: 1}}}}
+        masses: {{p: 1}}
+        embedding: {{p: [x, {height}]}}
+        """
+    motion = follow(text, 2.0, 5)
+    assert motion.t[2] == 1
+    assert motion["q/x"][2] == 1
+    assert motion.outcome.h_drift == 0
+    assert np.max(np.abs(motion["diagnostics/p/x"] - 2)) <= 1e-15
