@@ -19,6 +19,8 @@ NEGLIGIBLE = 1e-8
 """What is left of a column by elimination, relative to its size, if it is a combination of others."""
 LARGEST = 12
 """Numerators and denominators of coefficients are not larger."""
+DECIMAL = 1000
+"""Nor are those of coefficients that come from numbers in the file, such as 1.37."""
 ROUNDING = 1e-12
 """What a value may be by rounding alone, relative to the terms that it is a sum of."""
 SPARE, TRIES = 3, 4
@@ -59,12 +61,14 @@ class Relations:
         changed: dict[str, dict[int, dict[int, float]]] = {}
         for last, vector in base.items():
             numbers = {i: rational(value) for i, value in vector.items()}
+            made = None
             if None in numbers.values():
                 made = self._monomials(columns, last, vector, changed)
-            else:
-                made = {i: self.graph.constant(float(one or 0)) for i, one in numbers.items()}
-                whole = math.lcm(*(one.denominator for one in numbers.values() if one is not None))
-                made = {i: whole * one for i, one in made.items()}
+                numbers = {i: rational(value, 1e-10, DECIMAL) for i, value in vector.items()}
+            if made is None and None not in numbers.values():
+                exact = {i: one for i, one in numbers.items() if one is not None}
+                whole = math.lcm(*(one.denominator for one in exact.values()))  # no quotient is rounded
+                made = {i: self.graph.constant(float(whole * one)) for i, one in exact.items()}
             if made is not None:
                 found.append(made)
         return found
@@ -218,11 +222,11 @@ def dependent(rows: Sequence[Sequence[float]], count: int) -> dict[int, dict[int
     return found
 
 
-def rational(value: float, accuracy: float = 1e-7) -> Fraction | None:
+def rational(value: float, accuracy: float = 1e-7, largest: int = LARGEST) -> Fraction | None:
     """The simple fraction that a number is, if it is one."""
     if not math.isfinite(value):
         return None
-    near = Fraction(value).limit_denominator(LARGEST)
-    if abs(near.numerator) > LARGEST * near.denominator or abs(float(near) - value) > accuracy:
+    near = Fraction(value).limit_denominator(largest)
+    if abs(near.numerator) > largest * near.denominator or abs(float(near) - value) > accuracy:
         return None
     return near if near or abs(value) < accuracy else None

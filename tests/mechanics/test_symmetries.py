@@ -307,6 +307,17 @@ def test_numbers_may_be_exact():
     assert [one.conserved.quantity for one in symmetries(model, conservation(model)[1])] == ["C_1"]
 
 
+@pytest.mark.parametrize("size", ["0.7", "1/3", "1.37"])
+def test_exact_numbers_need_no_finite_quotients(size):
+    """10/7 is no double, but 10 p_x - 7 y is constant."""
+    text = f"""
+    coordinates: {{x: {{initial: 1}}, y: {{velocity: 1}}}}
+    lagrangian: x_dot**2/2 + y_dot**2/2 + {size}*x*y_dot
+    """
+    model = build_model(spec_of(text), ExactGraphAlgebra())
+    assert [one.conserved.quantity for one in symmetries(model, conservation(model)[1])] == ["C_1"]
+
+
 def test_the_search_is_bounded():
     """Of many coordinates only displacements are tried, and all of them are proven together."""
     residual = residual_of(BODIES.replace("{N: 3}", "{N: 15}"))
