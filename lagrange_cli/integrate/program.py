@@ -12,6 +12,7 @@ from lagrange_cli.integrate.convolutions import check_convolutions
 from lagrange_cli.integrate.methods.table import METHODS, Needs
 from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.mechanics.constancy import is_constant
+from lagrange_cli.mechanics.cuts import cuts
 from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import Linearization, linearize
 from lagrange_cli.mechanics.residual import Residual
@@ -48,6 +49,11 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
+    if not method.proves and cuts(residual.model):
+        raise UsageError(
+            f"method {compilation.method} may step over where atan2(y, x) jumps, and energies, forces or "
+            "constraints with it: add --method taylor"
+        )
     undetected = () if method.proves else passed_over(residual, plan)
     try:
         program = program_of(residual, plan, compilation, original)

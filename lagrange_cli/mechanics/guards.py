@@ -30,6 +30,7 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.cuts import Cut, cuts
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import mapped
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
@@ -58,6 +59,8 @@ class Guard:
     auxiliary: int | None = None
     cut: bool = False
     limit: Node | None = None
+    broken: Cut | None = None
+    """What jumps where the argument is 0, so that the motion ends there."""
 
 
 @dataclass(frozen=True)
@@ -86,20 +89,25 @@ class Guarded:
     rests: tuple[Rest, ...] = ()
     limits: tuple[Node, ...] = ()
     """Of each guard with a limit the sum of limit and force, and the difference."""
+    breaks: tuple[Node, ...] = ()
+    """Of each guard where something jumps x, which is negative there, and the squares of a ``Cut``."""
 
 
 def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
     """The equations and integrands for steps, in each of which no switch changes."""
-    if not residual.model.events and not switches(
-        [*residual.residual, *integrands.values()], residual.variables
+    found = cuts(residual.model)
+    if not (
+        found
+        or residual.model.events
+        or switches([*residual.residual, *integrands.values()], residual.variables)
     ):
         return Guarded(residual, integrands)
     free: frozenset[Node] = frozenset()
     while True:
         made = _Freezing(residual, free)
-        found = made.guarded(integrands)
-        if found is not None:
-            return found
+        whole = made.guarded(integrands, found)
+        if whole is not None:
+            return whole
         free |= made.entangled
 
 
@@ -213,13 +221,15 @@ class _Freezing:
         model = self.residual.model
         return any(argument.symbols & symbol.symbols for symbol in (*model.q, *model.v))
 
-    def guarded(self, integrands: Mapping[str, Node]) -> Guarded | None:
+    def guarded(self, integrands: Mapping[str, Node], broken: Sequence[Cut] = ()) -> Guarded | None:
         """All of it with modes; equations that hold the motion are added. None if these are not linear in the
         multipliers: guards that are ``entangled`` must be without."""
         residual, graph = self.residual, self.graph
         rows = self.frozen(residual.residual)
         quadratures = self.frozen([*integrands.values()])
         events = self.frozen([event.argument for event in residual.model.events])
+        places = self.frozen([one.y for one in broken])
+        breaks = self.frozen([node for one in broken for node in (one.x, one.jump, one.usual)])
         rows, quadratures = self._by_forces(rows, quadratures)
         matrix = [mapped(row, self.frozen) for row in residual.unpushed.mass_matrix]
         if residual.pushed:
@@ -255,8 +265,8 @@ class _Freezing:
             and (used & (m := self.multipliers[guard.auxiliary]).symbols or self._mixes(linear, m))
         ]
         # friction holds more often than a force that depends on the place
-        places = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
-        self.entangled = frozenset(one.original for one in places or entangled)
+        of_place = [one for one in entangled if not any(one.argument.symbols & v.symbols for v in model.v)]
+        self.entangled = frozenset(one.original for one in of_place or entangled)
         if self.entangled:
             return None
         limits = [
@@ -268,9 +278,11 @@ class _Freezing:
         if self.multipliers:
             wider, both = self._held(wider, [*quadratures, *limits], events)
             quadratures, limits = both[: len(quadratures)], [*both[len(quadratures) :]]
-        guards = (*self.guards.values(), *self._cuts(events))
+        modes = (self.graph.symbol(f"break {i}") for i in range(len(broken)))
+        ending = [Guard(y, y, mode, broken=one) for y, mode, one in zip(places, modes, broken)]
+        guards = (*self.guards.values(), *self._cuts(events), *ending)
         named = dict(zip(integrands, quadratures))
-        return Guarded(wider, named, guards, len(self.multipliers), events, self.rests, tuple(limits))
+        return Guarded(wider, named, guards, len(self.multipliers), events, self.rests, tuple(limits), breaks)
 
     def _by_forces(
         self, rows: Sequence[Node], quadratures: Sequence[Node]

@@ -10,7 +10,7 @@ from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards import Guard, Guarded
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Event, Model
-from lagrange_cli.native.interface import CUT, SIMPLE
+from lagrange_cli.native.interface import BREAK, CUT, SIMPLE
 from lagrange_cli.native.state import Role
 
 FEW_EVENTS = 64
@@ -21,6 +21,8 @@ def number_of(guard: Guard) -> int:
     """A switch's guard as ``Interface`` has it."""
     if guard.auxiliary is not None:
         return guard.auxiliary
+    if guard.broken is not None:
+        return BREAK
     return CUT if guard.cut else SIMPLE
 
 

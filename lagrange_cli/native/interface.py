@@ -53,7 +53,7 @@ class Stop(IntEnum):
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5
 """Numbers in ``%info``; the places of the guard that is due, of the number of records, and of what asks to
 leave a step that is divided very often (if it is not 0)."""
-SIMPLE, CUT = -1, -2
+SIMPLE, CUT, BREAK = -1, -2, -3
 """Guards without an auxiliary coordinate."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
@@ -62,6 +62,8 @@ NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP
 SAMPLE, AFTER = Clock.LEAVING, -1.0
 """Where it has the number of samples before it; and the number of the record that follows, of the state after
 a simple action."""
+BESIDE = 3
+"""Rows that a guard has where something jumps."""
 ARRAYS = 7
 """Numbers of each row that the parts of a step take (``stepping.quadratures``)."""
 
@@ -89,7 +91,8 @@ class Interface:
     program has no code for them. A number is the sum of ``parts`` doubles: rows of high parts come first;
     parameters are ``given`` in so many.
     ``guards`` has for each switch's guard (see ``mechanics.guards``) the number of its auxiliary coordinate,
-    or ``SIMPLE`` or ``CUT``; ``limits`` are those whose multipliers are forces up to a limit; ``events`` for
+    or ``SIMPLE``, ``CUT`` or ``BREAK``; ``limits`` are those whose multipliers are forces up to a limit;
+    ``events`` for
     each event its direction, its role, and that number for resting contact, or -1. The integrals of their
     arguments are the first. ``changed`` are the new values that actions give: the event, and the place among
     q, q_dot and the parameters. ``affected`` are pairs of events: a simple action, and what it changes the
@@ -156,13 +159,17 @@ class Interface:
 
         first, made = 2 * degrees, list[GuardRow]()
         for one in self.guards:
-            role = {SIMPLE: Role.SWITCH, CUT: Role.CUT}.get(one, Role.HOLD)
+            role = {SIMPLE: Role.SWITCH, CUT: Role.CUT, BREAK: Role.BREAK}.get(one, Role.HOLD)
             made.append(GuardRow(role, first + len(made), multiplier(one)))
         for direction, kind, _ in self.events:
             made.append(GuardRow(Role(kind), first + len(made), 0, direction))
         for i, limited in enumerate(self.limits):
             made[limited] = replace(made[limited], limit=first + len(made) + 2 * i)
         arguments, switches = len(made) + 2 * len(self.limits), len(self.guards)
+        for j, one in enumerate(self.guards):
+            if one == BREAK:
+                made[j] = replace(made[j], beside=first + arguments)
+                arguments += BESIDE
         made += [GuardRow(Role.REST, multiplier(one)) for _, _, one in self.events if one >= 0]
         changed = tuple((switches + event, place) for event, place in self.changed)
         affected = tuple((switches + a, switches + b) for a, b in self.affected)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.cuts import cuts
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.native.interface import LANES
@@ -30,6 +31,7 @@ def suits_lanes(program: Program, residual: Residual, integrands: Iterable[Node]
         program.hiding
         or residual.bent
         or residual.model.events
+        or cuts(residual.model)
         or switches([*residual.residual, *integrands], residual.variables)
     ):
         return False

@@ -269,7 +269,7 @@ def write_program(
     hiding = provable and hides
     proven = provable and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []
-    arguments = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits]
+    arguments = [*(one.argument for one in smooth.guards), *smooth.events, *smooth.limits, *smooth.breaks]
     doubtful = arguments if provable and (proven or may_hide(residual, arguments)) else []
     hiding = hiding or bool(doubtful)
     named = {f"guard {i}": argument for i, argument in enumerate(arguments)}

@@ -164,7 +164,7 @@ class StateLayout:
 class Role(IntEnum):
     """What a guard is for: a switch, which is simple, or one that may hold the motion; an event of which no
     more than a record is made, one whose action is simple, or one with another action; resting contact; the
-    cut of a function in other arguments, which a step goes a little beyond."""
+    cut of a function in other arguments, which a step goes a little beyond; one where an energy jumps."""
 
     SWITCH = 0
     HOLD = 1
@@ -173,19 +173,22 @@ class Role(IntEnum):
     ACTION = 4
     REST = 5
     CUT = 6
+    BREAK = 7
 
 
 @dataclass(frozen=True)
 class GuardRow:
     """A guard: the ``row`` of the state whose rate is its argument; the row of its ``multiplier``, or 0; the
     ``direction`` in which an argument's sign must change for an event (0: any); the first of two rows whose
-    rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1."""
+    rates are a ``limit`` plus the multiplier, and minus it, or 0 where the limit is 1; and of
+    those ``beside`` a break, whose rates tell whether there is one (see ``mechanics.cuts``)."""
 
     role: Role
     row: int
     multiplier: int = 0
     direction: int = 0
     limit: int = 0
+    beside: int = 0
 
 
 @dataclass(frozen=True)

@@ -138,7 +138,13 @@ def guards(spec: Spec, program: Interface) -> dict[str, Any]:
     return {
         "switches": len(program.guards),
         "guards": [
-            {"role": int(one.role), "row": one.row, "multiplier": one.multiplier, "direction": one.direction}
+            {
+                "role": int(one.role),
+                "row": one.row,
+                "multiplier": one.multiplier,
+                "direction": one.direction,
+                "beside": one.beside,
+            }
             for one in rows.guards
         ],
         "settings": inner.settings.start,

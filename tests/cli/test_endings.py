@@ -53,6 +53,7 @@ EVENTS = {
     Ending.NO_CROSSING,
     Ending.NO_MASS,
     Ending.JUMP,
+    Ending.CUT,
     Ending.OFF_CONSTRAINTS,
     Ending.INCONSISTENT,
 }

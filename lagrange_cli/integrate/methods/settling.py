@@ -15,7 +15,7 @@ import numpy as np
 from lagrange_cli.integrate.methods.crossing import Crossing
 from lagrange_cli.integrate.methods.modes import SMALLEST
 from lagrange_cli.native.interface import Stop
-from lagrange_cli.native.state import BEGINNING, CHANGES, Clock
+from lagrange_cli.native.state import BEGINNING, CHANGES, Clock, Role
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
@@ -29,6 +29,8 @@ JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
 SOON = 2.0**-30
 """What becomes 0 within this part of the time is brought to rest."""
+ROUNDED = 1e-16
+"""The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
 """How often modes are chosen at one time, for each guard."""
 ROUNDS = 8
@@ -70,9 +72,23 @@ class Settling(Crossing):
 
     def goes_on(self, stop: Stop, due: int) -> bool:
         """Whether the motion goes on from where compiled code has stopped."""
+        if stop is Stop.GUARD and self._rows.guards[due].role is Role.BREAK:
+            return not self.breaks(due) and self.passes(due)
         if stop is Stop.GUARD:
             return self.settle(due) or self.rest() or self.cross()
         return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and (self.rest() or self.cross())
+
+    def breaks(self, due: int) -> bool:
+        """Whether an energy jumps where the argument of a guard is 0 now."""
+        beside = self._rows.guards[due].beside
+        x, jump, usual = (one[0] for one in self.coefficients_of(beside, beside + 1, beside + 2))
+        return bool(x < 0.0 and not jump <= ROUNDED * usual)
+
+    def passes(self, due: int) -> bool:
+        """Go on to the other side of a guard whose mode no equation contains."""
+        self.modes[due] = -self.modes[due]
+        self.mark([due])
+        return True
 
     def settle(self, due: int) -> bool:
         """Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound;

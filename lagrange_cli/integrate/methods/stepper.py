@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, aligned
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.events import NO_EVENTS, EventSink, Judge, no_energy
 from lagrange_cli.integrate.method import Interrupt, Snapshot, Unfit
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
 from lagrange_cli.native.interface import DUE, HALTED, INFO, Interface, Stop
-from lagrange_cli.native.state import BEGINNING, CARRIED_COUNT, LANES, Clock
+from lagrange_cli.native.state import BEGINNING, CARRIED_COUNT, LANES, Clock, Role
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -345,7 +346,13 @@ class Stepper:
                 return self.finished is None
             if self.finished is not None:
                 return False
-        return self._settling.goes_on(stop, due)
+        goes_on = self._settling.goes_on(stop, due)
+        guards = self._machine.program.rows_of_guards.guards
+        if stop is Stop.GUARD and guards[due].role is Role.BREAK and not goes_on:
+            from lagrange_cli.integrate.methods.happenings import Finished
+
+            self.finished = Finished(Ending.CUT, "")
+        return goes_on
 
 
 def outer_rows(program: Interface) -> NDArray[np.intp]:

@@ -77,6 +77,11 @@ class GuardCode:
         """What simple actions need."""
         return ActionCode(self.rows, self.layout, self.records)
 
+    @property
+    def _breaks(self) -> tuple[Role, ...]:
+        """The role of breaks, if there are any."""
+        return (Role.BREAK,) * any(one.role is Role.BREAK for one in self.rows.guards)
+
     def first(self, f: Function, h: Real, unit: Real) -> tuple[Real, Integer, Real]:
         """What ``@first_guard`` gives for a step of ``h``, in the ``unit`` of time of the series."""
         together = "{ double, i64, double }"
@@ -180,7 +185,7 @@ class GuardCode:
         row, term = self._series(f, f.load_integer("@guard_rows", j)), self.lengths.term
         mode, u, slope = f.load("%state", at), f.load(row, term), f.load(row, 2 * term) * 2.0
         role = f.load_integer("@guard_roles", j)
-        others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT)
+        others = (Role.SWITCH, Role.HOLD, Role.REST, Role.CUT, *self._breaks)
         event = ~reduce(or_, [role.equals(one) for one in others])
         jumped = f.magnitude(u) > f.magnitude(slope * Real(f, "%h")) * JUMP
         with f.when(~fresh & (u * mode < 0.0) & jumped & event):
@@ -235,7 +240,8 @@ class GuardCode:
             with f.when(role.equals(Role.SWITCH) | role.equals(Role.CUT)):
                 result.set(f.count(CHANGED))
                 changing.leave()
-            with f.when(role.equals(Role.HOLD) | role.equals(Role.REST)):
+            leaving = (Role.HOLD, Role.REST, *self._breaks)
+            with f.when(reduce(or_, [role.equals(one) for one in leaving])):
                 f.give(f.count(AWAY))
             with f.when(before * f.load_integer("@guard_directions", j).to_real() > 0.0):
                 changing.leave()

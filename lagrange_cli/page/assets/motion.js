@@ -4,7 +4,7 @@ const ENDS = {
   [Stop.SINGULAR]: "the mass matrix is singular there",
   [Stop.NOT_FINITE]: "the equations of motion have no finite value there",
   [Stop.UNDERFLOW]: "a singularity, a collision, or a force that has no series",
-  [Stop.GUARD]: "a force jumps there, and no motion leads on",
+  [Stop.GUARD]: "a force or an energy jumps there, and no motion leads on",
 };
 const GREAT = 1e280;
 const FEWEST = 16;

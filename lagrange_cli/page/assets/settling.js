@@ -6,6 +6,7 @@ const ROUNDING = 2 ** -44;      // a derivative that is so small beside the term
 const HELD = 1 + 2 ** -40;      // multipliers up to this hold the motion
 const JUMP = 2 ** -20;
 const SOON = 2 ** -30;
+const ROUNDED = 1e-16;          // the square of a jump that is rounding (`mechanics/cuts.py`)
 const CHANGES = 64;
 const ATTEMPTS = 8, ROUNDS = 8;
 const SMALLEST = 2 ** -1022;
@@ -91,8 +92,20 @@ class Settling {
   }
 
   goesOn(stop, due) {
+    if (stop === Stop.GUARD && due < this.count && this.rows.guards[due].beside) return this.passes(due);
     if (stop === Stop.GUARD) return this.settle(due) || this.rest();
     return (stop === Stop.UNDERFLOW || stop === Stop.NOT_FINITE) && this.rest();
+  }
+
+  // Go on to the other side of a guard whose mode no equation contains, if nothing jumps there.
+  passes(due) {
+    this.series();
+    const { beside } = this.rows.guards[due];
+    const [x, jump, usual] = [0, 1, 2].map((i) => this.coefficients(beside + i)[0]);
+    if (x < 0 && !(jump <= ROUNDED * usual)) return false;
+    this.modes[due] = -this.modes[due];
+    this.mark([due]);
+    return true;
   }
 
   // Choose the mode of a guard whose argument has become 0, or whose multiplier has reached its bound.

@@ -1,0 +1,103 @@
+"""The cut of atan2(y, x), at y = 0 where x < 0: the angle jumps by 2 pi there, and what jumps with it."""
+
+from __future__ import annotations
+
+import math
+import random
+
+from lagrange_cli.expression.evaluate import evaluate
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.mechanics.substitution import rebuilt
+from lagrange_cli.mechanics.switches import where_zero
+from lagrange_cli.mechanics.variables import graph_of, variables
+from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
+
+ORDINARY = (-2.0, 1.0), (0.5, 2.5), (-1.0, 2.0)
+"""Angles between which changes of an expression are what its jump is compared with."""
+ROUNDED = 1e-16
+"""A jump whose square is this part of the squares of such changes is rounding, as that of sin(angle) is."""
+POINTS = 5
+"""Random states at which an expression may jump."""
+
+
+@dataclass(frozen=True)
+class Cut:
+    """An angle atan2(y, x) with which something jumps: the squares of ``jump`` and of its usual changes."""
+
+    y: Node
+    x: Node
+    jump: Node
+    usual: Node
+
+
+def cuts(model: Model[Node]) -> list[Cut]:
+    """The angles with which an energy, a force, a velocity or a constraint may jump. (What jumps in the
+    condition of a switch, this sees to.)"""
+    moving, graph = variables(model), graph_of(model)
+    energy = model.potential if model.lagrangian is None else model.lagrangian
+    nodes = [energy, model.dissipation, *model.generalized_forces]
+    nodes += [x for one in model.particles for x in (*one.velocity, *one.force)]
+    nodes += [one.expression for one in model.constraints]
+    angles = [
+        one
+        for one in reachable(nodes)
+        if one.kind is Kind.FUNCTION and one.data == "atan2" and _may_be_cut(one, moving)
+    ]
+    found = []
+    for angle in angles:
+        y, x = angle.arguments
+        jumps, changes = list[Node](), list[Node]()
+        for node in nodes:
+            if angle not in reachable([node]):
+                continue
+            jump = _change(graph, node, angle, -math.pi, math.pi)
+            if not jump.is_zero:
+                jumps.append(jump)
+                changes += [_change(graph, node, angle, *ends) for ends in ORDINARY]
+        cut = Cut(y, x, *(graph.sum([(one * one, 1.0) for one in each]) for each in (jumps, changes)))
+        if _may_jump(cut):
+            found.append(cut)
+    return found
+
+
+def _may_be_cut(angle: Node, moving: int) -> bool:
+    """Whether y may come to 0 where x < 0."""
+    y, x = angle.arguments
+    return bool(y.symbols & moving) and not (x.kind is Kind.NUMBER and x.data >= 0)
+
+
+def _change(graph: Graph, node: Node, angle: Node, first: float, last: float) -> Node:
+    """How ``node`` changes with the angle, at y = 0."""
+    y, _ = angle.arguments
+    return where_zero(graph, _at(graph, node, angle, last) - _at(graph, node, angle, first), y)
+
+
+def _at(graph: Graph, node: Node, angle: Node, value: float) -> Node:
+    """``node`` with that angle, but in conditions of switches."""
+    made: dict[Node, Node] = {}
+    for one in reachable([node]):
+        arguments = [made[a] for a in one.arguments]
+        if one is angle:
+            made[one] = graph.constant(value)
+        elif one.kind is Kind.SWITCH:
+            _, above, below = arguments
+            made[one] = graph.switch(one.arguments[0], above, below, one.data)
+        else:
+            made[one] = rebuilt(graph, one, arguments)
+    return made[node]
+
+
+def _may_jump(cut: Cut) -> bool:
+    """Whether it does at a random state."""
+    if cut.jump.is_zero:
+        return False
+    source = random.Random(0)
+    names = sorted({str(one.data) for one in reachable([cut.jump, cut.usual]) if one.kind is Kind.SYMBOL})
+    for _ in range(POINTS):
+        values = {name: source.uniform(0.2, 1.3) * source.choice((-1, 1)) for name in names}
+        value, _ = evaluate([cut.jump, cut.usual], values)
+        if not value[cut.jump] <= ROUNDED * value[cut.usual]:
+            return True
+    return False

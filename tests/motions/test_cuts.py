@@ -1,0 +1,72 @@
+"""Where atan2(y, x) jumps by 2 pi: a motion ends at the cut if anything jumps with it, and else goes on."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.ending import Ending
+from tests.support.command import lagrange
+from tests.support.motion import follow, prepared
+
+PLANE = """
+    coordinates: {{x: {{initial: {x}, velocity: 0.1}}, y: {{initial: 0.5, velocity: -1}}}}
+    parameters: {{n: 3}}
+    masses: {{p: 1}}
+    embedding: {{p: [x, y]}}
+    potential: {potential}
+    """
+WOUND = """
+    coordinates:
+      x: {initial: 1, velocity: 0}
+      y: {initial: 0, velocity: 1}
+      s: {initial: 0, velocity: 1}
+    masses: {a: 1, b: 1}
+    embedding: {a: [x, y], b: [s]}
+    constraints: {circle: x**2 + y**2 - 1, angle: "s - atan2(y, x)"}
+    """
+
+
+@pytest.mark.parametrize("potential", ["0.1*atan2(y, x)", "0.1*sin(atan2(y, x)/2)", "exp(atan2(y, x)/9)"])
+def test_a_motion_ends_where_its_energy_jumps(potential):
+    motion = follow(PLANE.format(x=-1, potential=potential), 2.0, 201)
+    assert motion.outcome.ending is Ending.CUT
+    assert abs(motion.outcome.final.q["y"]) <= 1e-16 and motion.outcome.final.q["x"] < 0
+    assert np.all(motion["q/y"] >= 0)
+    assert motion.outcome.h_drift <= 1e-14
+
+
+@pytest.mark.parametrize("potential", ["0.1*sin(atan2(y, x))", "0.1*cos(n*atan2(y, x))", "atan2(y, x + 9)"])
+def test_it_goes_on_where_nothing_jumps(potential):
+    motion = follow(PLANE.format(x=-1, potential=potential), 2.0)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.any(motion["q/y"] < 0)
+    assert motion.outcome.h_drift <= 1e-14
+
+
+def test_whether_it_jumps_depends_on_parameters():
+    text = PLANE.format(x=-1, potential="0.1*sin(n*atan2(y, x))")
+    endings = {n: follow(text, 2.0, sets={"n": n}).outcome.ending for n in (0, 1.5, 2, 2.75)}
+    assert endings == {0: Ending.COMPLETE, 1.5: Ending.CUT, 2: Ending.COMPLETE, 2.75: Ending.CUT}
+
+
+def test_a_constraint_that_jumps_ends_the_motion_once_around():
+    motion = follow(WOUND, 6.0)
+    assert motion.outcome.ending is Ending.CUT
+    assert motion.outcome.final.t == pytest.approx(math.pi, abs=1e-14)
+    assert np.max(np.abs(motion["q/s"] - motion.t)) <= 1e-14
+
+
+def test_a_method_that_would_step_over_it_is_refused():
+    with pytest.raises(UsageError, match="may step over where atan2"):
+        prepared(PLANE.format(x=1, potential="0.1*atan2(y, x)"), "DOP853", 1e-9)
+
+
+@pytest.mark.parametrize("options", [["solve", "--precision", "double-double"], ["sweep", "--over", "n=1,2"]])
+def test_it_is_said_what_jumps(tmp_path, options):
+    (tmp_path / "plane.yaml").write_text(PLANE.format(x=-1, potential="0.1*sin(n*atan2(y, x)/2)"))
+    ended = lagrange(options[0], "plane.yaml", *options[1:], "--stop", "2", cwd=tmp_path)
+    assert ended.returncode == 4 and "jumps with the angle atan2(y, x)" in ended.stderr
