@@ -23,7 +23,7 @@ from lagrange_cli.native.llvm.length import SHORTER
 from lagrange_cli.native.orders import double_double_order, order_for
 from lagrange_cli.native.program import Program, write_program
 from lagrange_cli.outputs.plan import Plan, make_plan
-from lagrange_cli.outputs.recording import NARROW, SWITCHES, Recording
+from lagrange_cli.outputs.recording import CUTS, NARROW, SWITCHES, Recording
 from lagrange_cli.records import replace
 
 RATES = 2
@@ -49,11 +49,6 @@ def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Re
 
         plan = replace(plan, integrands=reversed_integrands(residual, plan.integrands))
         residual = reversed_equations(residual)
-    if not method.proves and cuts(residual.model):
-        raise UsageError(
-            f"method {compilation.method} may step over where atan2(y, x) jumps, and energies, forces or "
-            "constraints with it: add --method taylor"
-        )
     undetected = () if method.proves else passed_over(residual, plan)
     try:
         program = program_of(residual, plan, compilation, original)
@@ -93,7 +88,7 @@ def refuse_what_hides(residual: Residual) -> None:
 def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
     """What steps may pass over that look at the equations here and there only."""
     moving = switches([*residual.residual, *plan.integrands.values()], residual.variables)
-    return (NARROW,) * may_hide(residual) + (SWITCHES,) * bool(moving)
+    return (NARROW,) * may_hide(residual) + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model))
 
 
 def program_of(residual: Residual, plan: Plan, compilation: Compilation, observing: Residual) -> Program:

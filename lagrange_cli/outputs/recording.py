@@ -86,8 +86,9 @@ class Dataset:
         return np.stack(list(rows), axis=1).reshape(-1, *self.shape)
 
 
-NARROW, SWITCHES = "narrow", "switches"
-"""Hidden forces (see ``mechanics.defect``), and changes of switches (see ``mechanics.guards``)."""
+NARROW, SWITCHES, CUTS = "narrow", "switches", "cuts"
+"""Hidden forces (see ``mechanics.defect``), changes of switches (see ``mechanics.guards``), and jumps with
+atan2 (see ``mechanics.cuts``)."""
 
 
 INDICES = "ijklmn"
@@ -117,8 +118,8 @@ class Recording:
     """The datasets beyond ``t``, in the file's order: ``states``, those of q and then of v, and ``made``.
 
     ``conserved`` names the observed quantities that every motion keeps. ``undetected`` is what the method's
-    steps may pass over, of ``NARROW`` and ``SWITCHES``. ``events`` are in the order of the model, and
-    ``at_events`` are the datasets of q and v at their crossings.
+    steps may pass over, of ``NARROW``, ``SWITCHES`` and ``CUTS``. ``events`` are in the order of the model,
+    and ``at_events`` are the datasets of q and v at their crossings.
     """
 
     coordinates: tuple[str, ...]

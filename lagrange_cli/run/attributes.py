@@ -32,6 +32,9 @@ UNDETECTED = {
     "switches": "{} does not find the instants when abs, sign, min, max or where change: its error there is "
     "not bounded by the tolerance, and friction does not hold; "
     "compare with the Taylor method, which finds them",
+    "cuts": "{} does not find where atan2(y, x) jumps from pi to -pi, at y = 0 and x < 0, and a potential, a "
+    "force or a constraint with it: a motion beyond is wrong; "
+    "compare with the Taylor method, which ends there",
 }
 """The warnings for systems with such functions, by what ``Outcome.undetected`` has."""
 

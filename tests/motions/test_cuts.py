@@ -7,10 +7,9 @@ import math
 import numpy as np
 import pytest
 
-from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.ending import Ending
 from tests.support.command import lagrange
-from tests.support.motion import follow, prepared
+from tests.support.motion import follow
 
 PLANE = """
     coordinates: {{x: {{initial: {x}, velocity: 0.1}}, y: {{initial: 0.5, velocity: -1}}}}
@@ -60,9 +59,13 @@ def test_a_constraint_that_jumps_ends_the_motion_once_around():
     assert np.max(np.abs(motion["q/s"] - motion.t)) <= 1e-14
 
 
-def test_a_method_that_would_step_over_it_is_refused():
-    with pytest.raises(UsageError, match="may step over where atan2"):
-        prepared(PLANE.format(x=1, potential="0.1*atan2(y, x)"), "DOP853", 1e-9)
+def test_a_method_that_steps_over_it_says_so():
+    motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, method="DOP853", tolerance=1e-9)
+    assert "cuts" in motion.outcome.undetected
+    motion = follow(
+        PLANE.format(x=-1, potential="0.1*sin(atan2(y, x))"), 2.0, method="DOP853", tolerance=1e-9
+    )
+    assert "cuts" not in motion.outcome.undetected
 
 
 @pytest.mark.parametrize("options", [["solve", "--precision", "double-double"], ["sweep", "--over", "n=1,2"]])
