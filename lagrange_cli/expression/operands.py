@@ -167,9 +167,16 @@ class Operands(Sums):
         message = f"missing parentheses after '{name}'"
         if self.sees("**") and name in CALLABLE:
             self.place += 1
-            exponent = self.next.text
+            exponent, start = self.next.text, self.next.span.start
             self.expression(POWER + 1) if self.next.kind == "number" else self.operand()
-            self.error(Span(token.span.start, self.stop), message, f"write {name}(x)**{exponent}")
+            span = Span(token.span.start, self.stop)
+            if name == "exp" and not self.sees("("):
+                power = self.text[start - self.offset : self.stop - self.offset]
+                power = power[1:-1] if power[:1] + power[-1:] == "()" else power
+                is_whole = 0 < len(power) < 40 and power.count("(") == power.count(")")
+                self.error(span, message, f"write exp({power if is_whole else '...'})")
+                return Number("1", span)
+            self.error(span, message, f"write {name}(x)**{exponent}")
         elif self.next.kind in ("number", "name"):
             argument, after = self.next, self.tokens[self.place + 1]
             written = argument.text

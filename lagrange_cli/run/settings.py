@@ -295,7 +295,9 @@ def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[s
     for name in sorted(asked - known - {ALL, "t"}):
         if name in PARTICLE_OUTPUTS:
             raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")
-        raise UsageError(f"unknown output {name!r}; {suggest(name, (*OUTPUTS, ALL))}")
+        words = [word for word in name.replace("&", " ").replace(";", " ").split() if word != "and"]
+        meant = f"write {','.join(words)}" if len(words) > 1 and known.issuperset(words) else ""
+        raise UsageError(f"unknown output {name!r}; {meant or suggest(name, (*OUTPUTS, ALL))}")
     return known if ALL in asked else frozenset(asked & known)
 
 

@@ -137,7 +137,7 @@ def unreadable(place: Place, problems: Problems) -> Expression:
 
 def _quantity_hint(number: str, unit: str, where: str) -> str:
     if where.endswith("of solve"):
-        return "write the number alone: the unit of t is given once, as in 'time: s'"
+        return "write the number alone, in the unit of time of the parameters; 'time: s' names it"
     hint = f"write {number}"
     if where.startswith("parameter"):
         hint = f"write {{value: {number}, unit: {unit}}}"

@@ -84,6 +84,8 @@ REFUSED = [
     ("1_000", 0, 5, "", "write 1000"),
     ("1.2.3", 0, 5, "missing operator", ""),
     ("sin x", 0, 5, "missing parentheses after 'sin'", "write sin(x)"),
+    ("exp^x", 0, 5, "missing parentheses after 'exp'", "write exp(x)"),
+    ("exp^(-x)", 0, 8, "missing parentheses after 'exp'", "write exp(-x)"),
     ("θ'", 0, 2, "prime", "θ_dot"),
     ("a = b", 2, 3, "'='", "leave out"),
     ("a == b", 2, 4, "comparison outside 'where' and the 'if' of a sum", "where(x > 0"),

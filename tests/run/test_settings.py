@@ -120,6 +120,7 @@ WRONG = {
     "too tight for scipy": (SolveDefaults(stop=1.0, method="LSODA", tolerance=1e-15), "tolerance"),
     "misspelt output": (SolveDefaults(stop=1.0, outputs=("q", "enrgy")), "did you mean 'energy'"),
     "unknown output": (SolveDefaults(stop=1.0, outputs=("zzz",)), "known: q, v, p, h"),
+    "outputs joined by and": (SolveDefaults(stop=1.0, outputs=("q and v",)), "write q,v"),
 }
 
 
