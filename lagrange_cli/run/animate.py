@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.run.monitor import Interrupted, Progress
     from lagrange_cli.run.motion import Motion
     from lagrange_cli.run.request import Request
+    from lagrange_cli.store.notes import Origin, Stamp
 
 SAMPLED = 4
 """Pictures of a film by which its size and the colours of a GIF are known."""
@@ -127,15 +128,25 @@ def into_file(target: Target, fill: Callable[[Path], None]) -> None:
 
 
 def into_folder(target: Target, fill: Callable[[Path], None]) -> None:
-    """Fill a folder that gets its name when it is complete."""
+    """Fill a folder that gets its name when it is complete.
+
+    Raises ``FileError``. Pictures that another process has put there, or changed, in the meantime are kept;
+    the message says where the new ones are.
+    """
     unfinished = target.temporary
     try:
         shutil.rmtree(unfinished, ignore_errors=True)
         unfinished.mkdir()
         fill(unfinished)
+        if target.path.is_dir() and any(target.path.iterdir()) and not target.force:
+            refuse_changed(target)
         if target.path.exists():
             shutil.rmtree(target.path)
         unfinished.rename(target.path)
+        if target.origin is not None:
+            target.origin.note(target.path)
+    except FileError:
+        raise
     except OSError as error:
         shutil.rmtree(unfinished, ignore_errors=True)
         raise unwritable(target.shown, error) from error
@@ -144,20 +155,36 @@ def into_folder(target: Target, fill: Callable[[Path], None]) -> None:
         raise
 
 
-def find_folder(name: str, *, force: bool) -> Target:
-    """The folder for single pictures: a new one, or with ``force`` one that holds nothing but such pictures.
+def refuse_changed(target: Target) -> None:
+    """Raise ``FileError`` unless the folder is still the earlier film that this one replaces."""
+    if not target.replaceable():
+        how = "appeared" if target.replaces is None else "was changed"
+        raise FileError(
+            f"{target.shown} {how} during this run and was not replaced; "
+            f"the new pictures are in {target.temporary}"
+        )
+
+
+def find_folder(name: str, *, force: bool, origin: Origin | None = None) -> Target:
+    """The folder for single pictures: a new or an empty one, that of an earlier film of this ``origin`` which
+    nobody has changed, or with ``force`` any that holds nothing but such pictures.
 
     Raises ``FileError`` where it cannot be made.
     """
     import os
 
     path = Path(os.path.realpath(name))
+    replaces: Stamp | None = None
     if path.is_dir():
         others = [one.name for one in path.iterdir() if not (one.suffix == ".png" and one.stem.isdigit())]
         if others:
             raise FileError(f"{name} holds other files ({sorted(others)[0]}): name a new folder")
-        if any(path.iterdir()) and not force:
-            raise FileError(f"{name} already exists: --force replaces its pictures")
+        if any(path.iterdir()):
+            found = "" if origin is None else origin.judge(path)
+            if not isinstance(found, str):
+                replaces = found
+            elif not force:
+                raise FileError(f"{name} already exists{found}: --force replaces its pictures")
     elif path.exists():
         raise FileError(f"{name} is a file: a film's name ends in {', '.join(FORMATS)}")
     parent = path.parent
@@ -165,7 +192,7 @@ def find_folder(name: str, *, force: bool) -> Target:
         raise FileError(f"{name} cannot be written: there is no directory {parent}")
     if not os.access(parent, os.W_OK | os.X_OK):
         raise FileError(f"{name} cannot be written: no permission to write in {parent}")
-    return Target(name, path, force)
+    return Target(name, path, force, origin=origin, replaces=replaces)
 
 
 def told(reel: Reel, made: Made) -> str:

@@ -1,18 +1,20 @@
 """Notes on outputs: they tell a later run of the same system file which output it may replace.
 
 A note has the system file that an output came from, the options, the duration of the run, and the size, time
-and inode of the output, which show whether it was changed since. Notes are stored in the folder of the cache,
-not in the output, because the bytes of an output depend on the run alone. Without that folder, or if a note
-is lost, nothing is replaced.
+and inode of the output, which show whether it was changed since; those of a folder are of all files in it.
+Notes are stored in the folder of the cache, not in the output, because the bytes of an output depend on the
+run alone. Without that folder, or if a note is lost, nothing is replaced.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import stat
 import time
 from collections.abc import Mapping
 from contextlib import suppress
+from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
@@ -90,7 +92,12 @@ def read_note(output: Path) -> Mapping[str, Any] | None:
     return None
 
 
-def stamp_of(file: Path) -> Stamp:
-    """What shows that a file has been written to, or replaced by another."""
-    status = os.stat(file)
-    return status.st_size, status.st_mtime_ns, status.st_ino
+def stamp_of(output: Path) -> Stamp:
+    """What shows that a file, or a file in a folder, has been written to, or replaced by another."""
+    status = os.stat(output)
+    if not stat.S_ISDIR(status.st_mode):
+        return status.st_size, status.st_mtime_ns, status.st_ino
+    with os.scandir(output) as found:
+        held = sorted((one.name, *stamp_of(Path(one.path))) for one in found)
+    size = sum(one[1] for one in held)
+    return size, int.from_bytes(blake2b(repr(held).encode(), digest_size=8).digest(), "big"), status.st_ino

@@ -164,6 +164,42 @@ def test_a_folder_of_other_things_is_kept(tmp_path):
         find_folder(str(tmp_path / "frames"), force=True)
 
 
+def test_a_folder_of_its_own_pictures_is_replaced(folder, tmp_path):
+    """Without --force, as long as nobody has changed one of them."""
+
+    def animated(*options, source=folder / "run.h5"):
+        asked = ("--fps", "5", "--size", "64x48", "-o", "frames/")
+        return lagrange("animate", source, *asked, *options, cwd=tmp_path)
+
+    assert "replaced" not in animated().stdout
+    again = animated("--to", "1")
+    assert again.returncode == 0 and "replaced" in again.stdout
+    assert len(list(tmp_path.glob("frames/*"))) == 6
+    other = animated(source=folder / "back.h5")
+    assert other.returncode == 5 and "--force replaces its pictures" in other.stderr
+    picture = tmp_path / "frames" / "0003.png"
+    picture.rename(picture.with_name("0033.png"))
+    changed = animated()
+    assert changed.returncode == 5 and "--force replaces its pictures" in changed.stderr
+    assert len(list(tmp_path.glob("frames/*"))) == 6
+    assert animated("--force").returncode == 0 and not list(tmp_path.glob("frames/0033.png"))
+
+
+def test_pictures_that_appear_in_the_meantime_are_kept(folder, tmp_path):
+    film = reel(folder, "run.h5", size=(64, 48))
+    target = find_folder(str(tmp_path / "frames"), force=False)
+
+    def meanwhile():
+        target.path.mkdir(exist_ok=True)
+        (target.path / "0001.png").write_text("mine")
+        return False
+
+    with pytest.raises(FileError, match="appeared during this run"):
+        write(film, target, FRAMES, Silence(), meanwhile)
+    assert [one.read_text() for one in target.path.iterdir()] == ["mine"]
+    assert len(list(target.temporary.iterdir())) == 16
+
+
 def test_a_long_output_is_read_in_parts(folder, monkeypatch):
     monkeypatch.setattr("lagrange_cli.run.sampling.MOST_NUMBERS", 30)
     with h5py.File(folder / "run.h5") as file:

@@ -16,6 +16,7 @@ from lagrange_cli.cli.commands.plot import (
     MEMBER,
     OUTPUTS,
     motion_of,
+    origin_of,
     parse_names,
     refuse_settings,
     target_of,
@@ -125,7 +126,7 @@ def animate(
     kind = format_of(name)
     asked = Asked(fps or fps_of(kind), speed, begin, end, trail, panels, pixels)
     if kind == FRAMES:
-        target = find_folder(name, force=force)
+        target = find_folder(name, force=force, origin=origin_of((source,), began, "lagrange animate"))
     else:
         target = target_of(name, (source,), began, "lagrange animate", force=force)
     with opened(source, asked, given, run) as (result, interrupted):

@@ -36,6 +36,7 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from lagrange_cli.run.certify import Demand
     from lagrange_cli.run.plot import Asked
+    from lagrange_cli.store.notes import Origin
     from lagrange_cli.store.result import Result
 
 WHAT = (
@@ -178,12 +179,17 @@ def plot(
 def target_of(name: str, sources: tuple[str, ...], began: float, command: str, *, force: bool) -> Any:
     """The picture's file, checked before any work is done."""
     from lagrange_cli.store.find_target import find_target
+
+    return find_target(name, force=force, origin=origin_of(sources, began, command))
+
+
+def origin_of(sources: tuple[str, ...], began: float, command: str) -> Origin | None:
+    """What makes the pictures of ``sources``, by which a later call knows its own earlier work."""
+    if sources[0] == "-":
+        return None
     from lagrange_cli.store.notes import Origin
 
-    origin = None
-    if sources[0] != "-":
-        origin = Origin(os.path.realpath(sources[0]), {"command": f"'{command}'"}, began)
-    return find_target(name, force=force, origin=origin)
+    return Origin(os.path.realpath(sources[0]), {"command": f"'{command}'"}, began)
 
 
 @contextmanager
