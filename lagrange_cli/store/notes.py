@@ -14,7 +14,6 @@ import stat
 import time
 from collections.abc import Mapping
 from contextlib import suppress
-from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
@@ -97,6 +96,8 @@ def stamp_of(output: Path) -> Stamp:
     status = os.stat(output)
     if not stat.S_ISDIR(status.st_mode):
         return status.st_size, status.st_mtime_ns, status.st_ino
+    from hashlib import blake2b  # OpenSSL takes time to load, and a single file has no need of it
+
     with os.scandir(output) as found:
         held = sorted((one.name, *stamp_of(Path(one.path))) for one in found)
     size = sum(one[1] for one in held)
