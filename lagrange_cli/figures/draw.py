@@ -99,9 +99,11 @@ def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
     if panel.scale is not None:
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import Normalize
+        from matplotlib.ticker import MaxNLocator
 
         shades = ScalarMappable(Normalize(panel.scale.low, panel.scale.high), SHADES)
-        figure.colorbar(shades, ax=axes, label=panel.scale.label)
+        ticks = MaxNLocator(nbins=TICKS, integer=True) if panel.scale.numbers else None
+        figure.colorbar(shades, ax=axes, label=panel.scale.label, ticks=ticks)
     handles, _ = axes.get_legend_handles_labels()
     if 1 < len(handles) <= MOST_LABELS or (handles and any(isinstance(one, Band) for one in panel.items)):
         axes.legend(

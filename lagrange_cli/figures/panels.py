@@ -58,11 +58,12 @@ class Histogram:
 
 @dataclass(frozen=True)
 class Scale:
-    """What the shades of curves stand for: a quantity from ``low`` to ``high``."""
+    """What the shades of curves stand for: a quantity from ``low`` to ``high``, or ``numbers`` of curves."""
 
     label: str
     low: float
     high: float
+    numbers: bool = False
 
 
 @dataclass(frozen=True)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import tempfile
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -15,11 +16,12 @@ from lagrange_cli.expression.near import near_match, shown
 from lagrange_cli.figures.panels import Curve, Page, Panel
 from lagrange_cli.figures.style import FORMATS
 from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.plots import motions, sections, sweeps
 from lagrange_cli.run.plots.motions import Run, What, opened
 from lagrange_cli.run.plots.quantities import look_up, output_of
 from lagrange_cli.run.request import HDF5, Request
+from lagrange_cli.run.settings import DEFAULT_SAMPLES
 from lagrange_cli.store.result import Result
 
 if TYPE_CHECKING:
@@ -37,6 +39,8 @@ WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
 """Of each kind of output the words of ``--what``, and those that are drawn unless others are asked for."""
 ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
 MOST_PANELS = 40
+MOST_NUMBERS = 1_000_000
+"""Values of coordinates of a plotted motion, up to which it has more samples than its file asks for."""
 SAME = 1e-12
 """Values that differ by less of the largest of them differ by rounding."""
 
@@ -57,6 +61,20 @@ def outputs_for(asked: Asked, *, has_particles: bool) -> tuple[str, ...]:
     found |= {output for name in (asked.x or "", *asked.y) if (output := output_of(name))}
     found |= {"q", "v", "observables"}
     return tuple(one for one in OUTPUTS if one in found and (has_particles or one not in PARTICLE_OUTPUTS))
+
+
+def finely_sampled(motion: Motion, request: Request) -> Request:
+    """The request of a motion for a plot: a file that asks for few samples is sampled more finely, so that
+    curves are curves. The samples of the file are among them. What ``request`` says itself is kept."""
+    asked, settings = request.options, motion.settings
+    coordinates = max(1, len(motion.spec.coordinates))
+    wanted = min(DEFAULT_SAMPLES, MOST_NUMBERS // coordinates)
+    factor = math.ceil((wanted - 1) / (settings.count - 1))
+    if asked.samples is not None or "step" in request.times or factor <= 1:
+        return request
+    if motion.spec.solve.step is not None:
+        return replace(request, times={**request.times, "step": repr(abs(settings.step) / factor)})
+    return replace(request, options=replace(asked, samples=(settings.count - 1) * factor + 1))
 
 
 def page_of(results: Sequence[Result], asked: Asked) -> Page:

@@ -2,6 +2,7 @@
 
 import json
 
+import numpy as np
 import pytest
 
 from lagrange_cli.cli.commands import plot
@@ -20,6 +21,33 @@ def test_a_system_is_solved_and_drawn(tmp_path, capsys):
         assert main(["plot", system, "--stop", "2", "--terminal", "--what", "q"]) == 0
         assert "theta" in capsys.readouterr().out
         assert [path.name for path in tmp_path.iterdir()] == ["pendulum.png"]
+
+
+@pytest.mark.parametrize(
+    ("sampling", "options", "count"),
+    [
+        ("samples: 7", (), 6 * 167 + 1),
+        ("step: 0.3", (), 953 + 2),
+        ("samples: 7", ("--samples", "9"), 9),
+        ("samples: 7", ("--step", "0.5"), 5),
+        ("samples: 1501", (), 1501),
+    ],
+)
+def test_few_samples_of_a_file_make_no_polygon(tmp_path, monkeypatch, sampling, options, count):
+    """Unless they are asked for with an option. The samples of the file are among the others."""
+    (tmp_path / "swing.yaml").write_text(
+        "coordinates: {x: {initial: 1}}\nlagrangian: x_dot**2/2 - x**2/2\n"
+        f"solve: {{stop: 2, {sampling}}}\n"
+    )
+    pages = []
+    monkeypatch.setattr("lagrange_cli.figures.draw.draw", lambda page, *_: pages.append(page) or b"")
+    with working_in(tmp_path):
+        assert main(["plot", "swing.yaml", "--what", "q", "--quiet", *options]) == 0
+    curve = pages[0].panels[0].items[0]
+    assert len(curve.x) == count
+    np.testing.assert_allclose(curve.y, np.cos(curve.x), atol=1e-14)
+    if not options and "step" in sampling:
+        assert min(abs(curve.x - 1.8)) < 1e-12
 
 
 def test_the_progress_of_the_motion_is_shown(tmp_path, monkeypatch):

@@ -211,7 +211,7 @@ def opened(
     from lagrange_cli.run.interrupts import Interrupts
     from lagrange_cli.run.monitor import Monitor, ignore
     from lagrange_cli.run.motion import read_motion
-    from lagrange_cli.run.plot import outputs_for, solved
+    from lagrange_cli.run.plot import finely_sampled, outputs_for, solved
     from lagrange_cli.run.request import TIMES, Request
     from lagrange_cli.spec.read import read_spec
     from lagrange_cli.spec.spec import SolveDefaults
@@ -231,6 +231,9 @@ def opened(
     waiting = Waiting(stem(source), quiet=given.quiet)
     tell = ignore if given.quiet else complain
     motion = read_motion(content, display_name(source), request, waiting.stage)
+    finer = finely_sampled(motion, request)
+    if finer is not request:
+        request, motion = finer, read_motion(content, display_name(source), finer, waiting.stage)
     settings = motion.settings
     progress = partial(Progress, spec.name, settings.start, settings.stop, quiet=given.quiet)
     monitor = Monitor(waiting.stage, progress, tell, Interrupts)

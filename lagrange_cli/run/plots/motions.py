@@ -96,7 +96,7 @@ def panel_over_time(title: str, pairs: Sequence[tuple[Run, Quantity]], logarithm
     label = first.label if count == 1 or len({one.name for _, one in pairs}) == 1 else unit_text(first.unit)
     if many and label == unit_text(first.unit):
         label = with_unit(f"{pairs[0][1].symbol} ... {pairs[-1][1].symbol}", first.unit)
-    scale = Scale("number", 0.0, float(count - 1)) if many else None
+    scale = Scale("number", 0.0, float(count - 1), numbers=True) if many else None
     x_label = with_unit("$t$", pairs[0][0].time.unit)
     return Panel(title, x_label, label, tuple(curves), logarithmic=logarithmic, scale=scale)
 
