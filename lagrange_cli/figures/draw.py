@@ -121,7 +121,16 @@ def sparse_ticks(axes: Any, equal: bool) -> None:
         if count:
             axis.get_major_locator().set_params(nbins=count, steps=STEPS)
         else:
-            axis.set_ticks([(low + high) / 2], [f"{(low + high) / 2:.3g}"])
+            middle = rounded_middle(low, high)
+            axis.set_ticks([middle], [f"{middle:g}"])
+
+
+def rounded_middle(low: float, high: float) -> float:
+    """About the middle of a range, with no more digits than tell a tenth of it."""
+    middle = (low + high) / 2
+    if not high > low:
+        return middle
+    return round(middle, 1 - math.floor(math.log10(high - low))) + 0.0  # not -0
 
 
 def draw_curve(axes: Any, curve: Curve) -> None:

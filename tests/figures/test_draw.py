@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from lagrange_cli.figures.draw import FADED, draw, figure_of
+from lagrange_cli.figures.draw import FADED, draw, figure_of, rounded_middle
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
 from lagrange_cli.figures.terminal import as_text
 
@@ -49,6 +49,15 @@ def test_a_page_as_text_has_no_commands_for_the_terminal():
     text = as_text(PAGE, 80, colored=False)
     assert "\x1b" not in text and "theta" in text and "one" in text
     assert max(map(len, text.splitlines())) <= 100
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "middle"),
+    [(-1.0, 1.0 + 1.3e-6, 0.0), (2.0, 2.0, 2.0), (1.234, 1.236, 1.235), (-31000.0, 9000.0, -11000.0)],
+)
+def test_the_middle_of_an_axis_is_a_number_with_few_digits(low, high, middle):
+    """That of a helix from -1 to 1 had been 6.34e-07."""
+    assert rounded_middle(low, high) == middle and rounded_middle(-high, -low) == -middle
 
 
 @pytest.mark.parametrize(("height", "ticks"), [(0.0, 1), (1e-9, 1), (0.1, 1), (1.0, 3)])
