@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import random
+from collections.abc import Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
@@ -53,10 +54,12 @@ def cuts(model: Model[Node]) -> list[Cut]:
             if angle not in reachable([node]):
                 continue
             jump = _change(graph, node, angle, -math.pi, math.pi)
-            if not jump.is_zero:
+            usual = [_change(graph, node, angle, *ends) for ends in ORDINARY]
+            whole = _change(graph, node, angle, -math.pi, math.pi, True)
+            if _may_jump(Cut(y, x, _squares(graph, [whole]), _squares(graph, usual))):  # not |angle|
                 jumps.append(jump)
-                changes += [_change(graph, node, angle, *ends) for ends in ORDINARY]
-        cut = Cut(y, x, *(graph.sum([(one * one, 1.0) for one in each]) for each in (jumps, changes)))
+                changes += usual
+        cut = Cut(y, x, _squares(graph, jumps), _squares(graph, changes))
         if _may_jump(cut):
             found.append(cut)
     return found
@@ -68,20 +71,27 @@ def _may_be_cut(angle: Node, moving: int) -> bool:
     return bool(y.symbols & moving) and not (x.kind is Kind.NUMBER and x.data >= 0)
 
 
-def _change(graph: Graph, node: Node, angle: Node, first: float, last: float) -> Node:
+def _squares(graph: Graph, nodes: Sequence[Node]) -> Node:
+    return graph.sum([(one * one, 1.0) for one in nodes])
+
+
+def _change(
+    graph: Graph, node: Node, angle: Node, first: float, last: float, everywhere: bool = False
+) -> Node:
     """How ``node`` changes with the angle, at y = 0."""
     y, _ = angle.arguments
-    return where_zero(graph, _at(graph, node, angle, last) - _at(graph, node, angle, first), y)
+    start, end = (_at(graph, node, angle, value, everywhere) for value in (first, last))
+    return where_zero(graph, end - start, y)
 
 
-def _at(graph: Graph, node: Node, angle: Node, value: float) -> Node:
-    """``node`` with that angle, but in conditions of switches."""
+def _at(graph: Graph, node: Node, angle: Node, value: float, everywhere: bool) -> Node:
+    """``node`` with that angle, in conditions of switches only if it is to be ``everywhere``."""
     made: dict[Node, Node] = {}
     for one in reachable([node]):
         arguments = [made[a] for a in one.arguments]
         if one is angle:
             made[one] = graph.constant(value)
-        elif one.kind is Kind.SWITCH:
+        elif one.kind is Kind.SWITCH and not everywhere:
             _, above, below = arguments
             made[one] = graph.switch(one.arguments[0], above, below, one.data)
         else:

@@ -38,12 +38,23 @@ def test_a_motion_ends_where_its_energy_jumps(potential):
     assert motion.outcome.h_drift <= 1e-14
 
 
-@pytest.mark.parametrize("potential", ["0.1*sin(atan2(y, x))", "0.1*cos(n*atan2(y, x))", "atan2(y, x + 9)"])
+@pytest.mark.parametrize(
+    "potential", ["0.1*sin(atan2(y, x))", "0.1*cos(n*atan2(y, x))", "atan2(y, x + 9)", "0.1*abs(atan2(y, x))"]
+)
 def test_it_goes_on_where_nothing_jumps(potential):
     motion = follow(PLANE.format(x=-1, potential=potential), 2.0)
     assert motion.outcome.ending is Ending.COMPLETE
     assert np.any(motion["q/y"] < 0)
     assert motion.outcome.h_drift <= 1e-14
+
+
+def test_a_motion_that_begins_at_the_cut_goes_up_but_not_down():
+    endings = {}
+    for y_dot in (1, -1):
+        motion = follow(PLANE.format(x=-1, potential="0.1*atan2(y, x)"), 2.0, sets={"y": 0, "y_dot": y_dot})
+        endings[y_dot] = motion.outcome.ending
+        assert motion.outcome.h_drift <= 1e-14
+    assert endings == {1: Ending.COMPLETE, -1: Ending.CUT}
 
 
 def test_whether_it_jumps_depends_on_parameters():

@@ -78,6 +78,13 @@ class Settling(Crossing):
             return self.settle(due) or self.rest() or self.cross()
         return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and (self.rest() or self.cross())
 
+    def begins_beyond(self) -> bool:
+        """Whether the motion begins at y = 0 and leads below, where an energy is another one at once."""
+        return any(
+            guard.role is Role.BREAK and self.marks[j] > 0.0 > self.modes[j] and self.breaks(j)
+            for j, guard in enumerate(self._rows.guards[: self.count])
+        )
+
     def breaks(self, due: int) -> bool:
         """Whether an energy jumps where the argument of a guard is 0 now."""
         beside = self._rows.guards[due].beside

@@ -91,6 +91,10 @@ class Stepper:
 
             self._settling = Settling(machine, self._constants, self._memory, self._work)
             self._settling.begin(parameters)
+            if self._settling.begins_beyond():
+                from lagrange_cli.integrate.methods.happenings import Finished
+
+                self.finished = Finished(Ending.CUT, "")
         if program.events:
             assert self._settling is not None
             from lagrange_cli.integrate.methods.happenings import Happenings
@@ -98,7 +102,7 @@ class Stepper:
 
             sides = Sides(self._settling, self._outer)
             self._happenings = Happenings(sides, self._trial, self._info, times.start, events, jumping)
-            self.finished = self._happenings.begin()
+            self.finished = self.finished or self._happenings.begin()
         if beside is not None:
             from lagrange_cli.integrate.methods.perturbation import perturb
 
