@@ -31,6 +31,9 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
 POWERS = {"²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6", "⁷": "7", "⁸": "8", "⁹": "9"}
 """Superscripts, read as powers."""
 
+SPOKEN_POWERS = {"squared": "2", "cubed": "3"}
+"""Words for powers, as in ``r squared``."""
+
 STRANGERS: dict[str, tuple[str, str]] = {
     "'": ("quotation marks are not allowed", "leave them out"),
     '"': ("quotation marks are not allowed", "leave them out"),

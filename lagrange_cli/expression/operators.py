@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 
 from lagrange_cli.expression.bounds import check_exponent
-from lagrange_cli.expression.confusions import DEGREES, RADIANS
+from lagrange_cli.expression.confusions import DEGREES, RADIANS, SPOKEN_POWERS
 from lagrange_cli.expression.cursor import CONDITION_HINT, MAX_OPERATORS, PARTS_HINT
 from lagrange_cli.expression.numbers import evaluate
 from lagrange_cli.expression.operands import Operands
@@ -63,7 +63,7 @@ class Parser(Operands):
             if level == 0 or level < least:
                 return left
             if juxtaposed:
-                if self.is_unit(token):
+                if self.is_unit(token) or self.is_spoken_power(token):
                     self.place += 1
                     continue
                 juxtaposition = self.juxtaposed(token, juxtaposition)
@@ -170,6 +170,15 @@ class Parser(Operands):
             self.error(span, "angle in degrees", f"angles are in radians: write {last.text}*pi/180")
         else:
             self.error(span, "unit after a number", f"leave out '{token.text}': angles are in radians")
+        return True
+
+    def is_spoken_power(self, token: Token) -> bool:
+        """Whether it is the ``squared`` of ``r squared``, which is reported."""
+        last = self.last
+        if last is None or token.text not in SPOKEN_POWERS:
+            return False
+        hint = f"write {_factor(self._before(last))}**{SPOKEN_POWERS[token.text]}"
+        self.error(Span(last.span.start, token.span.stop), "power written as a word", hint)
         return True
 
     def juxtaposed(self, token: Token, before: _Juxtaposed | None) -> _Juxtaposed:

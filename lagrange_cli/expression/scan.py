@@ -17,6 +17,8 @@ _TOKEN = re.compile(
     r"|(?P<other>.)",
     re.DOTALL,
 )
+_TIMES_POWER_OF_TEN = re.compile(r"\s*[×·⋅∙]\s*10\s*(?:\^|\*\*)\s*\{?([-+−]?[0-9]+)\}?(?![\w.])")
+"""What follows the 1.602 of ``1.602×10^-19``."""
 WORDS = frozenset({"for", "in", "if", "and", "or", "not", "else"})
 """Words of sums and their conditions: no names."""
 
@@ -36,9 +38,18 @@ class Token:
 
 def tokens(text: str, offset: int = 0) -> Iterator[Token]:
     """The tokens of ``text``, the last one its end; ``offset`` is added to every place."""
+    end = 0
     for match in _TOKEN.finditer(text):
         kind, start = match.lastgroup or "other", match.start() + offset
-        if kind == "name" and not match.group().isidentifier():
+        if match.start() < end:
+            continue  # within a power of ten that has been read
+        power = _TIMES_POWER_OF_TEN.match(text, match.end()) if kind == "number" else None
+        if power and match.group().strip("0123456789.") == "":
+            end = power.end()
+            number = f"{match.group()}e{power[1].replace('−', '-')}"
+            complaint = "power of ten written as a product", f"write {number}"
+            yield Token(kind, number, Span(start, end + offset), complaint)
+        elif kind == "name" and not match.group().isidentifier():
             yield from _pieces(match.group(), start)
         elif kind == "name":
             yield Token(
