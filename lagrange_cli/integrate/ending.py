@@ -59,7 +59,7 @@ WAYS_OUT = {
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
     Ending.OFF_CONSTRAINTS: "let the action set values that satisfy the constraints, or velocities alone",
     Ending.NO_MASS: "let the action keep all masses greater than 0, or end the run before with --stop",
-    Ending.CUT: "{before}, or write energies, forces and constraints that do not jump there",
+    Ending.CUT: "{before}, or write energies and constraints that do not jump there",
     Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }

@@ -34,12 +34,12 @@ class Cut:
 
 
 def cuts(model: Model[Node]) -> list[Cut]:
-    """The angles with which an energy, a force, a velocity or a constraint may jump. (What jumps in the
-    condition of a switch, this sees to.)"""
+    """The angles with which an energy, a velocity or a constraint may jump. (What jumps in the condition
+    of a switch, this sees to; a force may jump.)"""
     moving, graph = variables(model), graph_of(model)
     energy = model.potential if model.lagrangian is None else model.lagrangian
-    nodes = [energy, model.dissipation, *model.generalized_forces]
-    nodes += [x for one in model.particles for x in (*one.velocity, *one.force)]
+    nodes = [energy, model.dissipation]
+    nodes += [x for one in model.particles for x in one.velocity]
     nodes += [one.expression for one in model.constraints]
     angles = [
         one

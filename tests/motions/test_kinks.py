@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import random
 
 import mpmath
 import numpy as np
@@ -135,3 +136,45 @@ def test_what_is_observed_at_a_kink_of_a_position_does_not_jump_there(height):
     assert motion["q/x"][2] == 1
     assert motion.outcome.h_drift == 0
     assert np.max(np.abs(motion["diagnostics/p/x"] - 2)) <= 1e-15
+
+
+FORCED = """
+name: a forced point
+coordinates:
+  x: {{initial: {initial}, velocity: {velocity}}}
+lagrangian: x_dot**2/2
+generalized_forces: {{x: "{force}"}}
+"""
+
+
+@pytest.mark.parametrize(
+    "force",
+    [
+        "1/abs(t - {c})",
+        "1/sqrt(abs(t - {c}))",
+        "sign(t - {c})*abs(t - {c})**(-0.4)",
+        "where(t > {c}, 1/(t - {c}), 0)",
+        "1/(abs(2*x - 2*{c})**0.7)",
+        "-1/abs(x_dot - 1 + {c})",
+    ],
+)
+def test_a_motion_ends_where_a_force_beside_a_switch_grows_beyond_all_bounds(force):
+    c = random.Random().uniform(0.2, 0.9)
+    print("c =", c)
+    motion = follow(FORCED.format(initial=0, velocity=1, force=force.format(c=c)), 5.0, 2)
+    assert motion.outcome.ending is not Ending.COMPLETE
+    assert motion.outcome.t < 5.0
+
+
+def test_a_force_that_grows_like_a_logarithm_is_followed_to_rounding():
+    c = random.Random().uniform(0.2, 0.9)
+    print("c =", c)
+    motion = follow(FORCED.format(initial=0, velocity=0, force=f"log(abs(t - {c}))"), 5.0, 11)
+    assert motion.outcome.ending is Ending.COMPLETE
+
+    def twice(u: float) -> float:  # the second integral of log|u|
+        return u * u * math.log(abs(u)) / 2 - 3 * u * u / 4 if u else 0.0
+
+    slope = -c * math.log(c) + c  # of twice, at -c
+    expected = [twice(t - c) - twice(-c) - slope * t for t in motion.t]
+    assert np.max(np.abs(motion["q/x"] - expected)) <= 1e-13

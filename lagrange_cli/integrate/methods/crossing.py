@@ -32,6 +32,12 @@ FELT = 2.0**-50, 2.0**-98
 """The error of velocities that is not felt on such a way."""
 BRIEF = 2.0**-20
 """What is a short part of all the time since t = 0."""
+UNSURE = 2.0**-50, 2.0**-100
+"""The part of the time, and of the time in which coordinates change by their size, in which rounding decides
+where u = 0 is."""
+FAR, GROWS, SEVERAL = 2.0**12, 4.0, 64.0
+"""An acceleration grows beyond all bounds if, this much nearer to u = 0, it is so many times as large; a few
+times what is not felt may be rounding."""
 NODES, POWER = 16, 6
 """Of Gauss's rule, and of s in the time."""
 QUADRATURE = 2.0**-46
@@ -103,6 +109,8 @@ class Crossing(Modes):
         self._series()
         at_zero = [j, *np.flatnonzero(self.marks > 0.0)]
         rates, slopes = self._rates_of_rows(), self._slopes(at_zero)
+        if not np.all(np.isfinite(rates)):
+            return False
         start, velocities = self.memory.copy(), np.zeros(len(rates))
         places = np.zeros(len(rates))
         sides = (left, begin, -left), (left, mode, length - left)
@@ -135,7 +143,40 @@ class Crossing(Modes):
         error = felt * length * (bend + QUADRATURE)
         high = self.memory[layout.part(0)]
         least = FELT[self.machine.program.parts - 1] * max(np.max(np.abs(high[layout.v])), self._speed())
-        return bool(np.all(error <= least))
+        if not np.all(error <= least):
+            return False
+        reached = self.memory.copy()
+        unbounded = self._unbounded(start, rates, [(left, begin, -1.0), (left, mode, 1.0)], j, float(least))
+        self.memory[:] = reached
+        return not unbounded
+
+    def _unbounded(
+        self, start: Array, rates: Array, sides: Sequence[tuple[float, float, float]], j: int, least: float
+    ) -> bool:
+        """Whether an acceleration grows beyond all bounds, as 1/sqrt(u) does: velocities get more than the
+        ``least`` that is felt while rounding decides where u = 0 is. A side is the time when u = 0, a mode,
+        and the sign of times on that side."""
+        layout = self._layout
+        q, v = (np.max(np.abs(start[layout.part(0)][one])) for one in (layout.q, layout.v))
+        v = max(v, self._speed())
+        usual = max(abs(float(start[layout.time])), float(q / v) if v > 0.0 else 0.0)
+        unsure = UNSURE[self.machine.program.parts - 1] * usual
+        for root, side, sign in sides:
+            near, far = np.abs([
+                self._accelerations(start, rates, root + sign * away * unsure, side, j) for away in (1.0, FAR)
+            ])  # fmt: skip
+            with np.errstate(over="ignore", invalid="ignore"):
+                if np.any((near > GROWS * far) & (near * unsure > SEVERAL * least)):
+                    return True
+        return False
+
+    def _accelerations(self, start: Array, rates: Array, t: float, mode: float, j: int) -> Array:
+        """What they are after the time t."""
+        self.memory[:] = start
+        self._move(t, rates)
+        self.modes[j] = mode
+        self._series()
+        return self._rates_of_rows()[: self._layout.degrees]
 
     def _slopes(self, guards: Sequence[int]) -> Array:
         """How fast the arguments of guards change."""
@@ -170,7 +211,7 @@ class Crossing(Modes):
         rows = range(layout.v.start, layout.v.stop)
         accelerations = np.abs([self._coefficients(row)[0] for row in rows])
         known = accelerations[np.isfinite(accelerations)]
-        return float(np.sqrt(np.max(known, initial=0.0) * np.max(np.abs(high[layout.q]))))
+        return float(np.sqrt(np.max(known, initial=0.0)) * np.sqrt(np.max(np.abs(high[layout.q]))))
 
 
 @cache

@@ -7,6 +7,7 @@ few units of 2^-106. Each operation is a function of its own, called where it is
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from fractions import Fraction
 
@@ -59,7 +60,7 @@ class DoubleDoubleBody(Emitter):
 
     def pair(self, value: Number) -> Pair:
         """A constant, rounded to a double-double."""
-        high, low = split(Fraction(value)) if value == value else (float(value), 0.0)
+        high, low = split(Fraction(value)) if math.isfinite(value) else (float(value), 0.0)
         return Pair(self, literal(high), literal(low))
 
     def apply(self, name: str, *arguments: Pair | Value) -> Pair:
