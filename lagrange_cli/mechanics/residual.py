@@ -118,6 +118,11 @@ class Residual:
         bound = reduce(or_, (one.symbols for one in self.multipliers), 0)
         return self.pushed and any(entry.symbols & bound for row in self.mass_matrix for entry in row)
 
+    @property
+    def timed(self) -> bool:
+        """Whether the equations depend on t explicitly."""
+        return any(row.symbols & self.model.time.symbols for row in self.residual)
+
     @cached_property
     def variables(self) -> int:
         """Bit set of the symbols that change along a motion: q, q_dot and t."""

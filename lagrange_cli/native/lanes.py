@@ -75,7 +75,7 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
 
         stepping, pack = follow_section(pack, *given, section)
     else:
-        stepping = follow(pack, *given)
+        stepping = follow(pack, *given, timed=residual.timed)
     text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, project, stepping])
     text = "\n".join([text, definitions(text)])
     emitter.allow(text.count(" = "))

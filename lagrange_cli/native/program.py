@@ -124,7 +124,7 @@ def given_of(equations: Equations, work: int, project: str = "") -> Given:
 
     state, proving, multipliers = equations.state, provings_of(equations), equations.multipliers
     given = state, work, equations.tolerance, proving, equations.guards, equations.in_two
-    return Given(*given, multipliers, project)
+    return Given(*given, multipliers, project, equations.residual.timed)
 
 
 def double(equations: Equations) -> Motion:

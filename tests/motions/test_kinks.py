@@ -178,3 +178,14 @@ def test_a_force_that_grows_like_a_logarithm_is_followed_to_rounding():
     slope = -c * math.log(c) + c  # of twice, at -c
     expected = [twice(t - c) - twice(-c) - slope * t for t in motion.t]
     assert np.max(np.abs(motion["q/x"] - expected)) <= 1e-13
+
+
+@pytest.mark.parametrize(
+    "force", ["tan(a*t)", "1/cos(a*t)", "1/abs(cos(a*t))", "x*tan(a*t)**2", "1/cos(a*t)**3"]
+)
+def test_a_motion_ends_at_a_pole_in_time_that_is_no_double(force):
+    a = random.Random().uniform(0.5, 2.0)
+    print("a =", repr(a))
+    motion = follow(FORCED.format(initial=1, velocity=0, force=force.replace("a*", f"{a!r}*")), 5.0, 2)
+    assert motion.outcome.ending is not Ending.COMPLETE
+    assert motion.outcome.t == pytest.approx(math.pi / 2 / a, rel=1e-12)

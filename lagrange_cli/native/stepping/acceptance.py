@@ -48,6 +48,11 @@ class Bounds:
         coarse = max(1.0, tolerance / self.precision)
         return replace(self, almost=self.almost * coarse, resolution=self.resolution * coarse)
 
+    def timed(self, depends: bool) -> Bounds:
+        """The bounds, where an equation ``depends`` on t, which is known to a rounding only. Where
+        steps had to be shorter, a pole may lie between t and the next number, as that of tan(t) near pi/2."""
+        return replace(self, shortest=self.ulp / 4.0) if depends else self
+
 
 DOUBLE = Bounds(
     almost=2.0**-40, resolution=2.0**-47, rounding=2.0**-45, nothing_much=2.0**-48, ulp=2.0**-51,

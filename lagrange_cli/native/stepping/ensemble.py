@@ -32,20 +32,22 @@ from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_ste
 ALL = 2**LANES - 1
 
 
-def follow(pack: Pack, order: int, tolerance: float, parameters: int) -> str:
-    """IR of ``@follow`` and its helpers."""
-    return Follower(pack, order, tolerance, parameters).text()
+def follow(pack: Pack, order: int, tolerance: float, parameters: int, *, timed: bool = False) -> str:
+    """IR of ``@follow`` and its helpers; whether the equations are ``timed`` is whether they depend on t."""
+    return Follower(pack, order, tolerance, parameters, timed=timed).text()
 
 
 class Follower:
     """Writes ``@follow`` and what it calls."""
 
-    def __init__(self, pack: Pack, order: int, tolerance: float, parameters: int) -> None:
+    def __init__(
+        self, pack: Pack, order: int, tolerance: float, parameters: int, *, timed: bool = False
+    ) -> None:
         self.pack, self.places, self.parameters = pack, pack.places, parameters
         self.lengths = Lengths(
             pack.degrees, pack.rows, pack.width, order, LANES, 1, LANES, row=LANES * pack.span, term=LANES
         )
-        self.sizes, self.bounds = StepSize(self.lengths, tolerance), DOUBLE.coarser(tolerance)
+        self.sizes, self.bounds = StepSize(self.lengths, tolerance), DOUBLE.coarser(tolerance).timed(timed)
         first = 2 * pack.degrees
         given = first, pack.quadratures, tolerance, self.bounds
         self.quadratures = Quadratures(self.lengths, *given) if pack.quadratures else None

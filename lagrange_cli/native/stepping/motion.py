@@ -41,6 +41,8 @@ class Given:
     """So many integrals behind those of guards' arguments are those of multipliers, and have no say."""
     project: str = ""
     """The text of ``@project``, if there are constraints."""
+    timed: bool = False
+    """Whether equations depend on t."""
 
 
 class MotionSteps(Steps):
@@ -54,7 +56,7 @@ class MotionSteps(Steps):
     def __init__(self, given: Given, lengths: Lengths, bounds: Bounds, sums: Sums, rest: float) -> None:
         self.given, self.state, self.sums = given, given.state, sums
         self.constrained = bool(given.project)
-        self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance)
+        self.in_two, self.bounds = given.in_two, bounds.coarser(given.tolerance).timed(given.timed)
         arguments = given.guards.arguments if given.guards else 0
         rows = followed(given.state, arguments + given.multipliers)
         self._multipliers = given.state.integrals.start + arguments, given.multipliers
