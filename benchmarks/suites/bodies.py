@@ -76,13 +76,13 @@ def lagrange(count: int, method: str) -> Follow:
     """This project, without samples between."""
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.integrate.precision import FULL_PRECISION
-    from lagrange_cli.integrate.prepare import prepare
+    from lagrange_cli.integrate.prepare import prepare_system
     from lagrange_cli.integrate.times import Times
     from lagrange_cli.run.derive import derive_system
     from lagrange_cli.spec.read import read_spec
 
-    residual = derive_system(read_spec(TEXT.format(count=count), "bodies"))
-    prepared = prepare(residual, Compilation(method, FULL_PRECISION, frozenset()))
+    spec = read_spec(TEXT.format(count=count), "bodies")
+    prepared = prepare_system(spec, derive_system, None, Compilation(method, FULL_PRECISION, frozenset()))
 
     def follow(x: Array, v: Array) -> tuple[Array, Array, int, float]:
         state = np.concatenate([x.ravel(), v.ravel()])

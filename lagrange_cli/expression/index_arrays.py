@@ -141,3 +141,17 @@ def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
             raise Unsuited
         made = made * size + place
     return np.broadcast_to(np.asarray(made, dtype=np.int64), count)
+
+
+def one_if_equal(values: Places) -> Whole:
+    """One number for all where they are equal."""
+    return int(values[0]) if len(values) and np.all(values == values[0]) else values
+
+
+def split(which: Places, differ: Differ) -> list[Places]:
+    """Members by their labels."""
+    labels = np.broadcast_to(differ.labels, len(which))
+    found = [which[labels == label] for label in np.unique(labels)]
+    if len(found) < 2:
+        raise Unsuited
+    return found

@@ -6,41 +6,20 @@ Where members of a sum differ in kind, as a chain's ends do from its middle, eac
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from lagrange_cli.expression.algebra import Value
-from lagrange_cli.expression.build import Builder
+from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.index_arrays import (
-    Differ,
-    Places,
-    Unsuited,
-    Whole,
-    flat,
-    holding,
-    inner,
-    integers,
-    taken,
-)
+from lagrange_cli.expression.index_arrays import Differ, Places, Unsuited, Whole, flat, one_if_equal, split
 from lagrange_cli.expression.node import Node
-from lagrange_cli.expression.syntax import Call, Name, Sum, Tree, sums
+from lagrange_cli.expression.syntax import Sum, Tree, sums
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
-
-if TYPE_CHECKING:
-    from lagrange_cli.expression.indices import Indices
-
-
-class Members(dict[str, "Whole"]):
-    """The indices and sizes of the members of a domain."""
-
-    def __init__(self, domain: Domain, indices: Mapping[str, Whole]) -> None:
-        super().__init__(indices)
-        self.domain = domain
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,12 +52,7 @@ class Group:
         if len(labels) and np.any(labels != labels[0]):
             raise Differ(labels)
         values = {name: one_if_equal(one[which]) for name, one in self.indices.items()}
-        return self.trees[labels[0]], Members(domain, {**sizes, **values})
-
-
-def one_if_equal(values: Places) -> Whole:
-    """One number for all where they are equal."""
-    return int(values[0]) if len(values) and np.all(values == values[0]) else values
+        return self.trees[labels[0]], Members(domain, domain.count, {**sizes, **values})
 
 
 def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
@@ -105,7 +79,7 @@ def places_of(family: Family) -> Places:
     return found
 
 
-class FamilyBuilder(Builder):
+class FamilyBuilder(ArrayBuilder):
     """Builds the trees of one file over arrays. Raises ``Unsuited`` for what it does not know."""
 
     def __init__(self, spec: Spec) -> None:
@@ -153,15 +127,12 @@ class FamilyBuilder(Builder):
 
     # names
 
-    def _name(self, tree: Name, indices: Indices) -> Value:
-        assert isinstance(indices, Members)
-        domain = indices.domain
-        if not tree.indices and tree.identifier in indices:
-            return self.number(indices[tree.identifier], domain)
-        if tree.identifier in ("pi", TIME):
-            return self.time if tree.identifier == TIME else self.algebra.pi()
-        name, _, component = tree.identifier.partition(".")
-        places = [integers(index, indices) for index in tree.indices]
+    def domain(self, count: int) -> Domain:
+        return Domain(count)
+
+    def named(self, identifier: str, places: list[Whole], members: Members) -> Value:
+        domain: Domain = members.domain
+        name, _, component = identifier.partition(".")
         if not component and not places and name in self.parameters:
             return self.parameters[name]
         if name in self.rows:
@@ -187,14 +158,13 @@ class FamilyBuilder(Builder):
             raise Unsuited
         return value[COMPONENTS.index(component)]
 
-    def number(self, value: Whole, domain: Domain) -> Node:
-        """An index as a number of each member."""
+    def number(self, value: Whole, members: Members) -> Node:
         if not isinstance(value, int):
             value = one_if_equal(value)
         if isinstance(value, int):
             return self.graph.constant(float(value))
         least = min(0, int(value.min()))
-        return self.slots.symbol(domain, self.whole, value - least) + float(least)
+        return self.slots.symbol(members.domain, self.whole, value - least) + float(least)
 
     def written(self, group: Group, which: Places, domain: Domain) -> Value:
         """The members of a group, for those of a domain. What contains sums is computed once for each."""
@@ -248,45 +218,22 @@ class FamilyBuilder(Builder):
                 found += self.graph.diff(node, symbol) * self.slots.symbol(domain, self.v, slot.table)
         return found
 
-    # what depends on indices
+    # sums
 
-    def _whole(self, tree: Tree, indices: Indices) -> Value:
-        assert isinstance(indices, Members)
-        return self.number(integers(tree, indices), indices.domain)
-
-    def _where(self, tree: Call, indices: Indices) -> Value:
-        assert isinstance(indices, Members)
-        condition, *branches = tree.arguments
-        known = holding(condition, indices)
-        found = np.unique(known)
-        if len(found) > 1:
-            raise Differ(np.asarray(known, dtype=np.int64))
-        return self._value(branches[0 if found[0] else 1], indices)
-
-    def _sum(self, tree: Sum, indices: Indices) -> Value:
-        assert isinstance(indices, Members)
-        count = indices.domain.count
-        found, owners = inner(tree, indices, count)
+    def summed(self, tree: Sum, members: Members) -> Value:
         terms: list[list[Term]] = []
-        pending = [np.arange(len(owners))] if len(owners) else []
-        while pending:
-            which = pending.pop()
-            domain = Domain(len(which))
-            try:
-                value = self._value(tree.body, Members(domain, simplified(taken(found, which))))
-            except Differ as differ:
-                pending += split(which, differ)
-                continue
+        for mine, value, owners in self.terms(tree, members):
             parts = value if isinstance(value, tuple) else (value,)
             terms += [[] for _ in range(len(parts) - len(terms))]
             for k, part in enumerate(parts):
-                terms[k] += self.spread(domain, part, owners[which])
+                terms[k] += self.spread(mine.domain, part, owners)
         if not terms:
             return self.graph.zero
-        made = [self.summed(indices.domain, one) for one in terms]
+        made = [self.total(members.domain, one) for one in terms]
         return tuple(made) if len(made) > 1 else made[0]
 
-    def summed(self, domain: Domain, terms: Sequence[Term]) -> Node:
+    def total(self, domain: Domain, terms: Sequence[Term]) -> Node:
+        """The symbol of a new total of the members of a domain."""
         total = self.added(domain.count, terms)
         self._newest = self.slots.symbol(domain, total, np.arange(domain.count))
         return self._newest
@@ -302,25 +249,11 @@ class FamilyBuilder(Builder):
 
     def of_root(self, tree: Tree, indices: Mapping[str, int]) -> Node:
         """A scalar that belongs to no member."""
-        value: Any = self._value(tree, Members(self.root, {**self.sizes, **indices}))
+        value: Any = self._value(tree, Members(self.root, 1, {**self.sizes, **indices}))
         if isinstance(value, tuple):
             raise Unsuited
         node: Node = value
         return node
-
-
-def simplified(indices: Mapping[str, Whole]) -> dict[str, Whole]:
-    """Indices that are the same for all members as one number."""
-    return {name: one if isinstance(one, int) else one_if_equal(one) for name, one in indices.items()}
-
-
-def split(which: Places, differ: Differ) -> list[Places]:
-    """Members by their labels."""
-    labels = np.broadcast_to(differ.labels, len(which))
-    found = [which[labels == label] for label in np.unique(labels)]
-    if len(found) < 2:
-        raise Unsuited
-    return found
 
 
 def particle_families(spec: Spec) -> Mapping[str, Family]:

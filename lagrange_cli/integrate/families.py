@@ -44,7 +44,8 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
     """The program that ``compilation`` asks for, and what becomes of its results."""
-    planner = Planner(cast("Any", Described(system)), cast("Any", Quantities(system)), frozenset(system.conserved))
+    conserved = frozenset(system.conserved)
+    planner = Planner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)
     program = write_family_program(
@@ -60,7 +61,7 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         coordinates=tuple(one.name for one in system.spec.coordinates),
         states=tuple(planner.states),
         made=tuple(planner.made),
-        conserved=tuple(name for name in observed if name in system.conserved),
+        conserved=tuple(name for name in observed if name in conserved),
         undetected=(NARROW,) * narrow,
     )
     return program, recording
