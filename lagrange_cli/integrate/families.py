@@ -14,7 +14,8 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.native.families.program import write_family_program
-from lagrange_cli.native.program import Program
+from lagrange_cli.native.orders import order_for
+from lagrange_cli.native.program import RATES, Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import NARROW, Recording
@@ -33,13 +34,23 @@ Element = tuple[Total, int]
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     """The system as one of families, where that serves a run; else None."""
     needs = METHODS[compilation.method].needs
-    if needs not in (Needs.STEPS, Needs.RATES) or compilation.precision != DOUBLE:
+    if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
+        return None
+    if needs is Needs.SERIES and compilation.ensemble:
         return None
     if compilation.portable or compilation.backward or compilation.proven or compilation.section:
         return None
     if compilation.factor is not None or not compilation.outputs <= OUTPUTS:
         return None
-    return family_system(spec)
+    system = family_system(spec)
+    if system is not None and needs is Needs.SERIES and narrow(system):
+        return None
+    return system
+
+
+def narrow(system: FamilySystem) -> bool:
+    """Whether forces may hide between the places where steps look at them."""
+    return hides(reachable(system.force_nodes), moving(system), large=True)
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
@@ -48,21 +59,16 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
     planner = Planner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)
-    program = write_family_program(
-        system,
-        observed,
-        compilation.tolerance,
-        collocated=METHODS[compilation.method].needs is Needs.STEPS,
-    )
-    narrow = not METHODS[compilation.method].proves and hides(
-        reachable(system.force_nodes), moving(system), large=True
-    )
+    needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
+    if needs is Needs.SERIES:
+        order = order_for(tolerance) if compilation.order is None else compilation.order
+    program = write_family_program(system, observed, tolerance, order, collocated=needs is Needs.STEPS)
     recording = Recording(
         coordinates=tuple(one.name for one in system.spec.coordinates),
         states=tuple(planner.states),
         made=tuple(planner.made),
         conserved=tuple(name for name in observed if name in conserved),
-        undetected=(NARROW,) * narrow,
+        undetected=(NARROW,) * narrow(system),
     )
     return program, recording
 

@@ -8,6 +8,7 @@ not depend on anything but the system.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,7 +24,7 @@ from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.batched import Everywhere, gathered, places_at
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.layout_batches import Tables
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
@@ -43,6 +44,30 @@ class Loop:
 
     domain: Domain
     terms: Sequence[tuple[Term, Total]]
+    slots: Slots
+
+    @cached_property
+    def used(self) -> Mapping[Node, Slot]:
+        """The slots in the terms."""
+        return {symbol: slot for term, _ in self.terms for symbol, slot in self.slots.inside(term.node)}
+
+    @cached_property
+    def numbered(self) -> tuple[list[Places], list[int]]:
+        """The tables that differ, and the number of each slot's table, then of each term's targets."""
+        tables: list[Places] = []
+        numbers: list[int] = []
+        for table in [slot.table for slot in self.used.values()] + [term.targets for term, _ in self.terms]:
+            same = (i for i, one in enumerate(tables) if one is table or np.array_equal(one, table))
+            i = next(same, len(tables))
+            if i == len(tables):
+                tables.append(table)
+            numbers.append(i)
+        return tables, numbers
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The members in rows."""
+        return rows_of(self.numbered[0], self.domain.count)
 
 
 def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
@@ -54,7 +79,7 @@ def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
         level[total] = 1 + max((level.get(array, 0) for array in inside), default=0)
         for term in total.terms:
             found.setdefault((level[total], id(term.domain)), []).append((term, total))
-    return [Loop(terms[0][0].domain, terms) for _, terms in sorted(found.items(), key=lambda one: one[0][0])]
+    return [Loop(terms[0][0].domain, terms, slots) for _, terms in sorted(found.items(), key=lambda one: one[0][0])]
 
 
 def needed(roots: Iterable[Total], slots: Slots, known: Iterable[Array] = ()) -> list[Total]:
@@ -86,19 +111,23 @@ class Evaluation:
     tables: Tables
     known: Mapping[Node, str]
     """Operands of symbols that are no slots, in every lane: t."""
+    emitter: LaneEmitter = field(default_factory=LaneEmitter)
 
     def __post_init__(self) -> None:
-        self.emitter = LaneEmitter()
         self.emitter.lines = self.f.sink
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
+        self.clear(totals)
+        for loop in loops(totals, self.slots):
+            Writer(self, loop).write()
+
+    def clear(self, totals: Sequence[Total]) -> None:
+        """Begin with sums that are 0."""
         for total in totals:
             base = self.where(total)
             with self.f.loop(0, room(total.count), LANES, tested=False) as i:
                 self.f.store_row(self.f.zero(LANES), base, i)
-        for loop in loops(totals, self.slots):
-            Writer(self, loop).write()
 
 
 class Writer:
@@ -106,19 +135,8 @@ class Writer:
 
     def __init__(self, evaluation: Evaluation, loop: Loop) -> None:
         self.evaluation, self.f, self.loop = evaluation, evaluation.f, loop
-        self.used: dict[Node, Slot] = {}
-        for term, _ in loop.terms:
-            self.used.update(evaluation.slots.inside(term.node))
-        listed = [slot.table for slot in self.used.values()] + [term.targets for term, _ in loop.terms]
-        self.listed: list[Places] = []
-        self.number: list[int] = []
-        for table in listed:
-            same = (i for i, one in enumerate(self.listed) if one is table or np.array_equal(one, table))
-            i = next(same, len(self.listed))
-            if i == len(self.listed):
-                self.listed.append(table)
-            self.number.append(i)
-        self.rows: Rows = rows_of(self.listed, loop.domain.count)
+        self.used, self.rows = loop.used, loop.rows
+        self.listed, self.number = loop.numbered
         evaluation.emitter.repeated = int(np.sum(-(-self.rows.lengths // LANES)))
 
     def write(self) -> None:
@@ -126,7 +144,7 @@ class Writer:
         rows = self.rows
         if len(rows.starts) == 1:
             bases = [self.f.count(int(table[0])) for table in self.listed]
-            self.row(bases, self.f.count(int(rows.lengths[0])))
+            self.row(bases, self.f.count(int(rows.lengths[0])), self.f.count(0))
             return
         with self.f.loop(0, len(rows.starts), tested=False) as r:
             length = self.listed_at(rows.lengths, r)
@@ -134,7 +152,7 @@ class Writer:
                 self.listed_at(table[rows.starts], r) if stride is not None else self.f.count(0)
                 for table, stride in zip(self.listed, rows.strides)
             ]
-            self.row(bases, length)
+            self.row(bases, length, r)
 
     def listed_at(self, values: Places, r: Integer) -> Integer:
         """An entry of a table."""
@@ -145,8 +163,8 @@ class Writer:
         loaded = self.f.define(f"load i32, ptr {place.name}, align 4")
         return Integer(self.f, self.f.define(f"zext i32 {loaded} to i64"), 1)
 
-    def row(self, bases: Sequence[Integer], length: Integer) -> None:
-        """The members of one row."""
+    def row(self, bases: Sequence[Integer], length: Integer, r: Integer) -> None:
+        """The members of row number ``r``."""
         f, strides = self.f, self.rows.strides
         fixed: dict[Node, str] = {}
         for (symbol, slot), i in zip(self.used.items(), self.number):
@@ -155,6 +173,7 @@ class Writer:
                 fixed[symbol] = f.splat(one, LANES).name
         targets = self.number[len(self.used) :]
         sums = {k: f.variable(f.zero(LANES)) for k, i in enumerate(targets) if strides[i] == 0}
+        self.enter(r)
         with f.loop(0, length, LANES, tested=False) as j:
             self.eight(bases, length, j, fixed, targets, sums)
         for k, total in sums.items():
@@ -182,11 +201,8 @@ class Writer:
                 known[symbol] = f.load_row(base, bases[i] + j, LANES).name
             elif strides[i] is None:
                 known[symbol] = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
-        nodes = [term.node for term, _ in self.loop.terms]
-        emit_values(evaluation.emitter, nodes, known, Everywhere(evaluation.tables.constants.slots))
-        for k, (node, i) in enumerate(zip(nodes, targets)):
-            value = Real(f, evaluation.emitter.written(known[node]), LANES)
-            value = f.select(inside, value, f.zero(LANES))
+        for k, (found, i) in enumerate(zip(self.values(known, j), targets)):
+            value = f.select(inside, Real(f, evaluation.emitter.written(found), LANES), f.zero(LANES))
             base = evaluation.where(self.loop.terms[k][1])
             if strides[i] == 0:
                 sums[k].set(sums[k].get() + value)
@@ -194,6 +210,17 @@ class Writer:
                 f.store_row(f.load_row(base, bases[i] + j, LANES) + value, base, bases[i] + j)
             else:
                 self.scatter(value, base, self.looked_up(i, j))
+
+    def enter(self, r: Integer) -> None:
+        """What is done once in a row."""
+
+    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        """The terms of eight members, from the ``j``-th one on, whose slots are ``known``."""
+        nodes = [term.node for term, _ in self.loop.terms]
+        emit_values(
+            self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots)
+        )
+        return [known[node] for node in nodes]
 
     def looked_up(self, i: int, j: Integer) -> str:
         """Eight places of a table."""

@@ -1,7 +1,7 @@
 """The program of a system of families: its accelerations, and what is observed of it.
 
-What does not change during a motion is computed by ``@prepare``: masses, and whatever terms contain of indices
-and parameters. Behind the constants, ``%constants`` has the arrays of these, and scratch for ``@observe``.
+What does not change during a motion is computed by ``@prepare``: masses, and whatever terms contain of
+indices and parameters. Behind the constants, ``%constants`` has the arrays of these, and scratch for ``@observe``.
 """
 
 from __future__ import annotations
@@ -14,17 +14,28 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.native.families.evaluation import Evaluation, needed, room
+from lagrange_cli.native.families.evaluation import Evaluation, loops, needed, room
+from lagrange_cli.native.families.series import LoopSeries, SeriesWriter
 from lagrange_cli.native.functions.elementary import definitions
 from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.program import RATES, Program, accelerate
+from lagrange_cli.native.recurrences.convolution_batches import dot_products
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.layout_batches import Tables
+from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import StateLayout
+from lagrange_cli.native.stepping.acceptance import DOUBLE
+from lagrange_cli.native.stepping.advance import advance
+from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Lengths
+from lagrange_cli.native.stepping.motion import Given, MotionSteps
+from lagrange_cli.native.stepping.steps import STRAIGHT
+from lagrange_cli.native.stepping.sums import DoubleSums
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -33,18 +44,32 @@ Observed = Mapping[str, tuple[Total, int]]
 
 
 def write_family_program(
-    system: FamilySystem, observed: Observed, tolerance: float, *, collocated: bool
+    system: FamilySystem, observed: Observed, tolerance: float, order: int, *, collocated: bool = False
 ) -> Program:
-    """The program that gives the accelerations of ``system``, or with ``collocated`` steps through these."""
-    return _Writer(system, observed, tolerance, collocated).program()
+    """The program of ``system`` with q's series to ``order``; one of ``RATES`` gives the accelerations alone,
+    with ``collocated`` steps through these."""
+    return _Writer(system, observed, tolerance, order, collocated).program()
+
+
+class FamilySteps(DoubleSteps):
+    """What steps are made of where coefficients of all rows are side by side."""
+
+    def __init__(self, lengths: Lengths, given: Given) -> None:
+        MotionSteps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
+        self._work = given.work
+
+    def straighten(self, f: Function) -> None:
+        first, last = STRAIGHT * self.lengths.term, (self.lengths.order + 1) * self.lengths.term
+        with f.loop(first, last, LANES, tested=False) as i:
+            f.store_row(f.zero(LANES), "%work", i)
 
 
 class _Writer:
     def __init__(
-        self, system: FamilySystem, observed: Observed, tolerance: float, collocated: bool
+        self, system: FamilySystem, observed: Observed, tolerance: float, order: int, collocated: bool
     ) -> None:
         self.system, self.slots, self.graph = system, system.slots, system.slots.graph
-        self.observed, self.tolerance, self.collocated = observed, tolerance, collocated
+        self.observed, self.tolerance, self.order, self.collocated = observed, tolerance, order, collocated
         self.tables = Tables(Constants())
         self.fixed: dict[Total, None] = {}
         """Totals that are constants of the motion, in the order of their computation."""
@@ -54,7 +79,8 @@ class _Writer:
         for total in system.totals:
             self.arranged(total)
         self.forces = self.arranged(system.forces)
-        self.roots = [self.arranged(total) for total in dict.fromkeys(total for total, _ in observed.values())]
+        roots = dict.fromkeys(total for total, _ in observed.values())
+        self.roots = [self.arranged(total) for total in roots]
         everyone = np.arange(self.degrees)
         masses = self.arranged(system.masses)
         force, mass = (self.slots.symbol(system.everyone, one, everyone) for one in (self.forces, masses))
@@ -133,35 +159,35 @@ class _Writer:
 
     def program(self) -> Program:
         """The program."""
-        names = tuple(self.observed)
-        order = RATES
+        order = self.order
         if self.collocated:
             from lagrange_cli.native.stepping.radau import ORDER, carried
 
             order = ORDER
         interface = Interface(
             order=order, degrees=self.degrees, parameters=tuple(self.system.parameters), integrals=(),
-            stored=0, observed=names, constants=0, work=0, lanes=0, parts=1, given=1, guards=(), limits=(),
-            events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(), series_at=(0, 0, 0),
-            carried=0,
+            stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
+            guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
+            series_at=(0, 1, self.layout.width) if self.order > RATES else (0, 0, 0), carried=0,
         )  # fmt: skip
         if self.collocated:
             interface = replace(interface, carried=carried(interface.inner))
-        jet, work, operations = self.jet()
+        jet, work, operations = self.series_jet() if self.order > RATES else self.jet()
         parts = [jet]
+        lanes, width = min(self.layout.width, LANES), self.layout.width
+        lengths = Lengths(self.degrees, self.layout.rows, width, self.order, lanes, lanes, 1, 1, width)
+        given = Given(
+            interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady
+        )
         if self.collocated:
-            from lagrange_cli.native.stepping.motion import Given
             from lagrange_cli.native.stepping.radau import on_rates
 
-            lanes = min(self.layout.width, LANES)
-            width = self.layout.width
-            lengths = Lengths(self.degrees, self.layout.rows, width, RATES, lanes, lanes, 1, 1, width)
-            given = Given(
-                interface.inner, work, self.tolerance, (None, None, None), None, timed=not self.system.steady
-            )
             work, steps = on_rates(lengths, given)
             parts.append(steps)
-        parts.append(accelerate(self.layout.width + self.degrees, self.degrees))
+        elif self.order > RATES:
+            parts += [*numbers("", order + 4), rests(order + 4), *dot_products()]
+            parts.append(advance(FamilySteps(lengths, given)))
+        parts.append(accelerate(width + self.degrees, self.degrees))
         observe, counted = self.observe()
         parts += [observe, self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()
@@ -216,13 +242,84 @@ class _Writer:
                 work += room(total.count)
         evaluation = self.evaluation(f, arrays, Real(f, "%t", 1))
         evaluation.write(totals)
-        regular = f.variable(Bit(f, "true", 1))
-        base, least = evaluation.where(self.masses), self.system.spec.lagrangian is None
-        with f.loop(0, self.degrees, tested=False) as i:
-            mass = f.load(base, i)
-            regular.set(regular.get() & ((mass if least else f.magnitude(mass)) > 0.0))
-        f.give(regular.get())
+        self.give_regular(f, evaluation.where(self.masses))
         return f.text(), work, evaluation.emitter.operations
+
+    def give_regular(self, f: Function, masses: Pointer) -> None:
+        """Return whether the masses are regular."""
+        regular, positive = f.variable(Bit(f, "true", 1)), self.system.spec.lagrangian is None
+        with f.loop(0, self.degrees, tested=False) as i:
+            mass = f.load(masses, i)
+            regular.set(regular.get() & ((mass if positive else f.magnitude(mass)) > 0.0))
+        f.give(regular.get())
+
+    def series_jet(self) -> tuple[str, int, int]:
+        """The same with series: coefficient m of the state's row i is at ``m * width + i``."""
+        f = Function(
+            "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, "
+            "ptr noalias %work) #0"
+        )
+        width, degrees, order = self.layout.width, self.degrees, self.order
+        work = width * (order + 1) + LANES
+        totals = needed([self.forces], self.slots, self.fixed)
+        planes: dict[Array, tuple[int, int]] = {self.system.q: (0, width)}
+        """Where coefficient 0 of arrays is, and how far it is from one to the next."""
+        for total in totals:
+            planes[total] = work, room(total.count)
+            work += (order - 1) * room(total.count)
+        moving = self.system.time.symbols
+        for symbol, slot in self.slots.of.items():
+            moving |= symbol.symbols if slot.array in planes else 0
+        made: list[tuple[LoopSeries, int]] = []
+        for loop in loops(totals, self.slots):
+            series = LoopSeries(loop, self.slots, moving, self.system.time, order)
+            made.append((series, work))
+            work += series.doubles
+        base, time, emitter = self.scratch(f), f.splat(Real(f, "%t", 1), LANES).name, LaneEmitter()
+        places = {array: f.place(base, at, "double") for array, at in self.lasting.items()}
+
+        def at(array: Array, k: int | Integer) -> Pointer:
+            if array not in planes:
+                return places[array]
+            first, step = planes[array]
+            return f.place("%work", k * step + first, "double")
+
+        def stage(k: int | Integer) -> int:
+            before = emitter.operations
+            evaluation = Evaluation(
+                f, self.slots, lambda array: at(array, k), self.tables, {self.system.time: time}, emitter
+            )
+            evaluation.clear(totals)
+            for series, place in made:
+                SeriesWriter(evaluation, series, k, place).write()
+            emitter.repeated = degrees // LANES + 1
+            number = emitter.everywhere("@numbers", str(k) if isinstance(k, int) else k.name, 1)
+            after = emitter.everywhere("@numbers", str(k) if isinstance(k, int) else k.name, 2)
+            force, mass = at(self.forces, k), places[self.masses]
+            following, beyond = (k + 1) * width, (k + 2) * width
+            # a whole vector goes beyond the last row: what is there is written afterwards
+            with f.loop(0, degrees, LANES, tested=False) as i:
+                rate = f.load_row(force, i, LANES) / f.load_row(mass, i, LANES) / Real(f, number, LANES)
+                f.store_row(rate, "%work", i + degrees + following)
+            with f.loop(0, degrees, LANES, tested=False) as i:
+                rate = f.load_row("%work", i + degrees + following, LANES)
+                f.store_row(rate / Real(f, after, LANES), "%work", i + beyond)
+            return emitter.operations - before
+
+        with f.loop(0, 2 * degrees, tested=False) as i:
+            f.store(f.load("%state", i), "%work", i)
+        with f.loop(0, degrees, tested=False) as i:
+            f.store(f.load("%state", i + degrees), "%work", i + width)
+        last, rolled, operations = order - 2, min(3, order - 1), 0
+        for k in range(rolled):
+            operations += stage(k)
+        if rolled <= last:
+            with f.loop(rolled, last + 1, tested=False) as counter:
+                operations += (last + 1 - rolled) * stage(counter)
+        with f.loop(0, degrees, tested=False) as i:
+            f.store(f.constant(0.0), "%work", i + degrees + order * width)
+        self.give_regular(f, places[self.masses])
+        return f.text(), work, operations
 
     def observe(self) -> tuple[str, int]:
         """``@observe``: the observed quantities at each of ``%count`` samples; and its operations."""
@@ -253,7 +350,8 @@ class _Writer:
             for first, total, start, count in runs:
                 source = evaluation.where(total)
                 with f.loop(0, count, tested=False) as i:
-                    f.store(f.load(source, i + start if start else i), "%results", stride * (i + first) + sample)
+                    value = f.load(source, i + start if start else i)
+                    f.store(value, "%results", stride * (i + first) + sample)
             operations = evaluation.emitter.operations
         f.give()
         return f.text(), operations
