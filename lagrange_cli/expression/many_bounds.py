@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import operator
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -16,8 +16,8 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.bounds import MAX_EXPONENT, Bounds, BoundsAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Indices, Unsuited, Whole
-from lagrange_cli.expression.syntax import Sum
+from lagrange_cli.expression.index_arrays import Differ, Indices, Places, Unsuited, Whole
+from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -133,7 +133,16 @@ class BoundsBuilder(ArrayBuilder):
         """The bounds of a sum; None where they cannot be found at once."""
         try:
             return self.summed(tree, Members(None, 1, {**self._sizes, **indices}))
-        except (Unsuited, Differ, ArithmeticError):
+        except (Unsuited, Differ, ExpressionError, ArithmeticError):
+            return None
+
+    def of_members(self, tree: Tree, indices: Mapping[str, Places]) -> Value | None:
+        """The bounds of an expression that the members of a family share; None where they cannot be found at
+        once."""
+        count = len(next(iter(indices.values())))
+        try:
+            return self._value(tree, Members(None, count, {**self._sizes, **indices}))
+        except (Unsuited, Differ, ExpressionError, ArithmeticError):
             return None
 
     def number(self, value: Whole, members: Members) -> Bounds:

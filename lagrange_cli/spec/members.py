@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Unsuited, Whole, flat
+from lagrange_cli.expression.index_arrays import Places, Unsuited, Whole, flat
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.spec.names import Names
+from lagrange_cli.spec.spec import Expression
 
 
 def bounds_of(names: Names, identifier: str, places: list[Whole], count: int) -> Any:
@@ -37,3 +39,10 @@ def bounds_of(names: Names, identifier: str, places: list[Whole], count: int) ->
     if component not in known or not isinstance(value, tuple) or known.index(component) % 3 >= len(value):
         raise Unsuited
     return value[known.index(component) % 3]
+
+
+def indices_of(members: Sequence[Expression]) -> dict[str, Places]:
+    """The values that each index has for the members of a family, which are written alike."""
+    return {
+        name: np.array([one.indices[name] for one in members], dtype=np.int64) for name in members[0].indices
+    }

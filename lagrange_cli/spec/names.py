@@ -74,6 +74,9 @@ class Names:
         self._members: set[str] = set()
         self._builder = SumBuilder(self, BoundsAlgebra(), sizes)
         self._alike: dict[str, Any] = {}
+        self.siblings: Mapping[int, Sequence[Expression]] = {}
+        """The expressions of all members of a family, by the tree that they share."""
+        self._of_siblings: dict[int, Any] = {}
         self._clashes: set[str] = set()
         self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
 
@@ -202,6 +205,9 @@ class Names:
         if not sound:
             self.problems.distrust(expression.tree)
             return kinds, None
+        together = self._together(expression)
+        if together is not None and (section != "definitions" or unknown(together)):
+            return kinds, together
         try:
             return kinds, self._builder.build(expression.tree, expression.indices)
         except Unsound:
@@ -211,6 +217,21 @@ class Names:
             self._found[key] = kinds, False
             self.problems.add_expression(expression, error, where)
             return kinds, None
+
+    def _together(self, expression: Expression) -> Any:
+        """The bounds of all members that share the expression's tree, where they are many and nothing is wrong
+        with any of them; else None."""
+        key = id(expression.tree)
+        if key not in self._of_siblings:
+            self._of_siblings[key] = None
+            if len(self.siblings.get(key, ())) >= MANY:
+                from lagrange_cli.expression.many_bounds import BoundsBuilder
+                from lagrange_cli.spec.members import bounds_of, indices_of
+
+                members = indices_of(self.siblings[key])
+                builder = BoundsBuilder(partial(bounds_of, self), self.sizes)
+                self._of_siblings[key] = builder.of_members(expression.tree, members)
+        return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
         """What the names of an expression come down to, and whether each of them may stand there."""
@@ -390,6 +411,12 @@ class SumBuilder(Builder):
             if found is not None:
                 return found
         return super()._sum(tree, indices)
+
+
+def unknown(bounds: Any) -> bool:
+    """Whether no number is known of what has these bounds."""
+    parts = bounds if isinstance(bounds, tuple) else (bounds,)
+    return all(one.value is None and not hasattr(one, "numbers") for one in parts)
 
 
 def largest(bounds: Sequence[Any]) -> Any:
