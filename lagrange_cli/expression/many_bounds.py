@@ -123,9 +123,7 @@ class BoundsBuilder(ArrayBuilder):
     """Builds the terms of sums. ``members`` gives the bounds of a name's members at the places of its
     indices, and raises ``Unsuited`` where there is no such member."""
 
-    def __init__(
-        self, members: Callable[[str, list[Whole], int], Value], sizes: Indices
-    ) -> None:
+    def __init__(self, members: Callable[[str, list[Whole], int], Value], sizes: Indices) -> None:
         super().__init__(lambda name: None, ManyBoundsAlgebra(), {})
         self._members, self._sizes = members, sizes
 

@@ -124,7 +124,9 @@ def total_of(count: int, terms: Iterable[Term], graph: Graph) -> Total:
 
 def number_of(total: Total) -> Node | None:
     """The number that a total of one is, where it is made of nothing else."""
-    if total.count != 1 or any(one.domain.count != 1 or one.node.kind is not Kind.NUMBER for one in total.terms):
+    if total.count != 1 or any(
+        one.domain.count != 1 or one.node.kind is not Kind.NUMBER for one in total.terms
+    ):
         return None
     nodes = [one.node for one in total.terms]
     return nodes[0].graph.sum([(one, 1.0) for one in nodes]) if nodes else None

@@ -62,7 +62,5 @@ def factors(root: Node, totals: Sequence[Total], slots: Slots) -> Mapping[Total,
             slope = graph.diff(node, symbol)
             if isinstance(slot.array, Total) and slot.array.count == 1 and not slope.symbols:
                 found[slot.array] = found.get(slot.array, graph.zero) + factor * slope
-                pending += [
-                    (one.node, factor * slope) for one in slot.array.terms if one.domain.count == 1
-                ]
+                pending += [(one.node, factor * slope) for one in slot.array.terms if one.domain.count == 1]
     return found

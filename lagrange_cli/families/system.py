@@ -141,9 +141,7 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
         for which in both(group, masses):
             domain = Domain(len(which))
-            values = [
-                builder._value(*one.members(which, builder.sizes, domain)) for one in (group, masses)
-            ]
+            values = [builder._value(*one.members(which, builder.sizes, domain)) for one in (group, masses)]
             position, mass = values
             if not fixed(builder, mass):
                 raise Unsuited

@@ -95,7 +95,8 @@ class Described:
         particles = []
         for arrays, names in self.particles():
             particles += [
-                Particle(name, None, tuple((one, i) for one in arrays), (), ()) for i, name in enumerate(names)
+                Particle(name, None, tuple((one, i) for one in arrays), (), ())
+                for i, name in enumerate(names)
             ]
         return Model(
             name=spec.name,

@@ -345,7 +345,9 @@ def siblings(draft: Draft) -> dict[int, list[Expression]]:
     """The expressions of members of families, by the tree that they share."""
     found: dict[int, list[Expression]] = {}
     for written in (one for row in SECTIONS.rows if row.family for one in draft.sections.get(row.key, ())):
-        given = written.fields.values() if isinstance(written, Declared) else [getattr(written, "value", None)]
+        given = (
+            written.fields.values() if isinstance(written, Declared) else [getattr(written, "value", None)]
+        )
         for one in given:
             if isinstance(one, Expression) and one.indices:
                 found.setdefault(id(one.tree), []).append(one)

@@ -79,7 +79,10 @@ def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
         level[total] = 1 + max((level.get(array, 0) for array in inside), default=0)
         for term in total.terms:
             found.setdefault((level[total], id(term.domain)), []).append((term, total))
-    return [Loop(terms[0][0].domain, terms, slots) for _, terms in sorted(found.items(), key=lambda one: one[0][0])]
+    return [
+        Loop(terms[0][0].domain, terms, slots)
+        for _, terms in sorted(found.items(), key=lambda one: one[0][0])
+    ]
 
 
 def needed(roots: Iterable[Total], slots: Slots, known: Iterable[Array] = ()) -> list[Total]:
@@ -217,9 +220,7 @@ class Writer:
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
         """The terms of eight members, from the ``j``-th one on, whose slots are ``known``."""
         nodes = [term.node for term, _ in self.loop.terms]
-        emit_values(
-            self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots)
-        )
+        emit_values(self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
         return [known[node] for node in nodes]
 
     def looked_up(self, i: int, j: Integer) -> str:

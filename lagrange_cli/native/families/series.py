@@ -98,7 +98,9 @@ class SeriesWriter(Writer):
         assert self.first is not None
         size = LANES * self.series.span * len(self.series.stored)
         place = (self.first + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
-        stage = MemberStage(self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known)
+        stage = MemberStage(
+            self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known
+        )
         return stage.values()
 
 
