@@ -30,7 +30,7 @@ from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import TIME
 
 
-class Members(dict[str, "Whole"]):
+class Members(dict[str, Any]):
     """The sizes, and the indices of the members of a ``domain``, of which there are ``count``."""
 
     def __init__(self, domain: Any, count: int, indices: Mapping[str, Whole]) -> None:

@@ -152,7 +152,7 @@ class BoundsBuilder(ArrayBuilder):
     def summed(self, tree: Sum, members: Members) -> Value:
         total: Value = None
         for _, value, _ in self.terms(tree, members):
-            found = tuple(map(of_sum, value)) if isinstance(value, tuple) else of_sum(value)
+            found: Value = tuple(map(of_sum, value)) if isinstance(value, tuple) else of_sum(value)
             if total is None:
                 total = found
             elif isinstance(total, tuple) != isinstance(found, tuple):

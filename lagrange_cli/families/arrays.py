@@ -49,7 +49,7 @@ class Domain:
 
 @dataclass(frozen=True, eq=False)
 class Slot:
-    """What the members of a ``domain`` have of an array: the numbers at the places of ``table`` (members,)."""
+    """What the members of a ``domain`` have of an array: what is at the places of ``table`` (members,)."""
 
     domain: Domain
     array: Array

@@ -164,7 +164,9 @@ class FamilyBuilder(ArrayBuilder):
         if isinstance(value, int):
             return self.graph.constant(float(value))
         least = min(0, int(value.min()))
-        return self.slots.symbol(members.domain, self.whole, value - least) + float(least)
+        symbol: Node = self.slots.symbol(members.domain, self.whole, value - least)
+        made: Node = symbol + float(least)
+        return made
 
     def written(self, group: Group, which: Places, domain: Domain) -> Value:
         """The members of a group, for those of a domain. What contains sums is computed once for each."""
@@ -206,11 +208,12 @@ class FamilyBuilder(ArrayBuilder):
         """A total, which can be computed from here on."""
         made = total_of(count, terms, self.graph)
         self.totals.append(made)
+        self._newest = None
         return made
 
     def rate(self, node: Node, domain: Domain) -> Node:
         """The velocity of what depends on coordinates."""
-        found = self.graph.diff(node, self.time)
+        found: Node = self.graph.diff(node, self.time)
         for symbol, slot in self.slots.inside(node):
             if slot.array in (self.v, *self.totals):
                 raise Unsuited

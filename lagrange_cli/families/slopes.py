@@ -17,8 +17,8 @@ from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Tot
 def slopes(
     root: Node, domain: Domain, totals: Sequence[Total], slots: Slots, by: Array
 ) -> tuple[Total, list[Total]]:
-    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that it takes besides,
-    in the order in which they can be computed.
+    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that it takes, in the
+    order in which they can be computed.
 
     ``totals`` are those that ``root`` is made of, in such an order.
     """

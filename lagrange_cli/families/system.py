@@ -8,6 +8,7 @@ kind are derived member by member (``mechanics``).
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -26,6 +27,9 @@ FEWEST = 300
 """Terms of all sums below which members are written out."""
 UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced", "forces"
 """Parts of a system that are derived member by member."""
+
+_LATEST: list[tuple[Spec, FamilySystem | None]] = []
+"""The last one, which is asked for once more when it is compiled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,16 +85,21 @@ class FamilySystem:
         return (*momenta, "h") if self.steady else tuple(momenta)
 
 
-def family_system(spec: Spec, fewest: int = FEWEST) -> FamilySystem | None:
-    """The system, if it is of this kind and has at least so many terms; None otherwise, also where something
-    is wrong with it: who goes through its members finds what."""
-    if not spec.families.get("coordinates") or any(getattr(spec, part) for part in UNKNOWN):
-        return None
-    try:
-        found = made(spec)
-    except (Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
-        return None
-    return found if found.terms >= fewest else None
+def family_system(spec: Spec) -> FamilySystem | None:
+    """The system, if it is of this kind and has many terms; None otherwise, also where something is wrong:
+    who goes through its members finds what."""
+    found: FamilySystem | None
+    for known, found in _LATEST:
+        if known is spec:
+            return found
+    found = None
+    if spec.families.get("coordinates") and not any(getattr(spec, part) for part in UNKNOWN):
+        with suppress(Unsuited, Differ, ExpressionError, TooLarge, ArithmeticError):
+            found = made(spec)
+    if found is not None and found.terms < FEWEST:
+        found = None
+    _LATEST[:] = [(spec, found)]
+    return found
 
 
 def made(spec: Spec) -> FamilySystem:
@@ -124,8 +133,8 @@ def made(spec: Spec) -> FamilySystem:
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
     used = [total for total in totals if total is not masses]
     found = FamilySystem(
-        spec, slots, builder.q, builder.v, builder.given, builder.whole, builder.time, builder.parameters, builder.root,
-        everyone, builder.totals, masses, forces, [*used, *needed], potential, kinetic,
+        spec, slots, builder.q, builder.v, builder.given, builder.whole, builder.time, builder.parameters,
+        builder.root, everyone, builder.totals, masses, forces, [*used, *needed], potential, kinetic,
         {name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()},
         dict(observed(builder, spec)),
     )  # fmt: skip
@@ -203,7 +212,7 @@ def separated(builder: FamilyBuilder, lagrangian: Node) -> tuple[Node, Total]:
         if isinstance(slot.array, Total) and slot.array in replaced:
             other = slots.symbol(slot.domain, replaced[slot.array], slot.table)
             potential = substituted(graph, [potential], {symbol: other})[0]
-            for i, total in enumerate(builder.totals):
+            for total in builder.totals:
                 if any(one.node.symbols & symbol.symbols for one in total.terms):
                     raise Unsuited
     return potential, total_of(builder.q.count, masses, graph)

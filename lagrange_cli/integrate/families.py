@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -29,6 +30,14 @@ OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "obser
 """What can be computed of families; other outputs go through the members."""
 Element = tuple[Total, int]
 """A number: the total that it is in, and its place there."""
+
+
+def suits(spec: Spec, outputs: Collection[str]) -> bool:
+    """Whether the system can be followed as one of families, and no force hides."""
+    if not OUTPUTS.issuperset(outputs):
+        return False
+    system = family_system(spec)
+    return system is not None and not narrow(system)
 
 
 def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:

@@ -71,7 +71,7 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     return hides(nodes, residual.variables, large=len(nodes) > MANY)
 
 
-def hides(nodes: Sequence[Node], variables: int, *, large: bool) -> bool:
+def hides(nodes: list[Node], variables: int, *, large: bool) -> bool:
     """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``. In a
     ``large`` system no sum hides that something softens."""
     degrees = growth(nodes)

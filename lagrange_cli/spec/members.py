@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places, Unsuited, Whole, flat
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
-from lagrange_cli.spec.names import Names
-from lagrange_cli.spec.spec import Expression
+
+if TYPE_CHECKING:
+    from lagrange_cli.spec.names import Names
+    from lagrange_cli.spec.spec import Expression
 
 
 def bounds_of(names: Names, identifier: str, places: list[Whole], count: int) -> Any:

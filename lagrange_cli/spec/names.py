@@ -48,7 +48,6 @@ from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Family
 from lagrange_cli.spec.unknown import Unknown, end_of_differential, range_hint
 
-
 MANY = 100
 """Terms of a sum from which on they are looked at together."""
 
@@ -219,8 +218,8 @@ class Names:
             return kinds, None
 
     def _together(self, expression: Expression) -> Any:
-        """The bounds of all members that share the expression's tree, where they are many and nothing is wrong
-        with any of them; else None."""
+        """The bounds of all members that share the expression's tree, where these are many and none is wrong;
+        else None."""
         key = id(expression.tree)
         if key not in self._of_siblings:
             self._of_siblings[key] = None

@@ -1,7 +1,8 @@
 """The program of a system of families: its accelerations, and what is observed of it.
 
 What does not change during a motion is computed by ``@prepare``: masses, and whatever terms contain of
-indices and parameters. Behind the constants, ``%constants`` has the arrays of these, and scratch for ``@observe``.
+indices and parameters. Behind the constants, ``%constants`` has arrays of these, and scratch for
+``@observe``.
 """
 
 from __future__ import annotations
