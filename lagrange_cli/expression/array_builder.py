@@ -56,6 +56,10 @@ class ArrayBuilder(Builder):
     def summed(self, tree: Sum, members: Members) -> Value:
         """A sum."""
 
+    def value(self, tree: Tree, members: Members) -> Value:
+        """The value of ``tree`` for these members."""
+        return self._value(tree, members)
+
     def _name(self, tree: Name, indices: Indices) -> Value:
         assert isinstance(indices, Members)
         if not tree.indices and tree.identifier in indices:

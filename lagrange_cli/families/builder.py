@@ -162,7 +162,8 @@ class FamilyBuilder(ArrayBuilder):
         if not isinstance(value, int):
             value = one_if_equal(value)
         if isinstance(value, int):
-            return self.graph.constant(float(value))
+            number: Node = self.graph.constant(float(value))
+            return number
         least = min(0, int(value.min()))
         symbol: Node = self.slots.symbol(members.domain, self.whole, value - least)
         made: Node = symbol + float(least)
@@ -172,7 +173,7 @@ class FamilyBuilder(ArrayBuilder):
         """The members of a group, for those of a domain. What contains sums is computed once for each."""
         tree, members = group.members(which, self.sizes, domain)
         if not any(True for _ in sums(tree)):
-            return self._value(tree, members)
+            return self.value(tree, members)
         label = int(group.labels[which[0]])
         key = id(group), label
         if key not in self._written:
@@ -200,7 +201,7 @@ class FamilyBuilder(ArrayBuilder):
             domain = Domain(len(which))
             try:
                 tree, members = group.members(which, self.sizes, domain)
-                yield domain, self._value(tree, members), which
+                yield domain, self.value(tree, members), which
             except Differ as differ:
                 pending += split(which, differ)
 
@@ -262,3 +263,10 @@ class FamilyBuilder(ArrayBuilder):
 def particle_families(spec: Spec) -> Mapping[str, Family]:
     """The families of particles."""
     return {**spec.families.get("masses", {}), **spec.families.get("embedding", {})}
+
+
+def alike(one: Group, other: Group) -> Iterator[Places]:
+    """The members of two groups in parts that are alike in both."""
+    labels = one.labels * (int(other.labels.max()) + 1) + other.labels
+    for label in np.unique(labels):
+        yield np.flatnonzero(labels == label)

@@ -7,17 +7,18 @@ kind are derived member by member (``mechanics``).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
 
 from lagrange_cli.errors import TooLarge
-from lagrange_cli.expression.index_arrays import Differ, Places, Unsuited
+from lagrange_cli.expression.index_arrays import Differ, Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
-from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
-from lagrange_cli.families.builder import FamilyBuilder, Group, group_of, particle_families
+from lagrange_cli.families.applied import applied_forces
+from lagrange_cli.families.arrays import Array, Domain, Slots, Term, Total, total_of
+from lagrange_cli.families.builder import FamilyBuilder, alike, group_of, particle_families
 from lagrange_cli.families.slopes import factors, slopes
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
@@ -25,7 +26,7 @@ from lagrange_cli.spec.spec import Spec, grouped
 
 FEWEST = 300
 """Terms of all sums below which members are written out."""
-UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced", "forces"
+UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""
 
 _LATEST: list[tuple[Spec, FamilySystem | None]] = []
@@ -36,6 +37,7 @@ _LATEST: list[tuple[Spec, FamilySystem | None]] = []
 class FamilySystem:
     """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. ``needed`` are the totals
     that the forces take, in the order in which they can be computed, ``totals`` all that expressions contain.
+    The system is ``driven`` if a force is not in L.
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
     """
@@ -54,6 +56,7 @@ class FamilySystem:
     masses: Total
     forces: Total
     needed: Sequence[Total]
+    driven: bool
     potential: Node
     kinetic: Node
     positions: Mapping[str, Sequence[Total]]
@@ -62,7 +65,8 @@ class FamilySystem:
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        terms = [one.node for total in (*self.totals, self.masses) for one in total.terms]
+        totals = *self.totals, *self.needed, self.forces
+        terms = [one.node for total in totals for one in total.terms]
         return not any(node.symbols & self.time.symbols for node in (*terms, self.potential))
 
     @property
@@ -82,7 +86,7 @@ class FamilySystem:
         for term in self.forces.terms:
             acted[term.targets] = True
         momenta = [f"p_{self.spec.coordinates[k].name}" for k in np.flatnonzero(~acted).tolist()]
-        return (*momenta, "h") if self.steady else tuple(momenta)
+        return (*momenta, "h") if self.steady and not self.driven else tuple(momenta)
 
 
 def family_system(spec: Spec) -> FamilySystem | None:
@@ -122,19 +126,21 @@ def made(spec: Spec) -> FamilySystem:
     if not covered.all():
         raise Unsuited
     rates, needed = slopes(potential, builder.root, totals, slots, builder.q)
-    forces = Total(
-        Source.TOTAL, rates.count, tuple(Term(one.domain, -one.node, one.targets) for one in rates.terms)
-    )
+    refuse_speeds(builder, [potential, *(one.node for total in (rates, *needed) for one in total.terms)])
+    terms, beside = applied_forces(builder, spec)
+    held = [Term(one.domain, -one.node, one.targets) for one in rates.terms]
+    forces = total_of(builder.q.count, [*held, *terms], graph)
     builder.totals.append(masses)
     mass = slots.symbol(everyone, masses, np.arange(builder.q.count))
     speed = slots.symbol(everyone, builder.v, np.arange(builder.q.count))
     zeros = np.zeros(builder.q.count, dtype=np.int64)
     energy = builder.added(1, [Term(everyone, 0.5 * mass * speed * speed, zeros)])
     kinetic = slots.symbol(builder.root, energy, np.zeros(1, dtype=np.int64))
-    used = [total for total in totals if total is not masses]
+    used = [total for total in builder.totals if total not in (masses, energy)]
     found = FamilySystem(
         spec, slots, builder.q, builder.v, builder.given, builder.whole, builder.time, builder.parameters,
-        builder.root, everyone, builder.totals, masses, forces, [*used, *needed], potential, kinetic,
+        builder.root, everyone, builder.totals, masses, forces, [*used, *needed, *beside], bool(terms),
+        potential, kinetic,
         {name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()},
         dict(observed(builder, spec)),
     )  # fmt: skip
@@ -148,9 +154,9 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
     families = grouped(spec.embedding, particle_families(spec))
     for family in families:
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
-        for which in both(group, masses):
+        for which in alike(group, masses):
             domain = Domain(len(which))
-            values = [builder._value(*one.members(which, builder.sizes, domain)) for one in (group, masses)]
+            values = [builder.value(*one.members(which, builder.sizes, domain)) for one in (group, masses)]
             position, mass = values
             if not fixed(builder, mass):
                 raise Unsuited
@@ -166,13 +172,6 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
                     if not fixed(builder, slope):
                         raise Unsuited
                     yield Term(domain, mass * slope * slope, slot.table)
-
-
-def both(one: Group, other: Group) -> Iterator[Places]:
-    """The members of two groups in parts that are alike in both."""
-    labels = one.labels * (int(other.labels.max()) + 1) + other.labels
-    for label in np.unique(labels):
-        yield np.flatnonzero(labels == label)
 
 
 def fixed(builder: FamilyBuilder, node: Node) -> bool:
@@ -229,13 +228,15 @@ def observed(builder: FamilyBuilder, spec: Spec) -> Iterator[tuple[str, tuple[To
             yield name, (arrays[0], i)
 
 
+def refuse_speeds(builder: FamilyBuilder, nodes: Sequence[Node]) -> None:
+    """Raise ``Unsuited`` where an energy depends on velocities beyond the masses."""
+    for node in nodes:
+        if any(slot.array is builder.v for _, slot in builder.slots.inside(node)):
+            raise Unsuited
+
+
 def refuse_others(system: FamilySystem) -> None:
-    """Raise ``Unsuited`` where forces depend on velocities, jump, or have kinks."""
-    moving: Callable[[Node], bool] = lambda node: any(  # noqa: E731
-        slot.array is system.v for _, slot in system.slots.inside(node)
-    )
-    if any(map(moving, (*system.force_nodes, system.potential))):
-        raise Unsuited
+    """Raise ``Unsuited`` where forces may jump, or have kinks."""
     for node in reachable([*system.force_nodes, system.potential]):
         if node.kind in (Kind.SWITCH, Kind.DDT) or (node.kind is Kind.FUNCTION and node.data == "atan2"):
             raise Unsuited

@@ -263,7 +263,7 @@ class _Writer:
         width, degrees, order = self.layout.width, self.degrees, self.order
         work = width * (order + 1) + LANES
         totals = needed([self.forces], self.slots, self.fixed)
-        planes: dict[Array, tuple[int, int]] = {self.system.q: (0, width)}
+        planes: dict[Array, tuple[int, int]] = {self.system.q: (0, width), self.system.v: (degrees, width)}
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
         for total in totals:
             planes[total] = work, room(total.count)
