@@ -99,7 +99,8 @@ class FamilyBuilder(ArrayBuilder):
         self.rows: dict[str, Rows] = {}
         self.groups: dict[str, Group] = {}
         self.positions: dict[str, Group] = {}
-        self.parameters = {one.name: self.graph.symbol(one.name) for one in spec.parameters}
+        scalars = [one.name for one in spec.parameters if "[" not in one.name]
+        self.parameters = {name: self.graph.symbol(name) for name in scalars}
         self._written: dict[tuple[int, int], tuple[Total, ...]] = {}
         self._newest: Node | None = None
         """The symbol of the sum that was built last."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
@@ -254,13 +254,16 @@ def check_count(count: float) -> None:
 
 
 def resolve_method(name: str | None) -> str:
-    """The method's proper name, whatever case it was written in; the default where there is none."""
-    if name is None:
-        return AUTO
-    for method in (AUTO, *METHODS):
+    """The method's proper name, whatever case it was written in; ``AUTO`` where there is none."""
+    return proper_name(AUTO if name is None else name, (AUTO, *METHODS))
+
+
+def proper_name(name: str, methods: Sequence[str]) -> str:
+    """The one of these methods that is meant, whatever case it is written in."""
+    for method in methods:
         if method.lower() == name.lower():
             return method
-    raise UsageError(f"unknown method {name!r}; {suggest(name, (AUTO, *METHODS))}")
+    raise UsageError(f"unknown method {name!r}; {suggest(name, methods)}")
 
 
 def check_method(method: str, option: str, can: Callable[[MethodRow], bool]) -> None:

@@ -95,6 +95,11 @@ class _Writer:
         for total in self.fixed:
             self.place(total, total.count)
 
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """The names of all parameters, in the order in which they are given."""
+        return tuple(one.name for one in self.system.spec.parameters)
+
     def place(self, array: Array, count: int) -> None:
         self.lasting[array] = self.size
         self.size += room(count)
@@ -166,7 +171,7 @@ class _Writer:
 
             order = ORDER
         interface = Interface(
-            order=order, degrees=self.degrees, parameters=tuple(self.system.parameters), integrals=(),
+            order=order, degrees=self.degrees, parameters=self.parameters, integrals=(),
             stored=0, observed=tuple(self.observed), constants=0, work=0, lanes=0, parts=1, given=1,
             guards=(), limits=(), events=(), changed=(), affected=(), masses=(), constraints=0, pattern=(),
             series_at=(0, 1, self.layout.width) if self.order > RATES else (0, 0, 0), carried=0,
@@ -387,13 +392,14 @@ class _Writer:
         inner.give()
         emitter = Emitter()
         emitter.lines = f.sink
-        symbols = [*self.system.parameters.values()]
-        slots = self.tables.constants.slots
+        slots, symbols = self.tables.constants.slots, self.system.parameters
         inside = 0
         for node in slots:
             inside |= node.symbols
         known: dict[Node, str | None] = {
-            one: emitter.load("%parameters", i) for i, one in enumerate(symbols) if one.symbols & inside
+            symbols[name]: emitter.load("%parameters", i)
+            for i, name in enumerate(self.parameters)
+            if name in symbols and symbols[name].symbols & inside
         }
         emit_values(emitter, [*slots], known, None)
         for node, slot in slots.items():
