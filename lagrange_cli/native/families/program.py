@@ -11,9 +11,11 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.families.arrays import Array, Source, Term, Total, total_of
 from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.limits import way_out, whole
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.native.families.evaluation import Evaluation, loops, needed, room
 from lagrange_cli.native.families.series import LoopSeries, SeriesWriter
@@ -40,6 +42,8 @@ from lagrange_cli.native.stepping.sums import DoubleSums
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
+MOST_NUMBERS = whole("numbers")
+"""Of all series of a system."""
 Observed = Mapping[str, tuple[Total, int]]
 """Quantities by name: where each of them is."""
 
@@ -281,6 +285,11 @@ class _Writer:
             series = LoopSeries(loop, self.slots, moving, self.system.time, order)
             made.append((series, work))
             work += series.doubles
+        if work > MOST_NUMBERS:
+            raise TooLarge(
+                f"the Taylor series of this system are {work} numbers, more than {MOST_NUMBERS}",
+                f"choose --method ias15, which has no series, make the system smaller, {way_out('numbers')}",
+            )
         base, time, emitter = self.scratch(f), f.splat(Real(f, "%t", 1), LANES).name, LaneEmitter()
         places = {array: f.place(base, at, "double") for array, at in self.lasting.items()}
 
