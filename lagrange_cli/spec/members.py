@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.index_arrays import Places, Unsuited, Whole, flat
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
-
-if TYPE_CHECKING:
-    from lagrange_cli.spec.names import Names
-    from lagrange_cli.spec.spec import Expression
+from lagrange_cli.spec.kinds import Meaning
+from lagrange_cli.spec.spec import Expression
 
 
-def bounds_of(names: Names, identifier: str, places: list[Whole], count: int) -> Any:
+class Table(Protocol):
+    """What is asked of the table of names (``spec.names``)."""
+
+    table: dict[str, Meaning]
+    values: dict[str, Any]
+
+    def alike(self, name: str) -> Any: ...
+
+
+def bounds_of(names: Table, identifier: str, places: list[Whole], count: int) -> Any:
     """The bounds of a (dotted) name, with the ``places`` of its indices in each of ``count`` terms.
 
     Raises ``Unsuited`` where a member does not exist, or more has to be known of each.
