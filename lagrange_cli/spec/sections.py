@@ -226,7 +226,7 @@ SOLVE = Table(
             also="dt h delta_t deltat timestep time_step step_size stepsize interval",
         ),
         Row(
-            "method", read_text, "the integration method [taylor]", also="solver integrator scheme algorithm"
+            "method", read_text, "the integration method [auto]", also="solver integrator scheme algorithm"
         ),
         Row(
             "tolerance",
