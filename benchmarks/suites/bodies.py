@@ -23,6 +23,7 @@ SPEED = 0.4
 IAS15, TAYLOR = "lagrange --method ias15", "lagrange"
 REBOUND, HEYOKA = "rebound IAS15", "heyoka, its model.nbody, compact mode"
 
+
 @dataclass(frozen=True)
 class Case:
     """So many bodies: until when they are followed, from how many starts, and how near to each other any two
