@@ -7,7 +7,7 @@ import re
 import yaml
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.spec.source import WHOLE_FILE, Place, Source
+from lagrange_cli.spec.source import TOO_DEEP, WHOLE_FILE, Place, Source
 
 _SPACES = "YAML indents with spaces: replace each tab by spaces"
 _COMMENTED = re.compile(r"[:,[]\s(#[0-9a-fA-F]{3,6})\b[^\s#]*$")
@@ -50,6 +50,8 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     problem = getattr(error, "problem", None)
     if mark is None or problem is None:
         return source.error(WHOLE_FILE, f"YAML syntax error: {error}", "a system file is text in UTF-8")
+    if "nesting depth" in problem:  # the parser's own bound, which is larger
+        return source.error(Place(mark.line + 1, mark.column + 1), *TOO_DEEP)
     context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
     line, column = min(mark.line, len(source.lines) - 1), mark.column
     while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
