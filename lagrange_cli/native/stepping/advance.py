@@ -1,6 +1,6 @@
 """``@advance``: steps until the sample times are used up, the end is reached, or something stops it.
 
-Every step must be confirmed by the next one's series (``acceptance``); until then its samples may be
+Every step must be accepted by the next one's series (``acceptance``); until then its samples may be
 discarded. If it is not, a critical point lies within the step, such as a kink of the potential. This is
 approached by halving the distance, and passed if the accelerations stay finite. The error is their change
 times the resolution of time.
@@ -191,7 +191,7 @@ def advance(steps: Steps) -> str:
         leaving, lax = (f.variable(clock(one)) for one in (Clock.LEAVING, Clock.UNEXPLAINED))
         confirms, goal, bound = f.variable(yes), f.variable(gap), f.variable(h)
         # Before a critical point: halve the distance until it is at the resolution of the numbers, then step
-        # to just beyond the point. If steps as short as that are not confirmed either, the differences are
+        # to just beyond the point. If steps as short as that are not accepted either, the differences are
         # due to rounding.
         with f.section() as bounded:
             with f.when(~gap.equals(0.0)):

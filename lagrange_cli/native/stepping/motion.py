@@ -204,7 +204,7 @@ class Steps(ABC):
         nothing, zero = self.quadratures.nothing(f, h), f.constant(0.0)
         given = rates, allowed, nothing, f.constant(1.0), Bit(f, "false"), zero
         more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
-        return ~f.call(Bit, "integrals_confirmed", f.pointer("%work"), *given, *more, f.pointer("%state"))
+        return ~f.call(Bit, "integrals_accepted", f.pointer("%work"), *given, *more, f.pointer("%state"))
 
     def resume(self, f: Function, before: Now) -> None:
         """Compute the series of the step before once more."""
