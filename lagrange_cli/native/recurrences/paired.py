@@ -157,13 +157,8 @@ class LaneStage(LoopStage):
         self._known: dict[tuple[str, int], Value] = {}
         self._scaled: dict[int, Value] = {}
 
-    def at(self, index: int, ahead: int) -> Value:
-        one = self.expansion.program.series[index]
-        if one.degree < self.first + ahead:
-            return None
-        if ahead == one.level:
-            return self.top[index]
-        if ahead == one.level - 1 and self._earlier is not None:
+    def older(self, index: int, ahead: int) -> Value:
+        if self._earlier is not None and ahead == self.expansion.program.series[index].level - 1:
             return self._earlier.top[index]
         return self._load(self._layout.rows[index], ahead)
 

@@ -105,15 +105,9 @@ class Rolled(LoopStage):
         self._known: dict[tuple[str, int], Value] = {}
         self._bases: dict[int, str] = {}
 
-    def at(self, index: int, ahead: int) -> Value:
-        one = self.expansion.program.series[index]
-        if one.degree < self.first + ahead:
-            return None
-        if ahead == one.level:
-            return self.top[index]
-        if one.level - ahead <= CARRIED:
-            return self._carry(index, one.level - ahead)
-        return self._load(index, ahead)
+    def older(self, index: int, ahead: int) -> Value:
+        age = self.expansion.program.series[index].level - ahead
+        return self._carry(index, age) if age <= CARRIED else self._load(index, ahead)
 
     def _carry(self, index: int, age: int) -> Value:
         for one in range(1, age + 1):
