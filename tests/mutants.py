@@ -13,14 +13,15 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = ROOT / "lagrange_cli"
-PATIENCE = 1200
-"""Seconds after which tests hang."""
+PATIENCE = 60.0
+"""Seconds that tests of a mistake may take however short all of them are without one: longer ones hang."""
 
 
 @dataclass(frozen=True)
@@ -74,8 +75,7 @@ MUTATIONS = {
     "a ledger's sign": Mutation(
         "outputs/datasets/ledgers.py", "energetics.power - energetics.lagrangian_rate",
         "energetics.power + energetics.lagrangian_rate",
-        (LEDGERS + "test_ledgers_close_for_every_system[driven_damped_pendulum]",
-         LEDGERS + "test_ledgers_close_for_every_system[gauge_oscillator]"),
+        (LEDGERS + "test_a_potential_that_changes_in_time_is_in_the_ledger",),
     ),
     "a checkpoint left out": Mutation(
         "integrate/methods/taylor.py", "checkpoints.keep(snapshot)", "pass",
@@ -109,7 +109,7 @@ MUTATIONS = {
         ("tests/integrate/ensemble/test_lanes.py::test_members_move_as_they_do_alone[pendulum-1]",),
     ),
     "a velocity's unit": Mutation(
-        "model/dimensions.py", "unit=quantity.unit / time.unit)", "unit=quantity.unit * time.unit)",
+        "model/quantity.py", "unit=quantity.unit / time.unit)", "unit=quantity.unit * time.unit)",
         ("tests/outputs/test_units.py",),
     ),
     "the sign of dissipation": Mutation(
@@ -207,19 +207,22 @@ def copy_of_the_package(folder: Path) -> None:
         shutil.copy(ROOT / name, folder)
 
 
-def passes(folder: Path, tests: Sequence[str]) -> bool:
-    """Whether the tests pass on the copy, and end; raises ``RuntimeError`` where they cannot be run."""
+def failure(folder: Path, tests: Sequence[str], limit: float | None = None) -> str | None:
+    """What tests say that fail on the copy, or take longer than the ``limit``; None if they pass.
+
+    Raises ``RuntimeError`` where they cannot be run.
+    """
     try:
         run = subprocess.run(
             [sys.executable, "-B", "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", *tests],
             cwd=folder, env={**os.environ, "PYTHONPATH": str(folder)}, capture_output=True, text=True,
-            timeout=PATIENCE,
+            timeout=limit,
         )  # fmt: skip
     except subprocess.TimeoutExpired:
-        return False
+        return "they take too long"
     if run.returncode not in (0, 1):
         raise RuntimeError(run.stdout + run.stderr)
-    return run.returncode == 0
+    return run.stdout if run.returncode else None
 
 
 def main(names: Sequence[str]) -> int:
@@ -230,16 +233,17 @@ def main(names: Sequence[str]) -> int:
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
         copy_of_the_package(folder)
-        if not passes(
-            folder, list(dict.fromkeys(test for each in mutations.values() for test in each.tests))
-        ):
-            print("the tests fail without any mistake")
+        tests = dict.fromkeys(test for each in mutations.values() for test in each.tests)
+        began = time.monotonic()
+        if said := failure(folder, [*tests]):
+            print(f"{said}\nthe tests fail without any mistake")
             return 1
+        limit = max(PATIENCE, time.monotonic() - began)
         for name, each in mutations.items():
             path = folder / "lagrange_cli" / each.file
             right = path.read_text(encoding="utf-8")
             path.write_text(mutated[name], encoding="utf-8")
-            caught = not passes(folder, each.tests)
+            caught = failure(folder, each.tests, limit) is not None
             path.write_text(right, encoding="utf-8")
             print(f"{name}: {'caught' if caught else 'MISSED'}", flush=True)
             missed += not caught

@@ -26,10 +26,11 @@ OURS = ("-m", "lagrange_cli")
 
 @dataclass(frozen=True)
 class Ended:
-    """What a process took, in seconds and, at most, in bytes of memory; its exit status (None: over the time
-    limit), and what it printed."""
+    """What a process took, in seconds, of which the ``processor`` worked for it, and, at most, in bytes of
+    memory; its exit status (None: over the time limit), and what it printed."""
 
     seconds: float
+    processor: float
     memory: int
     status: int | None
     printed: str
@@ -81,7 +82,8 @@ def run_process(
             stream.seek(0)
             texts.append(stream.read().decode("utf-8", "replace"))
     most = usage.ru_maxrss * (1 if sys.platform == "darwin" else 1024)
-    return Ended(spent, most, None if late.is_set() else child.returncode, *texts)
+    ended = None if late.is_set() else child.returncode
+    return Ended(spent, usage.ru_utime + usage.ru_stime, most, ended, *texts)
 
 
 @dataclass(frozen=True)

@@ -63,8 +63,8 @@ def commands() -> list[Command]:
     return found
 
 
-def seconds_of(command: Command, root: Path, folder: Path) -> float:
-    """One run with the package of a checkout."""
+def seconds_of(command: Command, processor: bool, root: Path, folder: Path) -> float:
+    """One run with the package of a checkout; its ``processor`` time, if that is asked for."""
     environment = {
         "PYTHONPATH": str(root),
         "LAGRANGE_CACHE_DIR": str(folder / "cache"),
@@ -73,6 +73,8 @@ def seconds_of(command: Command, root: Path, folder: Path) -> float:
     ended = run_process((*OURS, *command.arguments), folder, environment)
     if ended.status:
         raise SystemExit(f"{root}: {command.name}: {ended.errors}")
+    if processor:
+        return ended.processor
     return ended.seconds if command.whole else float(json.loads(ended.printed)["seconds"]["integrate"])
 
 
@@ -86,6 +88,7 @@ def main() -> int:
     made.add_argument("--before", type=Path, required=True, help="a checkout of the earlier version")
     made.add_argument("--after", type=Path, default=ROOT, help="one of the later version [this checkout]")
     made.add_argument("--runs", type=int, default=RUNS, help=f"number of turns [{RUNS}]")
+    made.add_argument("--processor", action="store_true", help="processor time of whole processes")
     made.add_argument("--only", default="", metavar="TEXT", help="only commands whose name has this text")
     options = made.parse_args()
     rows, slower = [], 0
@@ -100,7 +103,8 @@ def main() -> int:
             if options.only not in command.name:
                 continue
             tasks: dict[str, Callable[[], float]] = {
-                which: partial(seconds_of, command, *place) for which, place in places.items()
+                which: partial(seconds_of, command, options.processor, *place)
+                for which, place in places.items()
             }
             in_turns(tasks, 2)  # so that everything is compiled, and at LLVM's highest level
             found = in_turns(tasks, options.runs)

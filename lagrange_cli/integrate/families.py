@@ -15,8 +15,9 @@ from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.native.families.program import write_family_program
+from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import order_for
-from lagrange_cli.native.program import RATES, Program
+from lagrange_cli.native.program import Program
 from lagrange_cli.outputs.plan import planned
 from lagrange_cli.outputs.planner import Planner
 from lagrange_cli.outputs.recording import NARROW, Recording

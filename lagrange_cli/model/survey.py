@@ -13,19 +13,18 @@ from functools import cached_property
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.syntax import Name, Number, Span
 from lagrange_cli.expression.vocabulary import MULTIPLIER, TIME, family_name, velocity_name
-from lagrange_cli.model.dimensions import (
+from lagrange_cli.model.dimensions import Walk, vector
+from lagrange_cli.model.quantity import (
     BROKEN,
     PURE,
     UNKNOWN,
     Contradiction,
     Quantity,
-    Walk,
     joined,
     named,
     rate,
     shown,
     total,
-    vector,
 )
 from lagrange_cli.model.unit import RADIAN, Unit, known
 from lagrange_cli.model.unit_text import read_unit

@@ -10,6 +10,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import UNROLLED
+from lagrange_cli.native.llvm import length
 from lagrange_cli.native.llvm.text import tables
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.observation import write_prepare
@@ -46,17 +47,14 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
     """``program`` with ``@follow``, which takes members to their ends (see ``stepping.ensemble``), or through
     a ``section`` (see ``stepping.crossings``)."""
     from lagrange_cli.native.functions.elementary import definitions
-    from lagrange_cli.native.numbers.lanes import LaneEmitter
-    from lagrange_cli.native.recurrences.compensated import compensated_expansion
     from lagrange_cli.native.recurrences.layout_lanes import arrange_lanes
-    from lagrange_cli.native.recurrences.paired import Memory, write_paired_jet
+    from lagrange_cli.native.recurrences.paired import write_paired_jet
     from lagrange_cli.native.stepping.ensemble import follow
     from lagrange_cli.native.stepping.pack import Pack
 
     order, constants, series = lane_order(tolerance), Constants(), program.series
-    emitter, layout, width = LaneEmitter(), arrange_lanes(series, order), program.state.width
-    expansion = compensated_expansion(emitter, residual, series, constants, width, 0)
-    jet = write_paired_jet(Memory(expansion, emitter, layout))
+    layout, width = arrange_lanes(series, order), program.state.width
+    jet = write_paired_jet(residual, series, constants, layout, width)
     parameters, constrained = residual.model.parameters, bool(residual.multipliers)
     sizes = layout.span, 0, layout.vectors, program.state.quadratures
     pack = Pack(program.degrees, program.rows, width, *sizes, constrained=constrained)
@@ -78,5 +76,5 @@ def with_lanes(program: Program, residual: Residual, tolerance: float, section: 
         stepping = follow(pack, *given, timed=residual.timed)
     text = "\n".join([program.text, *tables("lane_", order + 3), prepare, jet, project, stepping])
     text = "\n".join([text, definitions(text)])
-    emitter.allow(text.count(" = "))
+    length.allow(text.count(" = "))
     return replace(program, text=text, lanes=LANES * pack.places["size"])

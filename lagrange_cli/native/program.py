@@ -4,40 +4,28 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.constraints import Constraints
-from lagrange_cli.mechanics.defect import Defect, defect, may_hide, terms_of
-from lagrange_cli.mechanics.explicit import at_a_state, expanded
+from lagrange_cli.mechanics.defect import may_hide
+from lagrange_cli.mechanics.explicit import at_a_state
 from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
 from lagrange_cli.mechanics.guards import Guarded, guarded
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.saturation import saturated_each
 from lagrange_cli.mechanics.switches import one_sided
 from lagrange_cli.native.events import changes_of, events_of, masses_of, number_of, sizes_of
-from lagrange_cli.native.interface import LANES, STEPPING, Interface
-from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import tables as numbers
-from lagrange_cli.native.llvm.vector import Bit, Real
+from lagrange_cli.native.interface import STEPPING, Interface
+from lagrange_cli.native.motions import Equations, motion_of
 from lagrange_cli.native.numbers.beside import BesideEmitter
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Written
 from lagrange_cli.native.observation import write_prepare, write_values
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import MULTIPLIERS
-from lagrange_cli.native.state import GuardRows, StateLayout
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.series.program import SeriesProgram
-
-if TYPE_CHECKING:
-    from lagrange_cli.native.recurrences.layout_batches import Tables
-    from lagrange_cli.native.stepping.motion import Given
-
-RATES = 2
-"""The order of q's series that gives the accelerations alone."""
-BATCHED = 100
-"""Convolutions from which on series are computed in batches."""
 
 
 @dataclass(frozen=True)
@@ -51,173 +39,6 @@ class Program(Interface):
     """Whether steps are proven, of the motion or of its integrals."""
     tables: int = 0
     """How much of the text are tables, which take hardly any time to compile."""
-
-
-@dataclass(frozen=True)
-class Equations:
-    """What a motion follows: series, their order, the tolerance of steps, and whether these are proven."""
-
-    residual: Residual
-    series: SeriesProgram
-    state: StateLayout
-    constants: Constants
-    order: int
-    tolerance: float
-    proven: bool
-    guards: GuardRows | None
-    multipliers: int
-    """So many integrals, behind those of guards' arguments, show the multipliers' series to proofs."""
-    integrands: Sequence[Node]
-    """Those of quadratures that are followed, if any of them has to be proven."""
-    arguments: Sequence[Node]
-    """The arguments of guards, likewise."""
-    emitter: Callable[[], Emitter]
-    """What is written with, where numbers are doubles."""
-    in_two: bool
-    """Whether steps to roots are (see ``stepping.guards``)."""
-    collocated: bool = False
-    """Whether steps are polynomials through rates (``stepping.radau``); series give the rates alone."""
-
-    @property
-    def highest(self) -> int:
-        """The order to which series are computed."""
-        return RATES if self.collocated else self.order
-
-
-@dataclass(frozen=True)
-class Motion:
-    """The code that follows a motion, its doubles of ``%work``, the operations of its jet, and where that
-    leaves the series (see ``Interface``)."""
-
-    parts: Sequence[str]
-    work: int
-    operations: int
-    series_at: tuple[int, int, int]
-    tables: Tables | None = None
-    """Those of batches, if it is written for these."""
-
-
-def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
-    """What steps are proven by, if they are."""
-    residual = equations.residual
-    return (residual, defect(residual), equations.constants) if equations.proven else None
-
-
-def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Defect, Constants] | None:
-    """What integrals of ``nodes`` are proven by, if there are any."""
-    residual = equations.residual
-    if not nodes:
-        return None
-    accelerations, rows = expanded(residual, nodes)
-    return residual, Defect(accelerations, terms_of(rows, residual, accelerations)), equations.constants
-
-
-def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
-    """Of the equations, of integrands, and of what guards watch."""
-    integrands, arguments = equations.integrands, equations.arguments
-    return proving_of(equations), proof_of(equations, integrands), proof_of(equations, arguments)
-
-
-def given_of(equations: Equations, work: int, project: str = "") -> Given:
-    """What steps are made from; they work on so many doubles."""
-    from lagrange_cli.native.stepping.motion import Given
-
-    state, proving, multipliers = equations.state, provings_of(equations), equations.multipliers
-    given = state, work, equations.tolerance, proving, equations.guards, equations.in_two
-    return Given(*given, multipliers, project, equations.residual.timed)
-
-
-def double(equations: Equations) -> Motion:
-    """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
-    from lagrange_cli.native.recurrences.compensated import compensated_expansion
-    from lagrange_cli.native.recurrences.jet import write_jet
-    from lagrange_cli.native.recurrences.layout import arrange
-    from lagrange_cli.native.recurrences.rolled import Memory
-    from lagrange_cli.native.stepping.doubles import lengths_of, stepper
-
-    residual, series, order = equations.residual, equations.series, equations.highest
-    emitter, layout = equations.emitter(), arrange(series, order)
-    expansion = compensated_expansion(
-        emitter, residual, series, equations.constants, layout.width, layout.doubles
-    )
-    parts = [*numbers("", order + 4), write_jet(Memory(expansion, emitter, layout))]
-    work = LANES * -(-expansion.factorization.place // LANES)
-    parts += expansion.factorization.functions
-    degrees = equations.state.degrees
-    if equations.collocated:
-        from lagrange_cli.native.stepping.radau import on_rates
-
-        work, steps = on_rates(lengths_of(layout, degrees), given_of(equations, work))
-        parts.append(steps)
-    elif order >= STEPPING:
-        project = ""
-        if residual.multipliers:
-            from lagrange_cli.native.stepping.projection import in_doubles
-
-            project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
-        parts.append(stepper(layout, given_of(equations, work, project)))
-    parts.append(accelerate(layout.width + degrees, len(layout.state) - degrees))
-    return Motion(parts, work, emitter.operations, (0, 1, layout.width))
-
-
-def batched(equations: Equations) -> Motion | None:
-    """In doubles, by loops over members; None where the system is not large, or not of the kind."""
-    from lagrange_cli.native.recurrences.batched import write_batched_jet
-    from lagrange_cli.native.recurrences.layout_batches import Tables
-    from lagrange_cli.native.recurrences.tables_batches import Misfit, arrange
-    from lagrange_cli.native.stepping.batches import accelerate, lengths_of, stepper
-
-    residual, series, order = equations.residual, equations.series, equations.highest
-    if not suits_batches(equations):
-        return None
-    try:
-        blocks = arrange(residual, series, order)
-        tables = Tables(equations.constants)
-        jet, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
-    except Misfit:
-        return None
-    degrees = equations.state.degrees
-    parts, work = [*numbers("", order + 4), jet], blocks.doubles
-    if equations.collocated:
-        from lagrange_cli.native.stepping.radau import on_rates
-
-        work, steps = on_rates(lengths_of(blocks, degrees), given_of(equations, work))
-        parts.append(steps)
-    elif order >= STEPPING:
-        parts.append(stepper(blocks, given_of(equations, work)))
-    parts.append(accelerate(blocks, degrees))
-    return Motion(parts, work, operations, (0, 0, 0), tables)
-
-
-def suits_batches(equations: Equations) -> bool:
-    """Whether the series of a system are many, and its masses constant and diagonal."""
-    proven = any(provings_of(equations))
-    return (
-        equations.series.convolutions >= BATCHED
-        and equations.residual.separate
-        and not (equations.guards or equations.in_two or proven)
-    )
-
-
-def double_double(equations: Equations) -> Motion:
-    """In double-double."""
-    from lagrange_cli.native.functions.double_double import functions
-    from lagrange_cli.native.numbers.double_double import operations
-    from lagrange_cli.native.recurrences.in_memory import write_jet
-    from lagrange_cli.native.recurrences.layout_rows import arrange
-    from lagrange_cli.native.stepping.double_doubles import stepper
-
-    rows = arrange(equations.series, equations.order, equations.state.width)
-    jet, work, count = write_jet(equations.residual, rows, equations.constants)
-    work = LANES * -(-work // LANES)
-    project = ""
-    if equations.residual.multipliers:
-        from lagrange_cli.native.stepping.projection import in_double_doubles
-
-        project = in_double_doubles(equations.residual, equations.state, equations.constants)
-    stepping = stepper(rows, given_of(equations, work, project))
-    parts = [*operations(), *functions(), jet, *stepping]
-    return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
 
 
 def write_program(
@@ -323,7 +144,7 @@ def write_program(
         factor is not None,
         collocated,
     )
-    made = (parts == 1 and batched(equations)) or (double if parts == 1 else double_double)(equations)
+    made = motion_of(equations, parts)
     symbols = [*model.q, *model.v]
 
     def values(name: str, symbols: Sequence[Node], nodes: Iterable[Node], **more: Any) -> tuple[str, int]:
@@ -386,16 +207,3 @@ def write_program(
         tables=len(listed),
         operations={"jet": made.operations, "observe": operations},
     )
-
-
-def accelerate(first: int, rates: int) -> str:
-    """Rates of the velocities and integrals at one state, whose low parts are zeros: ``%work[first]`` and on.
-    It returns 0 where the mass matrix is singular."""
-    given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out"
-    f = Function(f"define i64 @accelerate({given}) #0")
-    constants, state, work = (f.pointer(f"%{name}") for name in ("constants", "state", "work"))
-    regular = f.call(Bit, "jet", constants, Real(f, "%t"), state, work)
-    with f.loop(0, rates, tested=False) as i:
-        f.store(f.load(work, i + first), "%out", i)
-    f.give(regular.to_integer())
-    return f.text()

@@ -12,7 +12,7 @@ from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
-    from lagrange_cli.model.dimensions import Quantity
+    from lagrange_cli.model.quantity import Quantity
     from lagrange_cli.model.survey import Survey
 
 

@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 
 from lagrange_cli.expression.vocabulary import family_name
-from lagrange_cli.model.dimensions import BROKEN, Quantity
+from lagrange_cli.model.quantity import BROKEN, Quantity
 from lagrange_cli.model.survey import Conflict, Survey
 from lagrange_cli.model.unit import WHOLE, Unit
 from lagrange_cli.model.unit_text import read_unit

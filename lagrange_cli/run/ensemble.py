@@ -231,7 +231,7 @@ def prepare_ensemble(ensemble: Ensemble, request: Request, monitor: Monitor, sec
 
 def import_the_rest() -> None:
     """Import what the integration needs."""
-    import lagrange_cli.integrate.ensemble.datasets
+    import lagrange_cli.integrate.ensemble.follow
     import lagrange_cli.integrate.ensemble.lanes
     import lagrange_cli.store.ensemble  # noqa: F401
 

@@ -159,7 +159,7 @@ def follow_and_write(
     """Follow all motions and write what is found, however they end."""
     from lagrange_cli.integrate.checkpoint import Schedule
     from lagrange_cli.integrate.ending import Ending
-    from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
+    from lagrange_cli.integrate.ensemble.follow import follow_ensemble
     from lagrange_cli.integrate.method import Unfit
 
     assert ensemble.cut is not None

@@ -112,7 +112,7 @@ def follow_and_write(
     """Integrate all members into the output file, however they end; how often events happened in all."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
-    from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
+    from lagrange_cli.integrate.ensemble.follow import follow_ensemble
     from lagrange_cli.integrate.ensemble.selection import ensemble_method
     from lagrange_cli.store.ensemble import EnsembleWriter
 

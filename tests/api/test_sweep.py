@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import lagrange_cli as lagrange
-import lagrange_cli.integrate.ensemble.datasets as datasets
+import lagrange_cli.integrate.ensemble.follow as following
 from lagrange_cli.cli.main import main
 from tests.support.command import SYSTEMS
 
@@ -101,13 +101,13 @@ def test_members_that_fail_are_warned_of():
 
 
 def test_a_sweep_that_is_interrupted_keeps_the_members_that_ended(monkeypatch):
-    follow = datasets.follow_ensemble
+    follow = following.follow_ensemble
 
     def interrupting(prepared, method, values, families, times, write, interrupted, **rest):
         os.kill(os.getpid(), signal.SIGINT)
         return follow(prepared, method, values, families, times, write, interrupted, **rest)
 
-    monkeypatch.setattr(datasets, "follow_ensemble", interrupting)
+    monkeypatch.setattr(following, "follow_ensemble", interrupting)
     with pytest.raises(lagrange.Interrupted) as caught:
         lagrange.sweep(PENDULUM, over={"l": np.linspace(1, 2, 64)}, stop=1e5, jobs=1)
     assert caught.value.result.status == "interrupted"

@@ -17,6 +17,7 @@ import pytest
 import lagrange_cli.cli.commands.section as command
 import lagrange_cli.integrate.ensemble.lanes as lanes
 from lagrange_cli.cli.main import main
+from lagrange_cli.integrate.ensemble.members import Members
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.store.checkpoint import Checkpoint
 from tests.cli.test_section import FLOOR
@@ -102,7 +103,7 @@ def test_a_lane_that_was_interrupted_and_does_not_bring_its_motion_to_the_end(tm
         alone.append(given)
         return follow(self, *given)
 
-    def under_way(members: lanes.Members, count: int) -> list[threading.Thread]:
+    def under_way(members: Members, count: int) -> list[threading.Thread]:
         workers = started(members, count)
         while not members.steps and workers[0].is_alive():
             pass

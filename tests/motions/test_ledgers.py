@@ -120,6 +120,24 @@ def test_work_of_a_particle_force_is_in_the_ledger() -> None:
     assert motion.outcome.h_drift is None
 
 
+@pytest.mark.parametrize("form", ["lagrangian", "potential"])
+def test_a_potential_that_changes_in_time_is_in_the_ledger(form: str) -> None:
+    """dh/dt = -dL/dt: a spring that is tuned, with random numbers, wins and loses energy."""
+    seed = int(np.random.default_rng().integers(2**32))
+    print(f"seed {seed}")
+    c, w, start = np.random.default_rng(seed).uniform((0.2, 1.0, 0.5), (0.6, 3.0, 1.5))
+    spring = f"(1 + {c}*cos({w}*t))*x**2/2"
+    stated = {
+        "lagrangian": f"lagrangian: x_dot**2/2 - {spring}",
+        "potential": f"masses: {{p: 1}}\nembedding: {{p: [x]}}\npotential: {spring}",
+    }
+    text = f"coordinates: {{x: {{initial: {start}}}}}\n{stated[form]}"
+    motion = follow(text, 20.0, 201, outputs=LEDGER)
+    h = motion["diagnostics/h"]
+    assert abs(h - h[0]).max() > 0.01 * size(motion, "h")
+    assert largest(motion, "diagnostics/ledger/h") < 1e-12 * size(motion, "h")
+
+
 def test_the_hoop_conserves_h_and_not_t_plus_u() -> None:
     motion = follow("rotating_hoop", 20.0, outputs=("q", "v", "h", "energy", "T", "U"))
     assert motion.outcome.h_drift is not None

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.integrate.arrays import Array, aligned, with_modes
-from lagrange_cli.integrate.checkpoint import Checkpointing
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.batches import joined, unfinished
-from lagrange_cli.integrate.ensemble.method import Batch, EnsembleMethod, Section, Starts
+from lagrange_cli.integrate.ensemble.method import Batch, Section
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
 from lagrange_cli.integrate.events import Change
 from lagrange_cli.integrate.method import End
@@ -26,9 +25,6 @@ from lagrange_cli.records import replace
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from lagrange_cli.spec.ensemble import EnsembleValues, Number
-    from lagrange_cli.spec.spec import Family
-
     Index = NDArray[np.int64]
     Emit = Callable[[Index, dict[str, Any]], None]
 
@@ -38,86 +34,6 @@ OFTEN = 1.0
 """Seconds after which what has ended is written, however little it is."""
 LOW_TIME = f"{LOW}t"
 """The low parts of the times of a section."""
-FEWEST = 512
-"""Members that are laid out at least, however large they are."""
-
-
-def follow_ensemble(
-    prepared: Prepared,
-    method: EnsembleMethod,
-    values: EnsembleValues,
-    families: Sequence[Family],
-    times: Times,
-    emit: Emit,
-    interrupt: Callable[[int], bool],
-    *,
-    sampled: bool,
-    threads: int,
-    checkpointing: Checkpointing[EnsembleOutcome] | None = None,
-    section: Section | None = None,
-) -> EnsembleOutcome:
-    """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
-
-    Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
-    if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
-    ``families`` are those of the coordinates. ``interrupt`` is told how many members have ended, several
-    times a second; True stops them all. The arrays are valid during the call only. Datasets of crossings of
-    events have as many rows as there are, and say to which members they belong. With ``checkpointing``,
-    members that an earlier run has followed to their end are not followed again; only their start is emitted.
-    Samples are those of the ``section``, if there is one.
-    """
-    program = prepared.machine.program
-    datasets = EnsembleDatasets(
-        prepared, times, emit, sampled=sampled, members=values.members, section=section
-    )
-    if checkpointing is not None and checkpointing.begin is not None:
-        datasets.restore(checkpointing.begin)
-    size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))
-    going = True
-    for start in range(0, values.members, size):
-        part = slice(start, min(start + size, values.members))
-        emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
-        parameters = table(
-            [one.parameters[name] for one in values.parts for name in program.parameters], part
-        )
-        zeros = [0.0] * len(program.integrals)
-        states = table([x for one in values.parts for x in (*one.q, *one.v, *zeros)], part)
-        datasets.open(start, parameters, states)
-        datasets.refuse([member for member in values.refused if part.start <= member < part.stop])
-        missing = datasets.missing()
-        if going and len(missing):
-
-            def told(done: int, before: int = part.stop - len(missing)) -> bool:
-                if checkpointing is not None and checkpointing.due(before + done):
-                    datasets.flush()
-                    checkpointing.keep(datasets.outcome(), before + done)
-                return interrupt(before + done)
-
-            own = None if section is None else section.only(part)
-            starts = Starts(parameters, states, times, sampled, own).only(missing)
-            going = method.follow(starts, datasets.accept, told, threads)
-        datasets.close()
-    return datasets.outcome()
-
-
-def table(columns: Sequence[Number], part: slice) -> Array:
-    """The rows ``part`` of columns that are one number, or one for each member: (b, columns)."""
-    found = np.empty((part.stop - part.start, len(columns)))
-    for i, column in enumerate(columns):
-        found[:, i] = column[part] if isinstance(column, np.ndarray) else column
-    return found
-
-
-def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) -> dict[str, Array]:
-    """What differs between the parameters of the members ``part``, and their initial states."""
-    found = {f"parameters/{name}": column[part] for name, column in values.differing.items()}
-    for kind, state in (("q", values.q), ("v", values.v)):
-        row = 0
-        for family in families:
-            columns = state[row : row + len(family.members)]
-            found[f"initial/{kind}/{family.name}"] = table(columns, part).reshape(-1, *family.shape)
-            row += len(family.members)
-    return found
 
 
 class EnsembleDatasets:

@@ -11,7 +11,7 @@ from lagrange_cli.model.scope import Scope
 from lagrange_cli.spec.spec import Expression
 
 if TYPE_CHECKING:
-    from lagrange_cli.model.dimensions import Quantity
+    from lagrange_cli.model.quantity import Quantity
 
 
 def act(scope: Scope[E], given: Mapping[str, Expression]) -> Action[E]:

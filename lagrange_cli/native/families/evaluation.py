@@ -144,13 +144,15 @@ class Writer:
 
     def write(self) -> None:
         """All rows."""
-        rows = self.rows
+        rows, self.first = self.rows, self.f.count(0)
         if len(rows.starts) == 1:
             bases = [self.f.count(int(table[0])) for table in self.listed]
             self.row(bases, self.f.count(int(rows.lengths[0])), self.f.count(0))
             return
         with self.f.loop(0, len(rows.starts), tested=False) as r:
             length = self.listed_at(rows.lengths, r)
+            if None in rows.strides:
+                self.first = self.listed_at(rows.starts, r)
             bases = [
                 self.listed_at(table[rows.starts], r) if stride is not None else self.f.count(0)
                 for table, stride in zip(self.listed, rows.strides)
@@ -224,9 +226,10 @@ class Writer:
         return [known[node] for node in nodes]
 
     def looked_up(self, i: int, j: Integer) -> str:
-        """Eight places of a table."""
-        first = self.evaluation.tables.of_places(self.listed[i].tolist())
-        return places_at(self.f, j + first if first else j)
+        """Eight places of a table. Behind its end the last one stands again: a row may end anywhere."""
+        table = self.listed[i].tolist()
+        at = self.evaluation.tables.of_places([*table, *table[-1:] * LANES])
+        return places_at(self.f, self.first + j + at, aligned=False)
 
     def scatter(self, values: Real, base: Pointer, places: str) -> None:
         """Add eight numbers at eight places, one after the other: some may be the same."""

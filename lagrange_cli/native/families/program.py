@@ -24,21 +24,20 @@ from lagrange_cli.native.interface import LANES, Interface
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import tables as numbers
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.program import RATES, Program, accelerate
+from lagrange_cli.native.program import Program
 from lagrange_cli.native.recurrences.convolution_batches import dot_products
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
 from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import StateLayout
-from lagrange_cli.native.stepping.acceptance import DOUBLE
 from lagrange_cli.native.stepping.advance import advance
-from lagrange_cli.native.stepping.doubles import DoubleSteps
+from lagrange_cli.native.stepping.doubles import DoubleSteps, accelerate
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import Given, MotionSteps
+from lagrange_cli.native.stepping.motion import Given
 from lagrange_cli.native.stepping.steps import STRAIGHT
-from lagrange_cli.native.stepping.sums import DoubleSums
 from lagrange_cli.records import replace
 from lagrange_cli.series.program import SeriesProgram
 
@@ -58,10 +57,6 @@ def write_family_program(
 
 class FamilySteps(DoubleSteps):
     """What steps are made of where coefficients of all rows are side by side."""
-
-    def __init__(self, lengths: Lengths, given: Given) -> None:
-        MotionSteps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
-        self._work = given.work
 
     def straighten(self, f: Function) -> None:
         first, last = STRAIGHT * self.lengths.term, (self.lengths.order + 1) * self.lengths.term
@@ -197,7 +192,7 @@ class _Writer:
         elif self.order > RATES:
             parts += [*numbers("", order + 4), rests(order + 4), *dot_products()]
             parts.append(advance(FamilySteps(lengths, given)))
-        parts.append(accelerate(width + self.degrees, self.degrees))
+        parts.append(accelerate(lengths))
         observe, counted = self.observe()
         parts += [observe, self.prepare()]
         text, listed = "\n".join(parts), self.tables.text()

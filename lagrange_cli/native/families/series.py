@@ -88,16 +88,16 @@ class SeriesWriter(Writer):
     def __init__(self, evaluation: Evaluation, series: LoopSeries, k: int | Integer, at: int) -> None:
         super().__init__(evaluation, series.loop)
         self.series, self.k, self.at = series, k, at
-        self.first: Integer | None = None
+        self.block: Integer | None = None
 
     def enter(self, r: Integer) -> None:
         blocks = self.series.blocks
-        self.first = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
+        self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
 
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
-        assert self.first is not None
+        assert self.block is not None
         size = LANES * self.series.span * len(self.series.stored)
-        place = (self.first + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
+        place = (self.block + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
         stage = MemberStage(
             self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known
         )

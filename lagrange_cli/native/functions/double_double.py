@@ -6,7 +6,7 @@ Newton's iteration from the double value, which doubles its digits.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import factorial
 
@@ -58,6 +58,13 @@ def whole(e: DoubleDoubleBody, x: Value) -> str:
     return e.define(f"fptosi double {x} to i64")
 
 
+def turned(e: DoubleDoubleBody, quarters: str, cosine: bool, sine: Pair, cosines: Pair) -> Pair:
+    """Sine, or cosine, of an angle so many right angles further than that of the given sine and cosine."""
+    quarter = e.integer("and", e.integer("add", quarters, int(cosine)), 3)
+    made = e.choose(e.define(f"trunc i64 {quarter} to i1"), cosines, sine)
+    return e.choose(e.define(f"icmp uge i64 {quarter}, 2"), -made, made)
+
+
 def _sin_cos(cosine: bool) -> str:
     def formula(e: DoubleDoubleBody, x: Pair) -> Pair:
         size = e.magnitude(x.high)
@@ -74,11 +81,7 @@ def _sin_cos(cosine: bool) -> str:
         square = rest * rest
         sine = rest + rest * (square * horner(e, series(3, SERIES, 2, -1), square).scaled(MINUS_ONE))
         cosines = e.pair(1) - square * horner(e, series(2, SERIES + 1, 2, -1), square)
-        quarter = e.integer("and", e.integer("add", whole(e, turns), int(cosine)), 3)
-        odd = e.define(f"trunc i64 {quarter} to i1")
-        made = e.choose(odd, cosines, sine)
-        negative = e.define(f"icmp uge i64 {quarter}, 2")
-        made = e.choose(negative, -made, made)
+        made = turned(e, whole(e, turns), cosine, sine, cosines)
         return e.choose(good, made, e.pair(float("nan")))
 
     return define("cos" if cosine else "sin", "p", formula)
@@ -149,25 +152,20 @@ def sinh_within(e: DoubleDoubleBody, x: Pair) -> Pair:
     return e.choose(e.compare("olt", e.magnitude(x.high), 0.5), small, large)
 
 
-def _sinh(e: DoubleDoubleBody, x: Pair) -> Pair:
-    made = sinh_within(e, x)
-    return _overflowing(e, x, made, Pair(e, e.call("sinh", x.high), None))
-
-
 def cosh_within(e: DoubleDoubleBody, x: Pair) -> Pair:
     """cosh x, likewise."""
     power = e.apply("exp", x)
     return (power + e.pair(1) / power).scaled(literal(0.5))
 
 
-def _cosh(e: DoubleDoubleBody, x: Pair) -> Pair:
-    made = cosh_within(e, x)
-    return _overflowing(e, x, made, Pair(e, e.call("cosh", x.high), None))
+def overflowing(name: str, within: Callable[[DoubleDoubleBody, Pair], Pair]) -> str:
+    """sinh or cosh; as a double where e^x may overflow."""
 
+    def formula(e: DoubleDoubleBody, x: Pair) -> Pair:
+        made, double = within(e, x), Pair(e, e.call(name, x.high), None)
+        return e.choose(e.compare("olt", e.magnitude(x.high), 700.0), made, double)
 
-def _overflowing(e: DoubleDoubleBody, x: Pair, made: Pair, double: Pair) -> Pair:
-    inside = e.compare("olt", e.magnitude(x.high), 700.0)
-    return e.choose(inside, made, double)
+    return define(name, "p", formula)
 
 
 def _tanh(e: DoubleDoubleBody, x: Pair) -> Pair:
@@ -189,7 +187,7 @@ def functions() -> Sequence[str]:
         define("atan", "p", lambda e, x: e.apply("atan2", x, e.pair(1))),
         define("asin", "p", lambda e, x: e.apply("atan2", x, leg(e, x))),
         define("acos", "p", lambda e, x: e.apply("atan2", leg(e, x), x)),
-        define("sinh", "p", _sinh),
-        define("cosh", "p", _cosh),
+        overflowing("sinh", sinh_within),
+        overflowing("cosh", cosh_within),
         define("tanh", "p", _tanh),
     )

@@ -6,7 +6,7 @@ computed, x being an integer times a power of two, by integers of 256 bits of th
 
 from __future__ import annotations
 
-from lagrange_cli.native.functions.double_double import PI
+from lagrange_cli.native.functions.double_double import PI, turned
 from lagrange_cli.native.llvm.text import Operand, literal
 from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, define
 
@@ -85,10 +85,7 @@ def _wide(cosine: bool) -> str:
         wide = e.both(finite, e.compare("oge", size, LEAST_WIDE))
         count, rest = reduced(e, e.select(wide, size, literal(LEAST_WIDE)))
         rest = rest * e.pair(PI / 2)
-        sine, cosines = e.apply("sin", rest), e.apply("cos", rest)
-        quarter = e.integer("and", e.integer("add", count, int(cosine)), 3)
-        made = e.choose(e.define(f"trunc i64 {quarter} to i1"), cosines, sine)
-        made = e.choose(e.define(f"icmp uge i64 {quarter}, 2"), -made, made)
+        made = turned(e, count, cosine, e.apply("sin", rest), e.apply("cos", rest))
         if not cosine:
             made = e.choose(e.compare("olt", x, 0.0), -made, made)
         return e.choose(finite, made, e.pair(float("nan")))

@@ -21,11 +21,11 @@ _NAME = re.compile(r"%[\w.]+")
 class Block:
     """Instructions that follow one another; ``before``: the blocks that end with a jump to it."""
 
-    def __init__(self, label: str, sealed: bool) -> None:
+    def __init__(self, label: str) -> None:
         self.label = label
         self.lines: list[str] = []
         self.before: list[Block] = []
-        self.sealed = sealed
+        self.sealed = False
         """Whether ``before`` is complete."""
         self.values: dict[Variable[Value], str] = {}
         self.phis: dict[Variable[Value], str] = {}
@@ -42,10 +42,10 @@ class Variable(Generic[V]):
         self.kind = like.kind
         self.set(like)
 
-    def get(self) -> V:
-        """Its value here."""
+    def get(self, block: Block | None = None) -> V:
+        """Its value here, or where a block begins in which it has not been set yet."""
         like = self._like
-        return type(like)(like.body, self._function.read(self), like.lanes)
+        return type(like)(like.body, self._function.read(self, block), like.lanes)
 
     def set(self, value: V) -> None:
         """Its value from here on."""
@@ -94,7 +94,8 @@ class Flow(Body):
         """The block that ends with the condition of a ``when`` that has just been written."""
         self._joined: Block | None = None
         self._labels = 0
-        self._entry = self._enter(Block("entry", sealed=True))
+        self._entry = Block("entry")
+        self._enter(self._entry)
         self._head = head
         super().__init__(lanes)
 
@@ -115,14 +116,14 @@ class Flow(Body):
     def lines(self, lines: list[str]) -> None:
         assert not lines
 
-    def _enter(self, block: Block) -> Block:
+    def _enter(self, block: Block, sealed: bool = True) -> None:
+        """Go on with a block; ``sealed``, if all jumps to it have been written."""
         self._blocks.append(block)
-        self._current = block
-        return block
+        self._current, block.sealed = block, sealed
 
-    def _new(self, sealed: bool = False) -> Block:
+    def _new(self) -> Block:
         self._labels += 1
-        return Block(f"L{self._labels}", sealed)
+        return Block(f"L{self._labels}")
 
     def _alive(self, block: Block) -> bool:
         return not block.ended and (block is self._entry or bool(block.before) or not block.sealed)
@@ -150,9 +151,9 @@ class Flow(Body):
         """A variable with its first value."""
         return Variable(self, value)
 
-    def read(self, variable: Variable[V]) -> str:
-        """The name of its value here."""
-        return self._read(variable, self.here)  # type: ignore[arg-type]
+    def read(self, variable: Variable[V], block: Block | None = None) -> str:
+        """The name of its value here, or in that block so far."""
+        return self._read(variable, block or self.here)  # type: ignore[arg-type]
 
     def _read(self, variable: Variable[Value], block: Block) -> str:
         passed: list[Block] = []
@@ -174,14 +175,18 @@ class Flow(Body):
 
     def _settle(self) -> None:
         """Go on behind a ``when`` to which no ``otherwise`` belongs."""
-        if self._open is None or self._joined is None:
-            return
-        tested, joined, self._open, self._joined = self._open, self._joined, None, None
+        if self._open is not None and self._joined is not None:
+            joined = self._joined
+            self._else(joined)
+            self._enter(joined)
+
+    def _else(self, to: Block) -> None:
+        """Where the condition of the open ``when`` does not hold, go on there."""
+        assert self._open is not None
+        tested, self._open, self._joined = self._open, None, None
         if tested.to:
-            tested.to[1] = joined
-            joined.before.append(tested)
-        self._enter(joined)
-        joined.sealed = True
+            tested.to[1] = to
+            to.before.append(tested)
 
     @contextmanager
     def when(self, condition: Bit) -> Iterator[None]:
@@ -192,7 +197,6 @@ class Flow(Body):
             inside.before.append(tested)
         tested.ended = True
         self._enter(inside)
-        inside.sealed = True
         yield
         self.jump(joined)
         self._open, self._joined = tested, joined
@@ -200,19 +204,14 @@ class Flow(Body):
     @contextmanager
     def otherwise(self) -> Iterator[None]:
         """What is done where the condition of the ``when`` just before does not hold."""
-        if self._open is None or self._joined is None:
+        if self._joined is None:
             raise ValueError("otherwise must follow a when")
-        tested, joined, self._open, self._joined = self._open, self._joined, None, None
-        inside = self._new()
-        if tested.to:
-            tested.to[1] = inside
-            inside.before.append(tested)
+        inside, joined = self._new(), self._joined
+        self._else(inside)
         self._enter(inside)
-        inside.sealed = True
         yield
         self.jump(joined)
         self._enter(joined)
-        joined.sealed = True
 
     @contextmanager
     def loop(
@@ -225,7 +224,7 @@ class Flow(Body):
             self.branch(number.get() < last, head, after)
         else:
             self.jump(head)
-        self._enter(head)
+        self._enter(head, sealed=False)
         i = number.get()
         yield i
         following = i.operation("add nuw nsw", step)
@@ -233,19 +232,17 @@ class Flow(Body):
         self.branch(following < last, head, after)
         head.sealed = True
         self._enter(after)
-        after.sealed = True
 
     @contextmanager
     def forever(self) -> Iterator[Loop]:
         """Round after round until it is left."""
         head, after = self._new(), self._new()
         self.jump(head)
-        self._enter(head)
+        self._enter(head, sealed=False)
         yield Loop(self, head, after)
         self.jump(head)
         head.sealed = True
         self._enter(after)
-        after.sealed = True
 
     @contextmanager
     def section(self) -> Iterator[Loop]:
@@ -254,7 +251,6 @@ class Flow(Body):
         yield Loop(self, after, after)
         self.jump(after)
         self._enter(after)
-        after.sealed = True
 
     # text
 

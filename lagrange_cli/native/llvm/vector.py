@@ -221,8 +221,7 @@ class Real(Value):
 
     def bits(self) -> Integer:
         """The same bits as an integer."""
-        text = f"bitcast {self.kind} {self.name} to {kind('i64', self.lanes)}"
-        return Integer(self.body, self.body.define(text), self.lanes)
+        return cast(self, "bitcast", Integer)
 
 
 class Integer(Value):
@@ -237,8 +236,7 @@ class Integer(Value):
 
     def odd(self) -> Bit:
         """Whether it is odd."""
-        text = f"trunc {self.kind} {self.name} to {kind('i1', self.lanes)}"
-        return Bit(self.body, self.body.define(text), self.lanes)
+        return cast(self, "trunc", Bit)
 
     def equals(self, other: Integer | int) -> Bit:
         """Whether both are the same."""
@@ -251,13 +249,11 @@ class Integer(Value):
 
     def number(self) -> Real:
         """The number with these bits."""
-        text = f"bitcast {self.kind} {self.name} to {kind('double', self.lanes)}"
-        return Real(self.body, self.body.define(text), self.lanes)
+        return cast(self, "bitcast", Real)
 
     def to_real(self) -> Real:
         """It as a double."""
-        text = f"sitofp {self.kind} {self.name} to {kind('double', self.lanes)}"
-        return Real(self.body, self.body.define(text), self.lanes)
+        return cast(self, "sitofp", Real)
 
 
 class Bit(Value):
@@ -273,13 +269,11 @@ class Bit(Value):
 
     def to_real(self) -> Real:
         """1 or 0."""
-        text = f"uitofp {self.kind} {self.name} to {kind('double', self.lanes)}"
-        return Real(self.body, self.body.define(text), self.lanes)
+        return cast(self, "uitofp", Real)
 
     def to_integer(self) -> Integer:
         """1 or 0."""
-        text = f"zext {self.kind} {self.name} to {kind('i64', self.lanes)}"
-        return Integer(self.body, self.body.define(text), self.lanes)
+        return cast(self, "zext", Integer)
 
     def mask(self) -> Integer:
         """A bit for each lane."""
@@ -301,6 +295,12 @@ class Pointer(Value):
     type = "ptr"
 
 
+def cast(value: Value, instruction: str, to: type[V]) -> V:
+    """The same in another type, by an instruction: ``bitcast``, ``zext``, .."""
+    text = f"{instruction} {value.kind} {value.name} to {kind(to.type, value.lanes)}"
+    return to(value.body, value.body.define(text), value.lanes)
+
+
 def kind(type: str, lanes: int) -> str:
     """The type of ``lanes`` of these."""
     return type if lanes == 1 else f"<{lanes} x {type}>"
@@ -320,28 +320,3 @@ def operand_of(value: Value | float, type: type[Value], lanes: int) -> str:
 def suffix(lanes: int) -> str:
     """What LLVM's names for functions of them end in."""
     return "f64" if lanes == 1 else f"v{lanes}f64"
-
-
-def upper_half(x: Real) -> Real:
-    """The upper half of its bits as a number: for x > 0, 2^20 (1023 + log2 x) to 0.09 * 2^20."""
-    body, short = x.body, kind("i32", x.lanes)
-    upper = x.bits().operation("lshr", 32)
-    halved = body.define(f"trunc {upper.kind} {upper.name} to {short}")
-    return Real(body, body.define(f"sitofp {short} {halved} to {x.kind}"), x.lanes)
-
-
-def log2_roughly(x: Real) -> Real:
-    """log2 of a positive number to 0.09; for 0 some -1023."""
-    return x.body.fma(upper_half(x), 2.0**-20, -1023.0)
-
-
-def exp2_roughly(x: Real) -> Real:
-    """2^x to 0.3 percent, for |x| <= 1000; beyond, as at the limit."""
-    body = x.body
-    low, high = (body.splat(Real(body, operand(literal(bound)), 1), x.lanes) for bound in (-1000.0, 1000.0))
-    bounded = body.smaller(body.larger(x, low), high)
-    floor = body.function("floor", bounded)
-    f = bounded - floor
-    p = body.fma(f, body.fma(f, 0.3301, 0.6645), 1.0)
-    whole = body.define(f"fptosi {floor.kind} {floor.name} to {kind('i64', x.lanes)}")
-    return p * ((Integer(body, whole, x.lanes) + 1023) << 52).number()

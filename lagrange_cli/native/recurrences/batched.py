@@ -309,10 +309,10 @@ class BatchStage(VectorStage):
         self.put(value, CHANGE)
 
 
-def places_at(f: Function, at: Integer) -> Operand:
+def places_at(f: Function, at: Integer, *, aligned: bool = True) -> Operand:
     """Eight places of the table, from the ``at``-th on."""
     place = f.place("@places", at, "i32")
-    return f.define(f"load <{LANES} x i32>, ptr {place.name}, align {4 * LANES}")
+    return f.define(f"load <{LANES} x i32>, ptr {place.name}, align {4 * LANES if aligned else 4}")
 
 
 def gathered(emitter: LaneEmitter, base: Operand, places: Operand) -> Operand:

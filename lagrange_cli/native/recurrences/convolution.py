@@ -8,7 +8,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TypeAlias
 
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import ONE, Operand, Value, literal, operand
+from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.layout import FIRST, Group
 from lagrange_cli.native.recurrences.stage import Factors, Stage
@@ -84,45 +86,29 @@ def sum_unrolled(
 
 
 def sum_in_loop(
-    emitter: Emitter, groups: Sequence[Group], k: str, stages: range, label: str
-) -> tuple[list[Operand], str]:
+    f: Function, emitter: Emitter, groups: Sequence[Group], k: Integer, stages: range
+) -> list[Operand]:
     """sum_{m=1}^{n-1} a[m] b[n-m] of vectors with n = ``k`` + level of each group, the newest at last.
 
-    Written into the block ``label`` of what is done for each k of ``stages``; returns the label of the block
-    that goes on.
+    ``k`` is each of ``stages``.
     """
     lowest = min(group.level for group in groups)
-    name = emitter.fresh()
-    loop, after = f"{name[1:]}.sum", f"{name[1:]}.summed"
-    m, following, more, some = (f"{name}.{part}" for part in ("m", "next", "more", "some"))
-    last = emitter.define(f"add i64 {k}, {lowest - FIRST - 1}")
-    emitter.line(
-        f"  {some} = icmp sgt i64 {last}, {FIRST}\n  br i1 {some}, label %{loop}, label %{after}\n{loop}:"
-    )
-    emitter.line(f"  {m} = phi i64 [ {FIRST + 1}, %{label} ], [ {following}, %{loop} ]")
-    before, place = [emitter.fresh() for _ in groups], len(emitter.lines)
-    opposite = emitter.define(f"sub i64 {k}, {m}")
-    totals: list[Operand] = []
-    bases = {
-        group.width: (moved(emitter, m, group.width), moved(emitter, opposite, group.width))
-        for group in groups
-    }
+    totals = [f.variable(f.zero(group.width)) for group in groups]
     emitter.repeated = sum(max(0, stage + lowest - FIRST - 2) for stage in stages)
-    for group, total in zip(groups, before):
-        first, second = bases[group.width]
-        a = load(emitter, group, first, group.first)
-        b = load(emitter, group, second, group.second + group.width * group.level)
-        totals.append(multiply_add(emitter, group, a, b, total))
+    with f.loop(FIRST + 1, k + (lowest - FIRST)) as m:
+        opposite = k - m
+        widths = dict.fromkeys(group.width for group in groups)
+        bases = {w: (moved(emitter, m.name, w), moved(emitter, opposite.name, w)) for w in widths}
+        for group, total in zip(groups, totals):
+            first, second = bases[group.width]
+            a = load(emitter, group, first, group.first)
+            b = load(emitter, group, second, group.second + group.width * group.level)
+            added = multiply_add(emitter, group, a, b, total.get().name)
+            total.set(Real(f, added, group.width))
     emitter.repeated = len(stages)
-    ways = [f"[ zeroinitializer, %{label} ], [ {total}, %{loop} ]" for total in totals]
-    emitter.lines[place:place] = [
-        f"  {name} = phi {vector(group)} {way}" for group, name, way in zip(groups, before, ways)
-    ]
-    emitter.line(f"  {following} = add nuw nsw i64 {m}, 1\n  {more} = icmp sle i64 {following}, {last}")
-    emitter.line(f"  br i1 {more}, label %{loop}, label %{after}\n{after}:")
-    sums = [emitter.define(f"phi {vector(group)} {way}") for group, way in zip(groups, ways)]
+    sums = [total.get().name for total in totals]
     for i, group in enumerate(groups):
-        base = moved(emitter, k, group.width)
+        base = moved(emitter, k.name, group.width)
         for ahead in range(lowest - FIRST, group.level):  # m = k + ahead
             a = load(emitter, group, base, group.first + group.width * ahead)
             b = load(emitter, group, "%work", group.second + group.width * (group.level - ahead))
@@ -130,7 +116,7 @@ def sum_in_loop(
         a = load(emitter, group, "%work", group.first + group.width * FIRST)
         b = load(emitter, group, base, group.second + group.width * (group.level - FIRST))
         sums[i] = multiply_add(emitter, group, a, b, sums[i])
-    return sums, after
+    return sums
 
 
 def moved(emitter: Emitter, index: str, width: int) -> Operand:

@@ -7,7 +7,14 @@ from __future__ import annotations
 
 import itertools
 
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import operand
+from lagrange_cli.native.llvm.vector import Bit, Real
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.recurrences.compensated import compensated_expansion
+from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.layout import CARRIED, Layout, lowest
 from lagrange_cli.native.recurrences.rolled import Memory, Opening, Rolled
 from lagrange_cli.records import replace
@@ -28,28 +35,33 @@ LOWEST = 3
 """In a loop every convolution is at this index or above, where the pairs with index 1 are two."""
 
 
-def write_jet(memory: Memory) -> str:
-    """The function's IR: coefficients of q, v and the integrals into ``%work``; false where M is singular."""
-    expansion, emitter, layout = memory.expansion, memory.emitter, memory.layout
+def write_jet(
+    residual: Residual, program: SeriesProgram, constants: Constants, emitter: Emitter, layout: Layout
+) -> tuple[str, int]:
+    """IR that computes coefficients of q, v and the integrals into ``%work``, false where M is singular; and
+    the doubles of ``%work``."""
+    arguments = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work"
+    f = Function(f"define internal i1 @jet({arguments}) #0")
+    emitter.lines = f.sink
+    expansion = compensated_expansion(emitter, residual, program, constants, layout.width, layout.doubles)
+    memory = Memory(f, expansion, emitter, layout)
     last = layout.order - 2
-    rolled = min(last + 1, first_rolled(expansion.program, layout))
+    rolled = min(last + 1, first_rolled(program, layout))
     for k in range(-2, rolled):
         Opening(memory, k).write()
     memory.newest = {
         (index, age): expansion.table[index].get(rolled - 1 + one.level - age)
-        for index, one in enumerate(expansion.program.series)
+        for index, one in enumerate(program.series)
         for age in range(CARRIED)
     }
     deciding = layout.groups[: layout.motion] or layout.groups
     padded = sum(len({dot.level for dot in group.dots}) for group in deciding) <= FEW_GROUPS
     for start, stop in split(rolled, last, SHORT_LOOP if padded else last):
-        write_loop(memory, start, stop, padded)
+        write_loop(memory, range(start, stop + 1), padded)
     finish(memory)
-    body = "\n".join(emitter.lines)
-    return (
-        "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work)"
-        f" #0 {{\n{body}\n  ret i1 {expansion.regular}\n}}\n"
-    )
+    f.give(Bit(f, expansion.regular))
+    factorization = expansion.factorization
+    return "\n".join([f.text(), *factorization.functions]), LANES * -(-factorization.place // LANES)
 
 
 def first_rolled(program: SeriesProgram, layout: Layout) -> int:
@@ -65,27 +77,22 @@ def first_rolled(program: SeriesProgram, layout: Layout) -> int:
     return max(UNROLLED, LOWEST - lowest(program, motion or layout.groups))
 
 
-def write_loop(memory: Memory, start: int, stop: int, padded: bool) -> None:
-    """A loop over the stages start .. stop."""
-    emitter, k = memory.emitter, f"%k{start}"
-    emitter.line(f"  br label %before{start}\nbefore{start}:\n  br label %stages{start}\nstages{start}:")
-    place = len(emitter.lines)
-    emitter.forget_depths()
-    emitter.repeated = stop - start + 1
-    stage = Rolled(memory, k, start, stop, padded)
-    latch = stage.write(f"stages{start}")
-    emitter.repeated = 1
-    phis = [f"  {k} = phi i64 [ {start}, %before{start} ], [ %next{start}, %{latch} ]"]
-    for (index, age), name in stage.carried.items():
-        old, new = operand(memory.newest[index, age - 1]), operand(stage.newest(index, age - 1))
-        phis.append(f"  {name} = phi double [ {old}, %before{start} ], [ {new}, %{latch} ]")
+def write_loop(memory: Memory, stages: range, padded: bool) -> None:
+    """A loop over stages."""
+    f, emitter = memory.f, memory.emitter
+    before = {
+        (index, age + 1): f.variable(Real(f, operand(value))) for (index, age), value in memory.newest.items()
+    }
+    with f.loop(stages[0], stages[-1] + 1, tested=False) as k:
+        emitter.forget_depths()
+        emitter.repeated = len(stages)
+        stage = Rolled(memory, k, stages, padded, before)
+        stage.write()
+        emitter.repeated = 1
+        for index, age in stage.carried:
+            before[index, age].set(Real(f, operand(stage.newest(index, age - 1))))
     ages = [*((index, 0) for index in range(len(memory.expansion.table))), *stage.carried]
     memory.newest = {one: stage.newest(*one) for one in ages}
-    emitter.lines[place:place] = phis
-    emitter.line(
-        f"  %next{start} = add nuw nsw i64 {k}, 1\n  %more{start} = icmp ule i64 %next{start}, {stop}"
-    )
-    emitter.line(f"  br i1 %more{start}, label %stages{start}, label %after{start}\nafter{start}:")
 
 
 def finish(memory: Memory) -> None:

@@ -12,6 +12,16 @@ class LoopStage(Stage[str]):
 
     first: int
 
+    def at(self, index: int, ahead: int) -> Value:
+        one = self.expansion.program.series[index]
+        if one.degree < self.first + ahead:
+            return None
+        return self.top[index] if ahead == one.level else self.older(index, ahead)
+
+    def older(self, index: int, ahead: int) -> Value:
+        """Coefficient k + ahead of a series that goes on so far, of an earlier stage."""
+        raise NotImplementedError
+
     def set_top(self, index: int, value: Value) -> None:
         self.top[index] = value
 

@@ -11,15 +11,24 @@ share what they read, so that two products take two vectors from memory.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
+from lagrange_cli.native.llvm.vector import Bit, Integer, Real
 from lagrange_cli.native.numbers.lanes import BITS, VECTOR, LaneEmitter
+from lagrange_cli.native.recurrences.compensated import compensated_expansion
+from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
 from lagrange_cli.native.recurrences.layout import Dot
 from lagrange_cli.native.recurrences.layout_lanes import LaneLayout
 from lagrange_cli.native.recurrences.loop_stage import LoopStage
 from lagrange_cli.native.recurrences.unrolled import CAREFUL, Unrolled
 from lagrange_cli.records import dataclass
-from lagrange_cli.series.program import Op
+from lagrange_cli.series.program import Op, SeriesProgram
 
 FIRST = 2
 """The inner loop's first index; terms with an index below are the latest to be known."""
@@ -29,18 +38,25 @@ AT_ONCE = 8
 
 @dataclass
 class Memory:
-    """Where the coefficients of the series are, for all stages."""
+    """Where the coefficients of the series are, for all stages of the function ``f``."""
 
+    f: Function
     expansion: Expansion[str]
     emitter: LaneEmitter
     layout: LaneLayout
 
 
-def write_paired_jet(memory: Memory) -> str:
+def write_paired_jet(
+    residual: Residual, program: SeriesProgram, constants: Constants, layout: LaneLayout, width: int
+) -> str:
     """The function's IR: coefficients of q, v and the integrals into ``%work``; a bit for each lane, not set
     where M is singular."""
-    emitter, program = memory.emitter, memory.expansion.program
-    last = memory.layout.order - 2
+    arguments = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
+    f, emitter = Function(f"define internal {BITS} @paired_jet({arguments}) #0", LANES), LaneEmitter()
+    emitter.lines = f.sink
+    expansion = compensated_expansion(emitter, residual, program, constants, width, 0)
+    memory = Memory(f, expansion, emitter, layout)
+    last = layout.order - 2
     levels = [one.level for one in program.series if one.op in (Op.MULTIPLY, Op.POWER)]
     first = max(CAREFUL, *(FIRST + 1 - level for level in levels), 0)
     first += (last + 1 - first) % 2
@@ -48,12 +64,8 @@ def write_paired_jet(memory: Memory) -> str:
         Opening(memory, k).write()
     if first <= last:
         write_pairs(memory, first, last)
-    head = f"ptr noalias %constants, {VECTOR} %t, ptr noalias %state, ptr noalias %work"
-    body = "\n".join(emitter.lines)
-    return (
-        f"define internal {BITS} @paired_jet({head}) #0 {{\nentry:\n{body}\n"
-        f"  ret {BITS} {memory.expansion.regular}\n}}\n"
-    )
+    f.give(Bit(f, expansion.regular))
+    return f.text()
 
 
 class Opening(Unrolled[str]):
@@ -76,119 +88,77 @@ class Opening(Unrolled[str]):
 
 def write_pairs(memory: Memory, first: int, last: int) -> None:
     """The loop over the pairs of stages from ``first`` on; the number of stages is even."""
-    emitter, layout = memory.emitter, memory.layout
-    emitter.line("  br label %pairs.before\npairs.before:\n  br label %pairs\npairs:")
-    place = len(emitter.lines)
-    rows = emitter.place("%work", "%k")
-    sums: dict[Dot, tuple[Value, Value]] = {}
-    label = "pairs"
-    for start in range(0, len(layout.dots), AT_ONCE):
-        group = layout.dots[start : start + AT_ONCE]
-        made = Sums(memory, group, rows, f"sums{start}", label)
-        sums |= zip(group, made.write())
-        label = made.after
-    one = LaneStage(memory, first, rows, None)
-    one.write({dot: both[0] for dot, both in sums.items()})
-    other = LaneStage(memory, first, rows, one)
-    other.write({dot: both[1] for dot, both in sums.items()})
-    emitter.lines.insert(place, f"  %k = phi i64 [ {first}, %pairs.before ], [ %k.next, %{label} ]")
-    emitter.line(f"  %k.next = add nuw nsw i64 %k, 2\n  %k.more = icmp ult i64 %k.next, {last}")
-    emitter.line("  br i1 %k.more, label %pairs, label %pairs.after\npairs.after:")
+    dots = memory.layout.dots
+    with memory.f.loop(first, last, 2, tested=False) as k:
+        rows = memory.emitter.place("%work", k.name)
+        sums: dict[Dot, tuple[Value, Value]] = {}
+        for start in range(0, len(dots), AT_ONCE):
+            group = dots[start : start + AT_ONCE]
+            sums |= zip(group, sums_of_pairs(memory, group, rows, k))
+        one = LaneStage(memory, first, k, rows, None)
+        one.write({dot: both[0] for dot, both in sums.items()})
+        other = LaneStage(memory, first, k, rows, one)
+        other.write({dot: both[1] for dot, both in sums.items()})
 
 
-@dataclass
-class Sums:
-    """The inner loop over m that makes the sums of ``group`` for two stages, but for their ends.
+def sums_of_pairs(memory: Memory, dots: Sequence[Dot], rows: str, k: Integer) -> list[tuple[Value, Value]]:
+    """The sums of ``dots`` for two stages, but for their ends; coefficient k of the first row is at ``rows``.
 
     With n = k + level these are the terms m = 2 .. n-2, of a[m] b[n-m] for stage k, of a[m] b[n+1-m] for
     k + 1. The latter b is what the former was for the m before.
     """
+    f, emitter, layout = memory.f, memory.emitter, memory.layout
+    places = [(layout.first(dot), layout.second(dot), dot.level) for dot in dots]
+    later = {
+        (b, level): f.variable(Real(f, emitter.load(rows, layout.slot(b, level - 1))))
+        for b, level in dict.fromkeys((b, level) for _, b, level in places)
+    }
+    totals = [(f.variable(f.zero(LANES)), f.variable(f.zero(LANES))) for _ in dots]
+    lowest = min(dot.level for dot in dots)  # as far as all sums go, they go together
+    with f.loop(FIRST, k - (FIRST - lowest - 1)) as m:
+        before = {key: variable.get().name for key, variable in later.items()}
+        sums = [[variable.get().name for variable in both] for both in totals]
+        forward = emitter.place("%work", m.name)
+        backward = emitter.place(rows, (f.count(0) - m).name)
+        old = {a: emitter.load(forward, layout.slot(a, 0)) for a in dict.fromkeys(a for a, _, _ in places)}
+        new = {key: emitter.load(backward, layout.slot(*key)) for key in later}
+        for (a, b, level), both, variables in zip(places, sums, totals):
+            for factor, total, variable in zip((new[b, level], before[b, level]), both, variables):
+                variable.set(Real(f, emitter.written(emitter.fma(old[a], factor, total))))
+        for key, variable in later.items():
+            variable.set(Real(f, new[key]))
+    return [beyond(memory, dot, rows, lowest, *both) for dot, both in zip(dots, totals)]
 
-    memory: Memory
-    group: tuple[Dot, ...]
-    rows: str
-    """Where coefficient k of the first row is."""
-    head: str
-    before: str
 
-    @property
-    def after(self) -> str:
-        """The label behind it."""
-        return f"{self.head}.after"
-
-    def write(self) -> list[tuple[Value, Value]]:
-        """The sums for both stages."""
-        emitter, layout, head = self.memory.emitter, self.memory.layout, self.head
-        m, last = f"%{head}.m", f"%{head}.last"
-        places = [(layout.first(dot), layout.second(dot), self._level(dot)) for dot in self.group]
-        shifted = {(b, level): f"%{head}.b{i}" for i, (_, b, level) in enumerate(places)}
-        starts = {key: emitter.load(self.rows, layout.slot(key[0], key[1] - 1)) for key in shifted}
-        emitter.line(
-            f"  {last} = sub i64 %k, {FIRST - self._lowest}\n  %{head}.any = icmp uge i64 {last}, {FIRST}"
-        )
-        emitter.line(f"  br i1 %{head}.any, label %{head}, label %{self.after}\n{head}:")
-        place = len(emitter.lines)
-        forward = emitter.place("%work", m)
-        backward = emitter.place(self.rows, f"%{head}.back")
-        old = {
-            row: emitter.load(forward, layout.slot(row, 0)) for row in dict.fromkeys(a for a, _, _ in places)
-        }
-        new = {key: emitter.load(backward, layout.slot(*key)) for key in shifted}
-        phis: list[tuple[str, str, Value]] = [(name, starts[key], new[key]) for key, name in shifted.items()]
-        made: list[Value] = []
-        for i, (a, b, level) in enumerate(places):
-            for j, factor in enumerate((new[b, level], shifted[b, level])):
-                made.append(emitter.fma(old[a], factor, f"%{head}.s{i}.{j}"))
-                phis.append((f"%{head}.s{i}.{j}", "zeroinitializer", made[-1]))
-        emitter.line(f"  {m}.next = add nuw nsw i64 {m}, 1\n  %{head}.more = icmp ult i64 {m}, {last}")
-        emitter.line(f"  br i1 %{head}.more, label %{head}, label %{self.after}\n{self.after}:")
-        counter = f"  {m} = phi i64 [ {FIRST}, %{self.before} ], [ {m}.next, %{head} ]"
-        lines = [f"  {x} = phi {VECTOR} [ {a}, %{self.before} ], [ {b}, %{head} ]" for x, a, b in phis]
-        emitter.lines[place:place] = [counter, *lines, f"  %{head}.back = sub i64 0, {m}"]
-        ends: list[Value] = []
-        for value in made:
-            ends.append(emitter.fresh())
-            either = f"[ zeroinitializer, %{self.before} ], [ {value}, %{head} ]"
-            emitter.line(f"  {ends[-1]} = phi {VECTOR} {either}")
-        return [self._beyond(*each) for each in zip(self.group, ends[::2], ends[1::2])]
-
-    @property
-    def _lowest(self) -> int:
-        """The lowest level: as far as all sums go, they go together."""
-        return min(map(self._level, self.group))
-
-    def _level(self, dot: Dot) -> int:
-        return self.memory.expansion.program.series[dot.index].level
-
-    def _beyond(self, dot: Dot, one: Value, other: Value) -> tuple[Value, Value]:
-        """With the terms up to n-2 of a level that is not the lowest."""
-        emitter, layout, above = self.memory.emitter, self.memory.layout, self._level(dot) - self._lowest
-        for more in range(above):  # the index of a is k + lowest - 1 + more
-            a = emitter.load(self.rows, layout.slot(layout.first(dot), self._lowest - 1 + more))
-            place = layout.slot(layout.second(dot), above + 1 - more)
-            one = emitter.fma(a, emitter.load("%work", place), one)
-            other = emitter.fma(a, emitter.load("%work", place + 1), other)
-        return one, other
+def beyond(
+    memory: Memory, dot: Dot, rows: str, lowest: int, first: Variable[Real], second: Variable[Real]
+) -> tuple[Value, Value]:
+    """Both sums with the terms up to n-2 of a level that is not the lowest."""
+    emitter, layout, above = memory.emitter, memory.layout, dot.level - lowest
+    one: Value = first.get().name
+    other: Value = second.get().name
+    for more in range(above):  # the index of a is k + lowest - 1 + more
+        a = emitter.load(rows, layout.slot(layout.first(dot), lowest - 1 + more))
+        place = layout.slot(layout.second(dot), above + 1 - more)
+        one = emitter.fma(a, emitter.load("%work", place), one)
+        other = emitter.fma(a, emitter.load("%work", place + 1), other)
+    return one, other
 
 
 class LaneStage(LoopStage):
     """Stage k of a pair or, with the ``earlier`` one, stage k + 1; ``first`` is the first k."""
 
-    def __init__(self, memory: Memory, first: int, rows: str, earlier: LaneStage | None) -> None:
+    def __init__(self, memory: Memory, first: int, k: Integer, rows: str, earlier: LaneStage | None) -> None:
         super().__init__(memory.expansion)
+        self._k = k.name
         self._emitter, self._layout = memory.emitter, memory.layout
         self.first, self._rows, self._earlier = first, rows, earlier
         self._second = int(earlier is not None)
         self._known: dict[tuple[str, int], Value] = {}
         self._scaled: dict[int, Value] = {}
 
-    def at(self, index: int, ahead: int) -> Value:
-        one = self.expansion.program.series[index]
-        if one.degree < self.first + ahead:
-            return None
-        if ahead == one.level:
-            return self.top[index]
-        if ahead == one.level - 1 and self._earlier is not None:
+    def older(self, index: int, ahead: int) -> Value:
+        if self._earlier is not None and ahead == self.expansion.program.series[index].level - 1:
             return self._earlier.top[index]
         return self._load(self._layout.rows[index], ahead)
 
@@ -220,7 +190,7 @@ class LaneStage(LoopStage):
     def tabulated(self, name: str, ahead: int) -> Value:
         if (name, ahead) not in self._known:
             table = f"@lane_{name}"
-            self._known[name, ahead] = self._emitter.everywhere(table, "%k", ahead + self._second)
+            self._known[name, ahead] = self._emitter.everywhere(table, self._k, ahead + self._second)
         return self._known[name, ahead]
 
     def write(self, sums: dict[Dot, Value]) -> None:

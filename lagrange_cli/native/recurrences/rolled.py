@@ -2,7 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import TypeAlias
+
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Value
+from lagrange_cli.native.llvm.vector import Integer, Real
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.recurrences.convolution import (
     TOGETHER,
@@ -26,18 +32,22 @@ SIDE_BY_SIDE = 4
 RECENT = 4
 """Vectors that the next stages take from registers: from memory they would come later."""
 
+Age: TypeAlias = "tuple[int, int]"
+"""A series, and by how many stages a coefficient of it is older than the newest."""
+
 
 @dataclass
 class Memory:
-    """Where the coefficients of the series are, for all stages."""
+    """Where the coefficients of the series are, for all stages of the function ``f``."""
 
+    f: Function
     expansion: Expansion[str]
     emitter: Emitter
     layout: Layout
     recent: dict[Group, dict[int, Vectors]] = field(default_factory=dict)
     """The last vectors of each group in stages that are unrolled, by their indices."""
-    newest: dict[tuple[int, int], Value] = field(default_factory=dict)
-    """The last coefficients that were written: by series and by how many stages old."""
+    newest: dict[Age, Value] = field(default_factory=dict)
+    """The last coefficients that were written."""
 
     def state(self, stage: Stage[str]) -> list[Value]:
         """Coefficients k + 1 of q, v and the integrals."""
@@ -76,36 +86,33 @@ class Opening(Unrolled[str]):
 
 
 class Rolled(LoopStage):
-    """One stage of a loop over ``k`` from ``first`` to ``last``.
+    """One stage of a loop over ``k`` in ``stages``; ``before`` are coefficients of earlier ones.
 
     Where they are ``padded``, dot products are unrolled with as many terms as the last stage needs: before
     that, what is too many meets zeros. (A loop would end each time where the processor does not expect it.)
     """
 
-    def __init__(self, memory: Memory, k: str, first: int, last: int, padded: bool) -> None:
+    def __init__(
+        self, memory: Memory, k: Integer, stages: range, padded: bool, before: Mapping[Age, Variable[Real]]
+    ) -> None:
         super().__init__(memory.expansion)
         self.memory, self.emitter = memory, memory.emitter
-        self.k, self.first, self.last = k, first, last
+        self.k, self.first, self.stages = k, stages[0], stages
         self.padded = padded
-        self.carried: dict[tuple[int, int], str] = {}
-        """Coefficients k + level - 1 of series, those before, ..: by series and by how many stages old."""
+        self.carried: dict[Age, str] = {}
+        """Coefficients k + level - 1 of series, those before, ..: those of ``before`` that are read."""
+        self._before, self._start = before, memory.f.here
         self._known: dict[tuple[str, int], Value] = {}
         self._bases: dict[int, str] = {}
 
-    def at(self, index: int, ahead: int) -> Value:
-        one = self.expansion.program.series[index]
-        if one.degree < self.first + ahead:
-            return None
-        if ahead == one.level:
-            return self.top[index]
-        if one.level - ahead <= CARRIED:
-            return self._carry(index, one.level - ahead)
-        return self._load(index, ahead)
+    def older(self, index: int, ahead: int) -> Value:
+        age = self.expansion.program.series[index].level - ahead
+        return self._carry(index, age) if age <= CARRIED else self._load(index, ahead)
 
     def _carry(self, index: int, age: int) -> Value:
         for one in range(1, age + 1):
             if (index, one) not in self.carried:
-                self.carried[index, one] = self.emitter.fresh()
+                self.carried[index, one] = self._before[index, one].get(self._start).name
                 self.emitter.set_depth(self.carried[index, one], int(one == 1))
         return self.carried[index, age]
 
@@ -124,32 +131,28 @@ class Rolled(LoopStage):
     def _base(self, width: int) -> str:
         """``%work`` moved on by k vectors of that width."""
         if width not in self._bases:
-            self._bases[width] = moved(self.emitter, self.k, width)
+            self._bases[width] = moved(self.emitter, self.k.name, width)
         return self._bases[width]
 
     def tabulated(self, name: str, ahead: int) -> Value:
         key = (name, ahead)
         if key not in self._known:
-            self._known[key] = self.emitter.load(self.emitter.place(f"@{name}", self.k), ahead)
+            self._known[key] = self.emitter.load(self.emitter.place(f"@{name}", self.k.name), ahead)
         return self._known[key]
 
-    def write(self, label: str) -> str:
-        """Compute, solve and store one stage's coefficients.
-
-        It begins in the block ``label``; returns the label of the last block.
-        """
-        emitter, layout = self.emitter, self.memory.layout
-        groups = layout.groups
+    def write(self) -> None:
+        """Compute, solve and store one stage's coefficients."""
+        emitter, layout, groups = self.emitter, self.memory.layout, self.memory.layout.groups
         if self.padded:
             for group in groups:
-                last = self.last + group.level - FIRST
+                last = self.stages[-1] + group.level - FIRST
                 base = self._base(group.width)
                 take(emitter, self, group, sum_unrolled(emitter, group, last, base, group.level, {}))
         else:
             for part in (groups[: layout.motion], groups[layout.motion :]):
                 for start in range(0, len(part), TOGETHER):
                     some = part[start : start + TOGETHER]
-                    sums, label = sum_in_loop(emitter, some, self.k, range(self.first, self.last + 1), label)
+                    sums = sum_in_loop(self.memory.f, emitter, some, self.k, self.stages)
                     for group, total in zip(some, sums):
                         take(emitter, self, group, total)
         moving = self.compute()
@@ -160,4 +163,3 @@ class Rolled(LoopStage):
                 level = self.expansion.program.series[index].level
                 emitter.store(self.top[index], self._base(1), layout.slot(index, level))
         emitter.store_rows(layout.width, self.memory.state(self), self._base(layout.width), layout.width)
-        return label

@@ -89,7 +89,7 @@ def allowance(f: Function, bounds: Bounds, t: Real, usual: Real, h: Real) -> All
 
 
 def accepted(lengths: Lengths, low: int = 0, name: str = "accepted") -> Function:
-    """``@accepted(work, rates, allowed, uneven, slack, unexplained, room, ..)``: whether the accelerations
+    """``@accepted(work, rates, allowed, uneven, slack, unexplained, floor, ..)``: whether the accelerations
     agree, or the rates of the rows that are ``Lengths.followed`` but for those at ``%integrals`` that are no
     numbers.
 

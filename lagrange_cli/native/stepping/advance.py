@@ -1,6 +1,6 @@
 """``@advance``: steps until the sample times are used up, the end is reached, or something stops it.
 
-Every step must be confirmed by the next one's series (``acceptance``); until then its samples may be
+Every step must be accepted by the next one's series (``acceptance``); until then its samples may be
 discarded. If it is not, a critical point lies within the step, such as a kink of the potential. This is
 approached by halving the distance, and passed if the accelerations stay finite. The error is their change
 times the resolution of time.
@@ -13,10 +13,11 @@ from __future__ import annotations
 from lagrange_cli.native.interface import DUE, Stop
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
-from lagrange_cli.native.state import BEGINNING, CHANGES, LANES, Clock, StateLayout
+from lagrange_cli.native.state import BEGINNING, CHANGES, Clock
 from lagrange_cli.native.stepping.acceptance import Allowance, allowance
 from lagrange_cli.native.stepping.guards import AWAY, MARGIN, NEAR, NOTED, PART
-from lagrange_cli.native.stepping.steps import Now, Steps
+from lagrange_cli.native.stepping.motion import Steps
+from lagrange_cli.native.stepping.steps import Now, copy_function
 
 EVIDENCE, NOISY = 2.0, 2.0**16
 """After this many steps whose prediction failed narrowly, rounding is the cause: the bound is raised by this
@@ -190,7 +191,7 @@ def advance(steps: Steps) -> str:
         leaving, lax = (f.variable(clock(one)) for one in (Clock.LEAVING, Clock.UNEXPLAINED))
         confirms, goal, bound = f.variable(yes), f.variable(gap), f.variable(h)
         # Before a critical point: halve the distance until it is at the resolution of the numbers, then step
-        # to just beyond the point. If steps as short as that are not confirmed either, the differences are
+        # to just beyond the point. If steps as short as that are not accepted either, the differences are
         # due to rounding.
         with f.section() as bounded:
             with f.when(~gap.equals(0.0)):
@@ -299,23 +300,3 @@ def advance(steps: Steps) -> str:
         with f.when(~sound):
             steps.forget(f)
     return "".join([*steps.functions(), copy_function(layout), f.text()])
-
-
-def copy_function(layout: StateLayout) -> str:
-    """``@copy(from, to)``: whole states."""
-    f = Function("define internal void @copy(ptr noalias %from, ptr noalias %to) #0")
-    lanes = min(layout.width, LANES)
-    with f.loop(0, layout.memory, lanes, tested=False) as i:
-        f.store_row(f.load_row("%from", i, lanes), "%to", i)
-    f.give()
-    return f.text()
-
-
-def clear_function() -> str:
-    """``@clear(place, count)``: set vectors to 0. (Infinities and nan would spread: the sums also contain
-    unused coefficients, times 0.)"""
-    f = Function("define internal void @clear(ptr noalias %place, i64 %count) #0")
-    with f.loop(0, Integer(f, "%count"), LANES, tested=False) as i:
-        f.store_row(f.zero(LANES), "%place", i)
-    f.give()
-    return f.text()

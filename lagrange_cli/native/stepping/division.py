@@ -1,7 +1,7 @@
 """Integrals over a step of the motion that is divided into parts.
 
 The series are expanded anew at places of the step, and the integrals of each part are added. A part ends
-where the rule for steps says (``step_size``), and every part is confirmed by the series at its end
+where the rule for steps says (``step_size``), and every part is accepted by the series at its end
 (``acceptance``). A jump or a kink of an integrand is approached by halving, and passed; across a pole an
 integral is not a number. The motion itself stays the same to the last bit.
 """
@@ -24,13 +24,13 @@ from lagrange_cli.records import dataclass, replace
 LAG = 0.7
 """The factor by which the usual length of parts may shrink from one to the next."""
 REPEATS, NOISY = 12.0, 2.0**16
-"""If so many parts in a row are not confirmed however short they are, rounding is the cause, and so much more
-is allowed; what is not confirmed then is lost."""
+"""If so many parts in a row are not accepted however short they are, rounding is the cause, and so much more
+is allowed; what is not accepted then is lost."""
 CROWDED = 2.0**6
 """Parts so many times as long as the resolution of time are too short for a series."""
 CLOSE = 2.0**-16
 """Parts of a step so short, close to a kink, need not be as short as the series ask for: rounding errors make
-these short there, and what is expected at the end of a part is sound if it is confirmed."""
+these short there, and what is expected at the end of a part is sound if it is accepted."""
 SHORTER = 0.7
 """A part that is not proven is tried again so many times as long."""
 NEARBY = 2.0**-30
@@ -40,8 +40,8 @@ STRETCHES = 16.0
 MOST = 2**18
 """Parts of one step. These may take minutes, so that it is asked at each whether to go on (``halted``)."""
 PATIENT, EVEN = 48, 1 / 16
-"""Beside constraints, integrands may cancel to rounding errors, which no part confirms. After so many parts
-of a step, all are of this length and are not confirmed: what may hide is proven, and not divided so."""
+"""Beside constraints, integrands may cancel to rounding errors, on which no part agrees. After so many parts
+of a step, all are of this length and need not be accepted: what may hide is proven, and not divided so."""
 NAN = "0x7FF8000000000000"
 ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
 """The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more."""
@@ -190,12 +190,12 @@ class Division:
             unseen.set(unseen.get() | row.moving(short & ~finite & ~last & old.equals(old)))
         return own.of_motions(f, unseen.get())
 
-    def confirmed(self) -> Bit:
-        """Whether the series at the end of a part confirm what was expected."""
+    def accepted(self) -> Bit:
+        """Whether the series at the end of a part agree with what was expected."""
         f, zero = self.f, self.f.constant(0.0)
         given = self.array(RATES), self.array(ALLOWED), zero, f.constant(1.0), Bit(f, "false"), zero
         low = (self.array(LOW_RATES), f.constant(1.0) / self.units.part.get()) if self.sums.beyond else ()
-        return f.call(Bit, "integrals_confirmed", self.at.there, *given, *low, self.array(ENDED))
+        return f.call(Bit, "integrals_accepted", self.at.there, *given, *low, self.array(ENDED))
 
     def accept(self, good: Bit) -> None:
         """Go on with the integrals at the end of a part."""
@@ -254,7 +254,7 @@ class Division:
 
     def proven(self, length: Real, least: Real, free: Bit, place: Pair) -> Real:
         """A length, or as much of it as is proven, but for what is hardly more than nothing. Close to a
-        kink (not ``free``) parts are confirmed only."""
+        kink (not ``free``) parts are accepted only."""
         if self.prove is None:
             return length
         f, found = self.f, self.f.variable(length)
@@ -303,7 +303,7 @@ class Division:
             sampled = samples(part)
             self.go(part.end)
             unseen = self.lose(part, stretch.get() >= STRETCHES, noisy & ~tired, unproven)
-            good = (self.confirmed() | short | noisy | tired) & ~unseen
+            good = (self.accepted() | short | noisy | tired) & ~unseen
             less = f.larger(push.get() * 0.5, one)
             push.set(f.select(short, f.select(steep, push.get() * 2.0, push.get()), less))
             stretch.set(f.select(unseen, stretch.get() * 2.0, one))

@@ -19,7 +19,7 @@ from lagrange_cli.native.stepping.acceptance import DOUBLE_DOUBLE, Allowance
 from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.division import Division
 from lagrange_cli.native.stepping.lengths import Lengths, Row
-from lagrange_cli.native.stepping.motion import Given, MotionSteps
+from lagrange_cli.native.stepping.motion import Given, Steps
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, LEAP, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
@@ -78,7 +78,7 @@ def stepper(rows: Rows, given: Given) -> list[str]:
     return [advance(steps), steps.accelerate().text()]
 
 
-class DoubleDoubleSteps(MotionSteps):
+class DoubleDoubleSteps(Steps):
     """What steps in double-double are made of."""
 
     refined, parts, small = True, 2, 2.0**-94

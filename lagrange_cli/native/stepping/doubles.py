@@ -10,19 +10,13 @@ from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.recurrences.layout import Layout
 from lagrange_cli.native.state import LANES, Clock
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance
-from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import AT_REST, Given, MotionSteps
+from lagrange_cli.native.stepping.motion import AT_REST, Given, Steps
 from lagrange_cli.native.stepping.polynomial import careful_sum, polynomial, rate
 from lagrange_cli.native.stepping.proof import proven
 from lagrange_cli.native.stepping.step_size import ENDLESS, chosen_step
 from lagrange_cli.native.stepping.steps import STRAIGHT, Now
 from lagrange_cli.native.stepping.sums import CHAINS, RATE_CHAINS, DoubleSums, Pair
-
-
-def stepper(layout: Layout, given: Given) -> str:
-    """IR of ``@advance`` and its helpers."""
-    return advance(DoubleSteps(layout, given))
 
 
 def lengths_of(layout: Layout, degrees: int) -> Lengths:
@@ -31,13 +25,27 @@ def lengths_of(layout: Layout, degrees: int) -> Lengths:
     return Lengths(degrees, len(layout.state), width, layout.order, lanes, lanes, 1, 1, width)
 
 
-class DoubleSteps(MotionSteps):
+def accelerate(lengths: Lengths) -> str:
+    """``@accelerate``: rates of the velocities and integrals at one state, whose low parts are zeros.
+
+    It returns 0 where the mass matrix is singular.
+    """
+    given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out"
+    f = Function(f"define i64 @accelerate({given}) #0")
+    constants, state, work = (f.pointer(f"%{name}") for name in ("constants", "state", "work"))
+    regular = f.call(Bit, "jet", constants, Real(f, "%t"), state, work)
+    with f.loop(lengths.degrees, lengths.rows, tested=False) as i:
+        f.store(f.load(lengths.single(f, i), lengths.term), "%out", i - lengths.degrees)
+    f.give(regular.to_integer())
+    return f.text()
+
+
+class DoubleSteps(Steps):
     """What steps in doubles are made of."""
 
     refined, parts, small = False, 1, 2.0**-46
 
-    def __init__(self, layout: Layout, given: Given) -> None:
-        lengths = lengths_of(layout, given.state.degrees)
+    def __init__(self, lengths: Lengths, given: Given) -> None:
         super().__init__(given, lengths, DOUBLE, DoubleSums(), AT_REST if given.proving[0] else 0.0)
         self._work = given.work
 

@@ -1,23 +1,25 @@
-"""What steps in doubles and in double-double have in common: guards, proofs, acceptance, and integrals."""
+"""``Steps``: what steps are made of in one kind of numbers, for the loop of ``@advance``.
+
+Guards, proofs, acceptance, and integrals are the same in all kinds.
+"""
 
 from __future__ import annotations
 
-from abc import abstractmethod
-from collections.abc import Sequence
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
 
 from lagrange_cli.native.interface import HALTED, records_at
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.state import LANES, Clock, GuardRows, StateLayout
-from lagrange_cli.native.stepping.acceptance import Bounds, accepted
-from lagrange_cli.native.stepping.advance import clear_function
+from lagrange_cli.native.stepping.acceptance import Allowance, Bounds, accepted
 from lagrange_cli.native.stepping.division import Division, Part, Places, Units
 from lagrange_cli.native.stepping.guards import GuardCode
 from lagrange_cli.native.stepping.lengths import Lengths
 from lagrange_cli.native.stepping.proof import Proof, Proving
 from lagrange_cli.native.stepping.quadratures import Quadratures, followed
 from lagrange_cli.native.stepping.step_size import StepSize
-from lagrange_cli.native.stepping.steps import Now, Steps
+from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import Pair, Sums, difference
 from lagrange_cli.records import dataclass, replace
 
@@ -28,8 +30,8 @@ AT_REST = 2.0**-900
 @dataclass(frozen=True)
 class Given:
     """What a motion is: its state, its doubles of ``%work``, its tolerance, what its steps, its integrals and
-    the arguments of its guards are proven by, and its guards, if it has any; and whether steps to roots are
-    taken ``in_two`` (see ``Steps``)."""
+    the arguments of its guards are proven by, and its guards, if it has any; and whether the first step to a
+    root after another one is taken ``in_two``, as for companions."""
 
     state: StateLayout
     work: int
@@ -45,12 +47,14 @@ class Given:
     """Whether equations depend on t."""
 
 
-class MotionSteps(Steps):
+class Steps(ABC):
     """Steps of numbers of so many ``parts``. A defect up to the part ``small`` of what moves is not told from
-    rounding (see ``Proof``); velocities of a size up to ``rest`` do not limit steps."""
+    rounding (see ``Proof``); velocities of a size up to ``rest`` do not limit steps. Where numbers are
+    ``refined``, more precise than the roots, a step to a root is followed by a much shorter one."""
 
     parts: int
     small: float
+    refined: bool
     division: type[Division] = Division
 
     def __init__(self, given: Given, lengths: Lengths, bounds: Bounds, sums: Sums, rest: float) -> None:
@@ -89,6 +93,8 @@ class MotionSteps(Steps):
             *proving, self.lengths, low, nothing, small, self.parts, integrals, self._multipliers, name
         )
 
+    # what differs between kinds of numbers
+
     @abstractmethod
     def own(self) -> list[Function]:
         """Functions of this kind of numbers."""
@@ -97,7 +103,45 @@ class MotionSteps(Steps):
     def compute(self, f: Function, time: Pair, unit: Real, state: Pointer, series: Pointer) -> None:
         """Compute the series of a state where others may be."""
 
+    @abstractmethod
+    def forget(self, f: Function) -> None:
+        """Remove what is left of other series: done first, and after a step that was not accepted."""
+
+    @abstractmethod
+    def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:
+        """Compute the series, perhaps in a unit of its own; whether the mass matrix is regular."""
+
+    @abstractmethod
+    def choose(self, f: Function, now: Now, fail: Callable[[], None]) -> tuple[Now, Real, Bit]:
+        """The step by its series, perhaps in another unit, and whether all coefficients are finite; ``fail``
+        if so many are not that there is none."""
+
+    @abstractmethod
+    def vet(self, f: Function, now: Now, h: Real, left: Real, free: Bit) -> Real:
+        """The step, or a shorter one, where what its series may not show has been looked for; ``free``: no
+        critical point is near."""
+
+    @abstractmethod
+    def first_guard(self, f: Function, now: Now, h: Real) -> tuple[Real, Integer, Real]:
+        """When a guard is due in a step of ``h``, which one, and how much of the step is known
+        (``guards.GuardCode``)."""
+
+    @abstractmethod
+    def straighten(self, f: Function) -> None:
+        """Set the coefficients from ``STRAIGHT`` on to 0."""
+
+    @abstractmethod
+    def sample(self, f: Function, now: Now, index: Integer, h: Real) -> Integer:
+        """Write the samples from ``index`` on that lie within ``h``: the index of the first one beyond."""
+
+    @abstractmethod
+    def move(self, f: Function, now: Now, h: Real, final: Bit, allowed: Allowance) -> Real:
+        """Go to the end of the step, and write down what is expected there: the place farthest from 0."""
+
+    # what does not
+
     def functions(self) -> list[str]:
+        """The functions that its instructions call."""
         made = [*self.sizes.functions(), accepted(self.lengths, self.sums.beyond), *self.own()]
         made += [one.function() for one in (*self.proofs, self.integrands) if one]
         if self.quadratures:
@@ -106,6 +150,7 @@ class MotionSteps(Steps):
         return [clear_function(), self.given.project, *guards, *(f.text() for f in made)]
 
     def project(self, f: Function) -> None:
+        """Move the state back to the constraints, if there are any and it is not there."""
         if self.given.project:
             f.call(None, "project", f.pointer("%constants"), f.pointer("%state"))
 
@@ -130,6 +175,7 @@ class MotionSteps(Steps):
         return t, low
 
     def agree(self, f: Function, now: Now, uneven: Real, slack: Real, unexplained: Bit, floor: Real) -> Bit:
+        """Whether the accelerations are those expected (``acceptance.accepted``)."""
         rates, allowed, low = self.expected(f)
         given = rates, allowed, uneven, slack, unexplained, floor
         more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
@@ -138,6 +184,7 @@ class MotionSteps(Steps):
     # integrals
 
     def rough(self, f: Function, now: Now, h: Real) -> Bit:
+        """Whether the integrals' series do not hold all through the step of ``h`` just taken."""
         places = f.pointer("%trial"), f.pointer("%work")
         rough = f.call(Bit, "rough", *places, *self.scaled(f, now.unit, h))
         if self.integrands is None:
@@ -151,18 +198,22 @@ class MotionSteps(Steps):
         return f.call(Bit, "integrands_proven", *given)
 
     def surprising(self, f: Function, now: Now, h: Real) -> Bit:
+        """Whether the integrands are not those expected after a step of ``h``."""
         assert self.quadratures
         rates, allowed, low = self.expected(f)
         nothing, zero = self.quadratures.nothing(f, h), f.constant(0.0)
         given = rates, allowed, nothing, f.constant(1.0), Bit(f, "false"), zero
         more = (low, f.constant(1.0) / now.unit) if self.parts > 1 else ()
-        return ~f.call(Bit, "integrals_confirmed", f.pointer("%work"), *given, *more, f.pointer("%state"))
+        return ~f.call(Bit, "integrals_accepted", f.pointer("%work"), *given, *more, f.pointer("%state"))
 
     def resume(self, f: Function, before: Now) -> None:
+        """Compute the series of the step before once more."""
         places = f.pointer("%trial"), f.pointer("%work")
         self.compute(f, (before.t, before.low), before.unit, *places)
 
     def part(self, f: Function, before: Now, h: Real, samples: tuple[Integer, Integer]) -> None:
+        """Compute the integrals of the step before by parts (``quadratures``), also at its samples: from the
+        one to before the other; or some of it, if it is ``halted``."""
         places = (f.pointer(f"%{name}") for name in ("constants", "trial", "work", "state", "times", "out"))
         step, stride = difference(self.time(f), (before.t, before.low)), Integer(f, "%stride")
         more = *samples, stride, stride * self.lengths.rows
@@ -170,6 +221,7 @@ class MotionSteps(Steps):
         f.call(None, "divide", *places, info, before.t, before.low, *step, before.unit, *more)
 
     def halted(self, f: Function) -> Bit:
+        """Whether ``part`` is to leave its step."""
         return ~f.look_at("%info", HALTED).equals(0)
 
     def divide(self, quadratures: Quadratures) -> Function:

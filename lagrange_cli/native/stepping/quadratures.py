@@ -44,8 +44,8 @@ class Quadratures:
     def functions(self) -> list[Function]:
         """What its instructions call."""
         shortened = [] if self._beyond else [self.sizes.shortened_step()]
-        confirmed = accepted(self.own, self._beyond, "integrals_confirmed")
-        return [*self.sizes.functions(), *shortened, self.length(), self.rough(), confirmed]
+        agreeing = accepted(self.own, self._beyond, "integrals_accepted")
+        return [*self.sizes.functions(), *shortened, self.length(), self.rough(), agreeing]
 
     def nothing(self, f: Function, h: Real) -> Real:
         """How far off an integrand may be in any case: where it is proven, what it is next to nothing of

@@ -20,16 +20,17 @@ from math import comb
 
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.error_free import operators_two_sum as two_sum
 from lagrange_cli.native.state import CARRIED_COUNT, Clock, StateLayout
 from lagrange_cli.native.stepping.acceptance import DOUBLE, Allowance, accepted
-from lagrange_cli.native.stepping.advance import advance, clear_function
+from lagrange_cli.native.stepping.advance import advance
 from lagrange_cli.native.stepping.doubles import DoubleSteps
 from lagrange_cli.native.stepping.lengths import Lengths
-from lagrange_cli.native.stepping.motion import Given, MotionSteps
+from lagrange_cli.native.stepping.motion import Given, Steps
 from lagrange_cli.native.stepping.radau_nodes import NODES, TERMS, inverse, products
-from lagrange_cli.native.stepping.steps import Now
+from lagrange_cli.native.stepping.steps import Now, clear_function
 from lagrange_cli.native.stepping.sums import DoubleSums
 from lagrange_cli.records import dataclass, replace
 
@@ -134,7 +135,7 @@ class RadauSteps(DoubleSteps):
         layout = given.state
         lanes = min(layout.width, LANES)
         lengths = Lengths(layout.degrees, layout.rows, layout.width, ORDER, lanes, lanes, 1, 1, layout.width)
-        MotionSteps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
+        Steps.__init__(self, given, lengths, DOUBLE, DoubleSums(), 0.0)
         self.quadratures = None  # integrals are followed as velocities are
         self.lengths = lengths
         self._work, self._rates, self._places = given.work, rates, Places(layout)

@@ -12,8 +12,9 @@ from collections.abc import Callable
 
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.roughly import exp2_roughly, log2_roughly
 from lagrange_cli.native.llvm.text import literal, operand
-from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real, exp2_roughly, log2_roughly
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.records import dataclass
 
 NOTHING = 2.0**-50

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import lanes
+from lagrange_cli.integrate.ensemble import members as shared
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Starts
 from lagrange_cli.integrate.ensemble.one_by_one import OneByOne
@@ -201,8 +201,8 @@ def test_little_room_for_samples_changes_nothing(monkeypatch):
     times = times_of(2.0)
     whole = run("double_pendulum", parameters, states, times)
     for members in (1, 5, 17):
-        monkeypatch.setattr(lanes, "MEMORY", members * 8 * 4 * times.count)
-        monkeypatch.setattr(lanes, "LARGEST", 0)
+        monkeypatch.setattr(shared, "MEMORY", members * 8 * 4 * times.count)
+        monkeypatch.setattr(shared, "LARGEST", 0)
         assert same(whole, run("double_pendulum", parameters, states, times, threads=2))
 
 

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.ensemble import datasets as members
-from lagrange_cli.integrate.ensemble.datasets import follow_ensemble
+from lagrange_cli.integrate.ensemble import datasets, follow
+from lagrange_cli.integrate.ensemble.follow import follow_ensemble
 from lagrange_cli.integrate.ensemble.method import Batch
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass
@@ -165,8 +165,9 @@ def test_a_member_that_its_engine_calls_interrupted_counts_as_not_followed():
 
 def test_an_ensemble_is_laid_out_and_written_in_parts(monkeypatch):
     whole, _, _ = run(StandIn(batch=4), sampled=True)
-    monkeypatch.setattr(members, "MEMORY", 10_000)
-    monkeypatch.setattr(members, "FEWEST", 16)
+    monkeypatch.setattr(datasets, "MEMORY", 10_000)
+    monkeypatch.setattr(follow, "MEMORY", 10_000)
+    monkeypatch.setattr(follow, "FEWEST", 16)
     heard = []
     found, pieces, outcome = run(
         StandIn(batch=4), sampled=True, watch=lambda done: heard.append(done) or False

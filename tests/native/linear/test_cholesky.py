@@ -31,7 +31,7 @@ def solver(size, level):
     for j, value in enumerate(solution):
         emitter.store(value, "%right", j)
     body = "\n".join(emitter.lines)
-    head = "define i1 @solve(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
+    head = "define zeroext i1 @solve(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
     # the second solution is of the first one's right-hand side, as it is only overwritten at the end
     text = [*blocks.functions, f"{head} {{\n{body}\n  ret i1 {regular}\n}}"]
     loaded = load(compile_text("\n".join(text), level))

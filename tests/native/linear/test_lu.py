@@ -37,7 +37,7 @@ def solver(make, size, level, unrolled=0, form="general"):
     for j, value in enumerate(solution):
         kind.store(value, "%right", parts * j, 1)
     body = "\n".join(kind.body.lines)
-    head = "define i1 @run(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
+    head = "define zeroext i1 @run(ptr noalias %matrix, ptr noalias %right, ptr noalias %work) #0"
     text = [*(operations() if parts == 2 else ()), *blocks.functions]
     text.append(f"{head} {{\n{body}\n  ret i1 {regular}\n}}")
     loaded, pointer = load(compile_text("\n".join(text), level)), ctypes.c_void_p

@@ -15,9 +15,9 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.program import write_run
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.model.build import build_model
-from lagrange_cli.native import program as programs
+from lagrange_cli.native import motions
 from lagrange_cli.native.compilation.machine import QUICK, compile_object
-from lagrange_cli.native.program import Program
+from lagrange_cli.native.program import Program, write_program
 from lagrange_cli.native.recurrences import tables_batches
 from lagrange_cli.series.batches import batches
 from lagrange_cli.spec.read import read_spec
@@ -55,7 +55,7 @@ def program_and_motion(text: str, count: int) -> tuple[Program, Mapping[str, NDA
 @pytest.fixture
 def always_in_batches(monkeypatch: pytest.MonkeyPatch) -> None:
     """Even one member is a batch."""
-    monkeypatch.setattr(programs, "BATCHED", 0)
+    monkeypatch.setattr(motions, "BATCHED", 0)
     monkeypatch.setattr(tables_batches, "FEWEST", 0)
 
 
@@ -65,7 +65,7 @@ def test_batches_follow_the_same_motion_as_straight_code(
     count: int, monkeypatch: pytest.MonkeyPatch, always_in_batches: None
 ) -> None:
     rolled, found = program_and_motion(WEB, count)
-    monkeypatch.setattr(programs, "BATCHED", 10**9)
+    monkeypatch.setattr(motions, "BATCHED", 10**9)
     straight, expected = program_and_motion(WEB, count)
     assert rolled.tables > 0
     assert straight.tables == 0
@@ -96,7 +96,7 @@ def test_the_number_of_batches_does_not_grow_with_the_family(always_in_batches: 
     def counted(count: int) -> tuple[int, int]:
         spec = read_spec(dedent(WEB), "system.yaml", {"N": str(count)})
         residual = derive(build_model(spec, GraphAlgebra()))
-        program = programs.write_program(residual, 6, {}, {})
+        program = write_program(residual, 6, {}, {})
         found = batches(program.series, residual.variables)
         return len(found), program.text.count("\n")
 

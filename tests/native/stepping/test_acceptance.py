@@ -17,7 +17,8 @@ LENGTHS = Lengths(
     degrees=DEGREES, rows=2 * DEGREES, width=2 * DEGREES, order=TERMS, lanes=1, together=1, value=1,
     row=TERMS, term=1,
 )  # fmt: skip
-CODE = load(compile_text(accepted(LENGTHS).text().replace("define internal", "define"), 1))
+TEXT = accepted(LENGTHS).text().replace("define internal", "define zeroext")  # else only one bit is defined
+CODE = load(compile_text(TEXT, 1))
 POINTER, NUMBER = ctypes.c_void_p, ctypes.c_double
 CALL = ctypes.CFUNCTYPE(ctypes.c_bool, POINTER, POINTER, POINTER, NUMBER, NUMBER, ctypes.c_bool, NUMBER)
 

@@ -1,0 +1,102 @@
+"""Every member of an ensemble followed, part by part."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.checkpoint import Checkpointing
+from lagrange_cli.integrate.ensemble.datasets import MEMORY, EnsembleDatasets
+from lagrange_cli.integrate.ensemble.method import EnsembleMethod, Section, Starts
+from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.integrate.times import Times
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.ensemble.datasets import Emit
+    from lagrange_cli.spec.ensemble import EnsembleValues, Number
+    from lagrange_cli.spec.spec import Family
+
+FEWEST = 512
+"""Members that are laid out at least, however large they are."""
+
+
+def follow_ensemble(
+    prepared: Prepared,
+    method: EnsembleMethod,
+    values: EnsembleValues,
+    families: Sequence[Family],
+    times: Times,
+    emit: Emit,
+    interrupt: Callable[[int], bool],
+    *,
+    sampled: bool,
+    threads: int,
+    checkpointing: Checkpointing[EnsembleOutcome] | None = None,
+    section: Section | None = None,
+) -> EnsembleOutcome:
+    """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
+
+    Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
+    if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
+    ``families`` are those of the coordinates. ``interrupt`` is told how many members have ended, several
+    times a second; True stops them all. The arrays are valid during the call only. Datasets of crossings of
+    events have as many rows as there are, and say to which members they belong. With ``checkpointing``,
+    members that an earlier run has followed to their end are not followed again; only their start is emitted.
+    Samples are those of the ``section``, if there is one.
+    """
+    program = prepared.machine.program
+    datasets = EnsembleDatasets(
+        prepared, times, emit, sampled=sampled, members=values.members, section=section
+    )
+    if checkpointing is not None and checkpointing.begin is not None:
+        datasets.restore(checkpointing.begin)
+    size = max(FEWEST, MEMORY // (8 * (len(program.parameters) + program.rows)))
+    going = True
+    for start in range(0, values.members, size):
+        part = slice(start, min(start + size, values.members))
+        emit(np.arange(part.start, part.stop, dtype=np.int64), start_of(values, families, part))
+        parameters = table(
+            [one.parameters[name] for one in values.parts for name in program.parameters], part
+        )
+        zeros = [0.0] * len(program.integrals)
+        states = table([x for one in values.parts for x in (*one.q, *one.v, *zeros)], part)
+        datasets.open(start, parameters, states)
+        datasets.refuse([member for member in values.refused if part.start <= member < part.stop])
+        missing = datasets.missing()
+        if going and len(missing):
+
+            def told(done: int, before: int = part.stop - len(missing)) -> bool:
+                if checkpointing is not None and checkpointing.due(before + done):
+                    datasets.flush()
+                    checkpointing.keep(datasets.outcome(), before + done)
+                return interrupt(before + done)
+
+            own = None if section is None else section.only(part)
+            starts = Starts(parameters, states, times, sampled, own).only(missing)
+            going = method.follow(starts, datasets.accept, told, threads)
+        datasets.close()
+    return datasets.outcome()
+
+
+def table(columns: Sequence[Number], part: slice) -> Array:
+    """The rows ``part`` of columns that are one number, or one for each member: (b, columns)."""
+    found = np.empty((part.stop - part.start, len(columns)))
+    for i, column in enumerate(columns):
+        found[:, i] = column[part] if isinstance(column, np.ndarray) else column
+    return found
+
+
+def start_of(values: EnsembleValues, families: Sequence[Family], part: slice) -> dict[str, Array]:
+    """What differs between the parameters of the members ``part``, and their initial states."""
+    found = {f"parameters/{name}": column[part] for name, column in values.differing.items()}
+    for kind, state in (("q", values.q), ("v", values.v)):
+        row = 0
+        for family in families:
+            columns = state[row : row + len(family.members)]
+            found[f"initial/{kind}/{family.name}"] = table(columns, part).reshape(-1, *family.shape)
+            row += len(family.members)
+    return found

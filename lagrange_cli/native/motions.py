@@ -1,0 +1,204 @@
+"""``Motion``: the code that follows a motion, in doubles, in batches of these, or in double-double."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.defect import Defect, defect, terms_of
+from lagrange_cli.mechanics.explicit import expanded
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.native.interface import LANES, STEPPING
+from lagrange_cli.native.llvm.text import tables as numbers
+from lagrange_cli.native.numbers.double import Emitter
+from lagrange_cli.native.recurrences.evaluation import Constants
+from lagrange_cli.native.state import GuardRows, StateLayout
+from lagrange_cli.records import dataclass
+from lagrange_cli.series.program import SeriesProgram
+
+if TYPE_CHECKING:
+    from lagrange_cli.native.recurrences.layout_batches import Tables
+    from lagrange_cli.native.stepping.doubles import DoubleSteps
+    from lagrange_cli.native.stepping.lengths import Lengths
+    from lagrange_cli.native.stepping.motion import Given
+
+RATES = 2
+"""The order of q's series that gives the accelerations alone."""
+BATCHED = 100
+"""Convolutions from which on series are computed in batches."""
+
+
+@dataclass(frozen=True)
+class Equations:
+    """What a motion follows: series, their order, the tolerance of steps, and whether these are proven."""
+
+    residual: Residual
+    series: SeriesProgram
+    state: StateLayout
+    constants: Constants
+    order: int
+    tolerance: float
+    proven: bool
+    guards: GuardRows | None
+    multipliers: int
+    """So many integrals, behind those of guards' arguments, show the multipliers' series to proofs."""
+    integrands: Sequence[Node]
+    """Those of quadratures that are followed, if any of them has to be proven."""
+    arguments: Sequence[Node]
+    """The arguments of guards, likewise."""
+    emitter: Callable[[], Emitter]
+    """What is written with, where numbers are doubles."""
+    in_two: bool
+    """Whether steps to roots are (see ``stepping.guards``)."""
+    collocated: bool = False
+    """Whether steps are polynomials through rates (``stepping.radau``); series give the rates alone."""
+
+    @property
+    def steps(self) -> bool:
+        """Whether steps are taken by series."""
+        return self.order >= STEPPING and not self.collocated
+
+    @property
+    def highest(self) -> int:
+        """The order to which series are computed."""
+        return RATES if self.collocated else self.order
+
+
+@dataclass(frozen=True)
+class Motion:
+    """The code that follows a motion, its doubles of ``%work``, the operations of its jet, and where that
+    leaves the series (see ``Interface``)."""
+
+    parts: Sequence[str]
+    work: int
+    operations: int
+    series_at: tuple[int, int, int]
+    tables: Tables | None = None
+    """Those of batches, if it is written for these."""
+
+
+def motion_of(equations: Equations, parts: int) -> Motion:
+    """The code in numbers of so many ``parts``."""
+    if parts > 1:
+        return double_double(equations)
+    return batched(equations) or double(equations)
+
+
+def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
+    """What steps are proven by, if they are."""
+    residual = equations.residual
+    return (residual, defect(residual), equations.constants) if equations.proven else None
+
+
+def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Defect, Constants] | None:
+    """What integrals of ``nodes`` are proven by, if there are any."""
+    residual = equations.residual
+    if not nodes:
+        return None
+    accelerations, rows = expanded(residual, nodes)
+    return residual, Defect(accelerations, terms_of(rows, residual, accelerations)), equations.constants
+
+
+def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Constants] | None]:
+    """Of the equations, of integrands, and of what guards watch."""
+    integrands, arguments = equations.integrands, equations.arguments
+    return proving_of(equations), proof_of(equations, integrands), proof_of(equations, arguments)
+
+
+def given_of(equations: Equations, work: int, project: str = "") -> Given:
+    """What steps are made from; they work on so many doubles."""
+    from lagrange_cli.native.stepping.motion import Given
+
+    state, proving, multipliers = equations.state, provings_of(equations), equations.multipliers
+    given = state, work, equations.tolerance, proving, equations.guards, equations.in_two
+    return Given(*given, multipliers, project, equations.residual.timed)
+
+
+def double(equations: Equations) -> Motion:
+    """In doubles. ``@accelerate`` gives the rates at one state; from order 6 on there is ``@advance``."""
+    from lagrange_cli.native.recurrences.jet import write_jet
+    from lagrange_cli.native.recurrences.layout import arrange
+    from lagrange_cli.native.stepping.doubles import DoubleSteps, lengths_of
+
+    residual, series, order = equations.residual, equations.series, equations.highest
+    emitter, layout = equations.emitter(), arrange(series, order)
+    jet, work = write_jet(residual, series, equations.constants, emitter, layout)
+    project = ""
+    if residual.multipliers and equations.steps:
+        from lagrange_cli.native.stepping.projection import in_doubles
+
+        project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
+    lengths = lengths_of(layout, equations.state.degrees)
+    work, steps = with_steps(equations, lengths, DoubleSteps, work, project)
+    return Motion([*numbers("", order + 4), jet, *steps], work, emitter.operations, (0, 1, layout.width))
+
+
+def batched(equations: Equations) -> Motion | None:
+    """In doubles, by loops over members; None where the system is not large, or not of the kind."""
+    from lagrange_cli.native.recurrences.batched import write_batched_jet
+    from lagrange_cli.native.recurrences.layout_batches import Tables
+    from lagrange_cli.native.recurrences.tables_batches import Misfit, arrange
+    from lagrange_cli.native.stepping.batches import BatchSteps, lengths_of
+
+    residual, series, order = equations.residual, equations.series, equations.highest
+    if not suits_batches(equations):
+        return None
+    try:
+        blocks = arrange(residual, series, order)
+        tables = Tables(equations.constants)
+        jet, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
+    except Misfit:
+        return None
+    lengths = lengths_of(blocks, equations.state.degrees)
+    work, steps = with_steps(equations, lengths, BatchSteps, blocks.doubles)
+    return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 0, 0), tables)
+
+
+def with_steps(
+    equations: Equations, lengths: Lengths, kind: type[DoubleSteps], work: int, project: str = ""
+) -> tuple[int, list[str]]:
+    """What follows a motion whose series are at ``lengths``: the doubles that it works on, and its texts."""
+    from lagrange_cli.native.stepping.advance import advance
+    from lagrange_cli.native.stepping.doubles import accelerate
+
+    made = []
+    if equations.collocated:
+        from lagrange_cli.native.stepping.radau import on_rates
+
+        work, steps = on_rates(lengths, given_of(equations, work))
+        made.append(steps)
+    elif equations.steps:
+        made.append(advance(kind(lengths, given_of(equations, work, project))))
+    return work, [*made, accelerate(lengths)]
+
+
+def suits_batches(equations: Equations) -> bool:
+    """Whether the series of a system are many, and its masses constant and diagonal."""
+    proven = any(provings_of(equations))
+    return (
+        equations.series.convolutions >= BATCHED
+        and equations.residual.separate
+        and not (equations.guards or equations.in_two or proven)
+    )
+
+
+def double_double(equations: Equations) -> Motion:
+    """In double-double."""
+    from lagrange_cli.native.functions.double_double import functions
+    from lagrange_cli.native.numbers.double_double import operations
+    from lagrange_cli.native.recurrences.in_memory import write_jet
+    from lagrange_cli.native.recurrences.layout_rows import arrange
+    from lagrange_cli.native.stepping.double_doubles import stepper
+
+    rows = arrange(equations.series, equations.order, equations.state.width)
+    jet, work, count = write_jet(equations.residual, rows, equations.constants)
+    work = LANES * -(-work // LANES)
+    project = ""
+    if equations.residual.multipliers:
+        from lagrange_cli.native.stepping.projection import in_double_doubles
+
+        project = in_double_doubles(equations.residual, equations.state, equations.constants)
+    stepping = stepper(rows, given_of(equations, work, project))
+    parts = [*operations(), *functions(), jet, *stepping]
+    return Motion(parts, work, count, (LANES, 2 * rows.beyond, 1))
