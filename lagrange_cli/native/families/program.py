@@ -234,7 +234,7 @@ class _Writer:
             "ptr noalias %work) #0"
         )
         width = self.layout.width
-        work = width * (RATES + 1) + LANES
+        work = room(width * (RATES + 1) + self.degrees)
         totals = needed([self.rates], self.slots, self.fixed)
         arrays = {
             self.system.q: f.place("%state", 0, "double"),
@@ -265,7 +265,7 @@ class _Writer:
             "ptr noalias %work) #0"
         )
         width, degrees, order = self.layout.width, self.degrees, self.order
-        work = width * (order + 1) + LANES
+        work = room(width * (order + 1) + self.degrees)
         totals = needed([self.forces], self.slots, self.fixed)
         planes: dict[Array, tuple[int, int]] = {self.system.q: (0, width), self.system.v: (degrees, width)}
         """Where coefficient 0 of arrays is, and how far it is from one to the next."""
