@@ -124,7 +124,7 @@ def into_file(target: Target, fill: Callable[[Path], None]) -> None:
         except BaseException:
             target.discard()
             raise
-        target.publish(complete=True)
+        target.publish()
 
 
 def into_folder(target: Target, fill: Callable[[Path], None]) -> None:

@@ -219,7 +219,7 @@ def write(picture: bytes, target: Target) -> None:
         except OSError as error:
             target.discard()
             raise unwritable(target.shown, error) from error
-        target.publish(complete=True)
+        target.publish()
 
 
 @contextmanager

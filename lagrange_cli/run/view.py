@@ -178,7 +178,7 @@ def write(page: Page, target: Target) -> int:
         except OSError as error:
             target.discard()
             raise unwritable(target.shown, error) from error
-        target.publish(complete=True)
+        target.publish()
     return len(content)
 
 

@@ -360,3 +360,10 @@ def test_names_of_families_particles_and_definitions(tmp_path):
             assert abs(file["t"][0] - t) < 1e-14, where
     run = lagrange("section", chain, "--where", "u", cwd=tmp_path)
     assert run.returncode == 2 and "missing index on the family 'u'" in run.stderr
+
+
+def test_a_table_without_crossings_has_its_first_line_only(tmp_path):
+    run = lagrange("section", str(HENON), "--where", "x - 9", "--stop", "1", "-o", "none.csv", cwd=tmp_path)
+    assert run.returncode == 0 and "0 crossings; the motion reached the stop time" in run.stdout, run.stderr
+    [head] = (tmp_path / "none.csv").read_text().splitlines()
+    assert head.startswith("t,x,y,")
