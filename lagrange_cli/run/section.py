@@ -235,7 +235,8 @@ def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer
     )
     if outcome.status == "complete":
         stopped = f"{fewer} of them" if many else "the motion"
-        return f"{found}; {stopped} reached the stop time before the last one" if fewer else found
+        before = f"reached the stop time before {ensemble.cut.kept.count} crossings"
+        return f"{found}; {stopped} {before}" if fewer else found
     if many:
         return f"{found}; {how_they_ended(ensemble, outcome)}"
     return f"{found}; {'interrupted' if outcome.failed is None else outcome.failed[1]}"

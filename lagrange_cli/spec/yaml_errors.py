@@ -44,8 +44,9 @@ _HINTS: tuple[tuple[str, str], ...] = (
 )
 
 
-def translated(source: Source, error: yaml.YAMLError) -> SpecError:
-    """The error of YAML's parser as that of a system file."""
+def translated(source: Source, error: yaml.YAMLError, too_deep: tuple[str, str]) -> SpecError:
+    """The error of YAML's parser as that of a system file. The parser may have a limit of depth of its own:
+    ``too_deep`` is the message for it, with the hint."""
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None)
     if mark is None or problem is None:
@@ -55,6 +56,8 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
         line -= 1
         column = len(source.lines[line])
+    if "maximum nesting depth" in problem:  # libyaml's own limit, from version 0.2.6 on
+        return source.error(Place(line + 1, column + 1), *too_deep)
     character = source.lines[line][column : column + 1]
     sought = f"{problem} {character!r}" if character == "\t" else problem
     hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")
@@ -91,9 +94,10 @@ def _line_before(source: Source, line: int) -> tuple[int, int, str, str] | None:
     if before < 0 or not (key := _KEY.match(source.lines[before][:_LONGEST])):
         return None
     indentation = len(own) - len(own.lstrip())
-    if not key["colon"] and len(key["indentation"]) == indentation:
+    column = len(key["indentation"])
+    if not key["colon"] and column >= indentation:
         hint = f"write '{key['name']}: {key['value'] or '...'}', with a space after the colon"
-        return before, indentation, "missing ': '", hint
+        return before, column, "missing ': '", hint
     indented = _KEY.match(own[:_LONGEST])
     if (
         indented

@@ -86,7 +86,7 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
         ends = {} if "members" in told else {"t": found.t, "final": final}
         emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
     elif not asked.quiet:
-        said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
+        said = f"{told['name']}: {shown} is finished already: {told['message']}"
         emit("\n".join([said, *final_shown(final), *events_shown(events)]))
     return EXIT_STATUS[told["status"]]
 
