@@ -29,7 +29,7 @@ class Ending(Enum):
     NO_CROSSING = "no further crossing was found"
     OFF_CONSTRAINTS = "no state near the one set by an action satisfies the constraints"
     NO_MASS = "a mass is no longer greater than 0"
-    CUT = "something jumps with the angle atan2(y, x), which does so by 2 pi where y = 0 and x < 0,"
+    CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"
     JUMP = "an action would make an energy jump"
     INCONSISTENT = "the initial values do not satisfy the constraints"
 
@@ -59,7 +59,8 @@ WAYS_OUT = {
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
     Ending.OFF_CONSTRAINTS: "let the action set values that satisfy the constraints, or velocities alone",
     Ending.NO_MASS: "let the action keep all masses greater than 0, or end the run before it with --stop",
-    Ending.CUT: "{before}, or write energies and constraints that do not jump there",
+    Ending.CUT: "use that angle as a coordinate, write energies and constraints that do not jump there, "
+    "or {before}",
     Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }
