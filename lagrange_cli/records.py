@@ -48,19 +48,19 @@ def field(
 @overload
 def dataclass(cls: C, /) -> C: ...
 @overload
-def dataclass(*, frozen: bool = False, order: bool = False) -> Callable[[C], C]: ...
+def dataclass(*, frozen: bool = False, order: bool = False, eq: bool = True) -> Callable[[C], C]: ...
 @dataclass_transform(field_specifiers=(field,))
-def dataclass(cls: Any = None, /, *, frozen: bool = False, order: bool = False) -> Any:
+def dataclass(cls: Any = None, /, *, frozen: bool = False, order: bool = False, eq: bool = True) -> Any:
     """The class with ``__init__``, ``__eq__``, ``__repr__``; if ``frozen``, it cannot change and has a hash.
 
-    ``order`` compares as tuples of the fields do.
+    ``order`` compares as tuples of the fields do. Without ``eq`` a record equals nothing but itself.
     """
     if cls is None:
-        return lambda one: dataclass_of(one, frozen, order)
-    return dataclass_of(cls, frozen, order)
+        return lambda one: dataclass_of(one, frozen, order, eq)
+    return dataclass_of(cls, frozen, order, eq)
 
 
-def dataclass_of(cls: Any, frozen: bool, order: bool) -> Any:
+def dataclass_of(cls: Any, frozen: bool, order: bool, eq: bool) -> Any:
     """The class itself, with what makes it a record."""
     fields: dict[str, Field] = {}
     for base in reversed(cls.__mro__[1:]):
@@ -74,6 +74,8 @@ def dataclass_of(cls: Any, frozen: bool, order: bool) -> Any:
     cls.__record_compared__ = tuple(name for name, one in fields.items() if one.compare)
     cls.__init__ = _initializer(tuple(fields), hasattr(cls, "__post_init__"))
     methods: dict[str, Any] = {"__eq__": _equal, "__repr__": _shown, "__hash__": _hash if frozen else None}
+    if not eq:
+        methods |= {"__eq__": object.__eq__, "__hash__": object.__hash__}
     if frozen:
         methods |= {"__setattr__": _refuse, "__delattr__": _refuse}
     if order:

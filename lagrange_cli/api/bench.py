@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.api.given import Value, Values, text_of, texts_of
 from lagrange_cli.api.system import System, content_of
 from lagrange_cli.errors import UsageError
+from lagrange_cli.integrate.methods.table import METHODS
 from lagrange_cli.run.bench import Ranking, entries_of, rank_methods
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.interrupts import Interrupts
 from lagrange_cli.run.ranking import as_object, as_text
-from lagrange_cli.run.settings import resolve_method
+from lagrange_cli.run.settings import proper_name
 from lagrange_cli.work_precision.measure import Rules
 from lagrange_cli.work_precision.recommend import choose
 
@@ -126,7 +127,7 @@ def bench(
         texts_of("size", size),
         lambda spec, problems: resolve_values(spec, overrides, problems),
     )
-    names = None if methods is None else [resolve_method(str(name).strip()) for name in methods]
+    names = None if methods is None else [proper_name(str(name).strip(), [*METHODS]) for name in methods]
     tried = None if tolerances is None else tuple(map(float, tolerances))
     entries = entries_of(names, tried, len(spec.coordinates), constrained=bool(spec.all_constraints))
     until = None if stop is None else text_of("stop", stop)

@@ -20,6 +20,7 @@ from lagrange_cli.expression.syntax import (
     Span,
     Tree,
     names,
+    plain_names,
 )
 from lagrange_cli.expression.vocabulary import (
     AND,
@@ -111,7 +112,7 @@ class Parser(Operands):
             self.structural(token.span, f"{what} outside 'where' and the 'if' of a sum", CONDITION_HINT)
 
     def check_exponent(self, exponent: Tree) -> None:
-        if any(name.identifier not in CONSTANTS for name in names(exponent)):
+        if plain_names(exponent) - CONSTANTS or any(one.indices for one in names(exponent)):
             return
         try:
             check_exponent(evaluate(exponent))

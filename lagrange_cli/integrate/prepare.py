@@ -87,11 +87,17 @@ def prepare_system(
             meanwhile()
 
     def write(stage: Stage = untimed) -> tuple[Program, Recording]:
+        from lagrange_cli.integrate.families import family_run, write_families
         from lagrange_cli.integrate.program import write_run
 
         with uncollected():
             with stage("derive"):
-                residual = derive(spec)
+                system = family_run(spec, compilation)
+                residual = derive(spec) if system is None else None
+            if system is not None:
+                with stage("program"):
+                    return write_families(system, compilation)
+            assert residual is not None
             with stage("program"):
                 return write_run(residual, compilation)
 

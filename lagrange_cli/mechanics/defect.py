@@ -66,8 +66,14 @@ def terms_of(
 
 def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
     """Whether something in the equations, or in other expressions, may hide from the series of a step."""
-    nodes = reachable(residual.residual if roots is None else roots)
-    variables = residual.variables
+    roots = residual.residual if roots is None else roots
+    nodes = reachable(roots)
+    return hides(nodes, residual.variables, large=len(nodes) > MANY)
+
+
+def hides(nodes: list[Node], variables: int, *, large: bool) -> bool:
+    """The same of expressions whose ``nodes`` are given, arguments before their users, in ``variables``. In a
+    ``large`` system no sum hides that something softens."""
     degrees = growth(nodes)
     for node in nodes:
         if not node.symbols & variables:
@@ -81,7 +87,7 @@ def may_hide(residual: Residual, roots: Iterable[Node] | None = None) -> bool:
                 steepness = abs(exponent) * degrees[base]
                 if steepness >= (HIGH if exponent > 0 else STEEP):
                     return True
-                softened = len(nodes) > MANY and base.kind is Kind.SUM
+                softened = large and base.kind is Kind.SUM
                 singular = exponent < 0 or exponent != int(exponent)
                 if singular and not softened and not is_distance(base, variables):
                     return True

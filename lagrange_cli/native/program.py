@@ -156,7 +156,7 @@ def double(equations: Equations) -> Motion:
 
             project = in_doubles(residual, equations.state, equations.constants, equations.emitter())
         parts.append(stepper(layout, given_of(equations, work, project)))
-    parts.append(_accelerate(layout.width + degrees, len(layout.state) - degrees))
+    parts.append(accelerate(layout.width + degrees, len(layout.state) - degrees))
     return Motion(parts, work, emitter.operations, (0, 1, layout.width))
 
 
@@ -388,7 +388,7 @@ def write_program(
     )
 
 
-def _accelerate(first: int, rates: int) -> str:
+def accelerate(first: int, rates: int) -> str:
     """Rates of the velocities and integrals at one state, whose low parts are zeros: ``%work[first]`` and on.
     It returns 0 where the mass matrix is singular."""
     given = "ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work, ptr noalias %out"

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from lagrange_cli.integrate.methods.table import AUTO
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass
+from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
@@ -63,6 +65,9 @@ def classify(
     from lagrange_cli.mechanics.symmetries import symmetries
 
     method, begin = resolve_method(spec.solve.method), NOTHING
+    if method == AUTO:
+        outputs = default_outputs(spec) if spec.solve.outputs is None else spec.solve.outputs
+        method, _ = chosen_method(spec, resolve_outputs(outputs, has_particles=spec.lagrangian is None))
     if values is not None:
         with stage("parse"):
             spec, _, begin = consistent_values(spec, values, spec.solve.start or 0.0, given)

@@ -12,7 +12,7 @@ from functools import partial
 from typing import Any
 
 from lagrange_cli.expression.scan import WORDS
-from lagrange_cli.integrate.methods.table import METHODS
+from lagrange_cli.integrate.methods.table import AUTO, METHODS
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.settings import ALL
 from lagrange_cli.spec.body_readers import (
@@ -135,8 +135,9 @@ def of_row(row: Row) -> dict[str, Any]:
 def enriched(row: Row, found: Schema) -> Schema:
     """What is known of a value beyond its form: the methods and the outputs that there are."""
     if row.key == "method":
-        named = "|".join(map(any_case, METHODS))
-        return any_of({"enum": [*METHODS]}, {"type": "string", "pattern": rf"^\s*({named})\s*$"}, NOTHING)
+        methods = [AUTO, *METHODS]
+        named = "|".join(map(any_case, methods))
+        return any_of({"enum": methods}, {"type": "string", "pattern": rf"^\s*({named})\s*$"}, NOTHING)
     if row.key == "outputs":
         names = [*OUTPUTS, ALL, "t"]
         word = f"({'|'.join(names)})"

@@ -3,17 +3,18 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.near import known_hint, near_hint
-from lagrange_cli.integrate.methods.table import METHODS, MethodRow
+from lagrange_cli.integrate.methods.table import AUTO, METHODS, TAYLOR, MethodRow
 from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.outputs.catalog import OUTPUTS, PARTICLE_OUTPUTS
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.choice import chosen_method
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
@@ -44,6 +45,13 @@ class Settings:
     proven: bool = False
     optional: frozenset[str] = frozenset()
     """Those of the outputs that nobody asks for by name: they are left out as far as they are not defined."""
+    chosen_because: str = ""
+    """Why ``--method auto`` does not mean Taylor series here."""
+
+    @property
+    def method_shown(self) -> str:
+        """The method, and why it was chosen where that needs saying."""
+        return f"{self.method}, as {self.chosen_because}" if self.chosen_because else self.method
 
     @property
     def backward(self) -> bool:
@@ -111,7 +119,13 @@ def resolve_settings(
         raise UsageError("no stop time given: add --stop 10, or 'solve: {stop: 10}' to the file")
     start = 0.0 if asked.start is None else asked.start
     count, step = sample_times(start, asked.stop, asked.samples, asked.step)
-    method = resolve_method(asked.method)
+    outputs = default_outputs(spec) if asked.outputs is None else asked.outputs
+    named = resolve_outputs(outputs, has_particles=spec.lagrangian is None)
+    method, why = resolve_method(asked.method), ""
+    if method == AUTO:
+        method = TAYLOR
+        if precision == DOUBLE and not portable and not proven and asked.stop > start:
+            method, why = chosen_method(spec, named)
     check_method(method, f"--precision {precision}", lambda row: precision in row.tolerances)
     if portable:
         check_method(method, "--portable", lambda row: row.portable)
@@ -121,7 +135,6 @@ def resolve_settings(
         check_method(method, what, can)
     if spec.events:
         check_events(spec.events, start, asked.stop)
-    outputs = default_outputs(spec) if asked.outputs is None else asked.outputs
     return Settings(
         start=start,
         stop=asked.stop,
@@ -129,7 +142,8 @@ def resolve_settings(
         step=step,
         method=method,
         tolerance=resolve_tolerance(asked.tolerance, method, precision),
-        outputs=resolve_outputs(outputs, has_particles=spec.lagrangian is None),
+        outputs=named,
+        chosen_because=why,
         optional=frozenset(OUTPUTS).difference(outputs) if ALL in outputs else frozenset(),
         precision=precision,
         portable=portable,
@@ -176,10 +190,11 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
     method = given.method if known else None
     for what, can in abilities(spec) if method is not None else ():
         able = able_to(can)
-        if resolve_method(method) not in able:
+        if resolve_method(method) not in (AUTO, *able):
             message = f"{what} needs method {' or '.join(able)}, not {method}"
             problems.add_once(given.places["method"], message, f"write method: {able[0]}")
-    check("tolerance", lambda: resolve_tolerance(given.tolerance, resolve_method(method)))
+    named = resolve_method(method)
+    check("tolerance", lambda: resolve_tolerance(given.tolerance, TAYLOR if named == AUTO else named))
     for name in given.outputs or ():
         check(f"outputs {name}", partial(resolve_outputs, (name,), has_particles=has_particles))
     times = [given.places[key] for key in ("start", "stop", "samples", "step") if key in given.places]
@@ -239,13 +254,16 @@ def check_count(count: float) -> None:
 
 
 def resolve_method(name: str | None) -> str:
-    """The method's proper name, whatever case it was written in; the default where there is none."""
-    if name is None:
-        return next(iter(METHODS))
-    for method in METHODS:
+    """The method's proper name, whatever case it was written in; ``AUTO`` where there is none."""
+    return proper_name(AUTO if name is None else name, (AUTO, *METHODS))
+
+
+def proper_name(name: str, methods: Sequence[str]) -> str:
+    """The one of these methods that is meant, whatever case it is written in."""
+    for method in methods:
         if method.lower() == name.lower():
             return method
-    raise UsageError(f"unknown method {name!r}; {suggest(name, METHODS)}")
+    raise UsageError(f"unknown method {name!r}; {suggest(name, methods)}")
 
 
 def check_method(method: str, option: str, can: Callable[[MethodRow], bool]) -> None:

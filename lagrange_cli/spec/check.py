@@ -80,6 +80,7 @@ class _Checker:
     def __post_init__(self) -> None:
         self.names = Names(self.problems, self.sizes, {row.key: row.rule for row in SECTIONS.rows})
         self._settling = Settling(self.names, self.draft.families)
+        self.names.siblings = siblings(self.draft)
 
     def declare(self) -> None:
         """Enter all names, so that a later one can be told from one that does not exist."""
@@ -337,4 +338,17 @@ def _by_name(entries: Iterable[Entry]) -> dict[str, Entry]:
     found: dict[str, Entry] = {}
     for entry in entries:
         found.setdefault(entry.name, entry)
+    return found
+
+
+def siblings(draft: Draft) -> dict[int, list[Expression]]:
+    """The expressions of members of families, by the tree that they share."""
+    found: dict[int, list[Expression]] = {}
+    for written in (one for row in SECTIONS.rows if row.family for one in draft.sections.get(row.key, ())):
+        given = (
+            written.fields.values() if isinstance(written, Declared) else [getattr(written, "value", None)]
+        )
+        for one in given:
+            if isinstance(one, Expression) and one.indices:
+                found.setdefault(id(one.tree), []).append(one)
     return found

@@ -155,7 +155,7 @@ class Evaluation:
         users = [*self.spec.masses.values(), *self.spec.solve.times.values()]
         users += [x for body in self.spec.bodies.values() for x in body.inertia.entries]
         users += [x for one in self.spec.coordinates for x in (one.initial, one.velocity) if x is not None]
-        needed = set().union(*({id(user.tree): _bases(user.tree) for user in users}).values())
+        needed = set().union(*map(_bases, {id(user.tree): user.tree for user in users}.values()))
         pending = [*needed]
         while pending:
             for tree in self.trees.get(pending.pop(), ()):

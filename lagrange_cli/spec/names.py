@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from functools import partial
 from typing import Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
 from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
 from lagrange_cli.expression.confusions import VELOCITIES
+from lagrange_cli.expression.indices import counted
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import (
     ExpressionError,
     Name,
     Number,
     Span,
+    Sum,
     equalities,
     names,
     plain_names,
@@ -45,6 +48,9 @@ from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Family
 from lagrange_cli.spec.unknown import Unknown, end_of_differential, range_hint
 
+MANY = 100
+"""Terms of a sum from which on they are looked at together."""
+
 
 class Unsound(Exception):
     """Raised where an expression uses something that is wrong: nothing more is said of it."""
@@ -65,7 +71,11 @@ class Names:
         """What ``NAME.multiplier`` stands for, by the constraint's name: these are names of their own."""
         self.values: dict[str, Any] = {}
         self._members: set[str] = set()
-        self._builder = Builder(self.value, BoundsAlgebra(), sizes)
+        self._builder = SumBuilder(self, BoundsAlgebra(), sizes)
+        self._alike: dict[str, Any] = {}
+        self.siblings: Mapping[int, Sequence[Expression]] = {}
+        """The expressions of all members of a family, by the tree that they share."""
+        self._of_siblings: dict[int, Any] = {}
         self._clashes: set[str] = set()
         self._found: dict[tuple[int, str], tuple[frozenset[Kind], bool]] = {}
 
@@ -170,6 +180,17 @@ class Names:
             raise Unsound  # not looked at, as another member of the family is wrong
         return value[known.index(component) % 3]
 
+    def alike(self, name: str) -> Any:
+        """The largest bounds of the members of a family, none of which is a number; None where one is, or is
+        not settled yet."""
+        if name not in self._alike:
+            family = self.table[name].family
+            found = [self.values.get(one) for one in family.members] if family is not None else [None]
+            if any(one is None for one in found):
+                return None
+            self._alike[name] = largest(found)
+        return self._alike[name]
+
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
         """What ``expression`` comes down to, and its bounds (None where something in it is wrong).
 
@@ -183,6 +204,9 @@ class Names:
         if not sound:
             self.problems.distrust(expression.tree)
             return kinds, None
+        together = self._together(expression)
+        if together is not None and (section != "definitions" or unknown(together)):
+            return kinds, together
         try:
             return kinds, self._builder.build(expression.tree, expression.indices)
         except Unsound:
@@ -192,6 +216,21 @@ class Names:
             self._found[key] = kinds, False
             self.problems.add_expression(expression, error, where)
             return kinds, None
+
+    def _together(self, expression: Expression) -> Any:
+        """The bounds of all members that share the expression's tree, where these are many and none is wrong;
+        else None."""
+        key = id(expression.tree)
+        if key not in self._of_siblings:
+            self._of_siblings[key] = None
+            if len(self.siblings.get(key, ())) >= MANY:
+                from lagrange_cli.expression.many_bounds import BoundsBuilder
+                from lagrange_cli.spec.members import bounds_of, indices_of
+
+                members = indices_of(self.siblings[key])
+                builder = BoundsBuilder(partial(bounds_of, self), self.sizes)
+                self._of_siblings[key] = builder.of_members(expression.tree, members)
+        return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
         """What the names of an expression come down to, and whether each of them may stand there."""
@@ -353,6 +392,44 @@ class Names:
             raise ExpressionError(
                 name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
             )
+
+
+class SumBuilder(Builder):
+    """Builds expressions over bounds, long sums without going through their terms where that is possible."""
+
+    def __init__(self, names: Names, algebra: BoundsAlgebra, sizes: Mapping[str, int]) -> None:
+        super().__init__(names.value, algebra, sizes)
+        self._table, self._at_once = names, None
+
+    def _sum(self, tree: Sum, indices: Mapping[str, int]) -> Any:
+        if len(counted(tree, indices)) >= MANY:
+            from lagrange_cli.expression.many_bounds import BoundsBuilder
+            from lagrange_cli.spec.members import bounds_of
+
+            found = BoundsBuilder(partial(bounds_of, self._table), self.sizes).bounds(tree, indices)
+            if found is not None:
+                return found
+        return super()._sum(tree, indices)
+
+
+def unknown(bounds: Any) -> bool:
+    """Whether no number is known of what has these bounds."""
+    parts = bounds if isinstance(bounds, tuple) else (bounds,)
+    return all(one.value is None and not hasattr(one, "numbers") for one in parts)
+
+
+def largest(bounds: Sequence[Any]) -> Any:
+    """The largest of the bounds of several members; None where one is a number, or they differ in kind."""
+    first = bounds[0]
+    if isinstance(first, tuple):
+        if any(not isinstance(one, tuple) or len(one) != len(first) for one in bounds):
+            return None
+        parts = [largest(component) for component in zip(*bounds)]
+        return None if any(one is None for one in parts) else tuple(parts)
+    if any(isinstance(one, tuple) or one.value is not None for one in bounds):
+        return None
+    deepest = max(bounds, key=lambda one: one.depth)
+    return Bounds(None, max(one.size for one in bounds), deepest.depth, deepest.kind)
 
 
 def _numbered_component(name: Name, meaning: Meaning) -> str:

@@ -225,9 +225,7 @@ SOLVE = Table(
             "the time between samples, in place of `samples`",
             also="dt h delta_t deltat timestep time_step step_size stepsize interval",
         ),
-        Row(
-            "method", read_text, "the integration method [taylor]", also="solver integrator scheme algorithm"
-        ),
+        Row("method", read_text, "the integration method [auto]", also="solver integrator scheme algorithm"),
         Row(
             "tolerance",
             read_number,

@@ -27,6 +27,8 @@ _QUOTES = ("'", '"')
 _ESCAPES = {"\\x": 4, "\\u": 6, "\\U": 10}
 _FARTHEST = 10_000  # characters of one scalar that are told apart; no expression is longer
 
+MAX_DEPTH = 20
+TOO_DEEP = f"the file is nested more than {MAX_DEPTH} deep", "no section needs that"
 WHOLE_FILE = Place(0, 0)
 """The place of a mistake that has no line of its own."""
 

@@ -7,7 +7,7 @@ import re
 import yaml
 
 from lagrange_cli.errors import SpecError
-from lagrange_cli.spec.source import WHOLE_FILE, Place, Source
+from lagrange_cli.spec.source import TOO_DEEP, WHOLE_FILE, Place, Source
 
 _SPACES = "YAML indents with spaces: replace each tab by spaces"
 _COMMENTED = re.compile(r"[:,[]\s(#[0-9a-fA-F]{3,6})\b[^\s#]*$")
@@ -44,20 +44,19 @@ _HINTS: tuple[tuple[str, str], ...] = (
 )
 
 
-def translated(source: Source, error: yaml.YAMLError, too_deep: tuple[str, str]) -> SpecError:
-    """The error of YAML's parser as that of a system file. The parser may have a limit of depth of its own:
-    ``too_deep`` is the message for it, with the hint."""
+def translated(source: Source, error: yaml.YAMLError) -> SpecError:
+    """The error of YAML's parser as that of a system file."""
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None)
     if mark is None or problem is None:
         return source.error(WHOLE_FILE, f"YAML syntax error: {error}", "a system file is text in UTF-8")
+    if "nesting depth" in problem:  # the parser's own bound, which is larger
+        return source.error(Place(mark.line + 1, mark.column + 1), *TOO_DEEP)
     context, opened = getattr(error, "context", None), getattr(error, "context_mark", None)
     line, column = min(mark.line, len(source.lines) - 1), mark.column
     while line > 0 and not source.lines[line].strip():  # the end of the file: show the last line there is
         line -= 1
         column = len(source.lines[line])
-    if "maximum nesting depth" in problem:  # libyaml's own limit, from version 0.2.6 on
-        return source.error(Place(line + 1, column + 1), *too_deep)
     character = source.lines[line][column : column + 1]
     sought = f"{problem} {character!r}" if character == "\t" else problem
     hint = next((hint for words, hint in _HINTS if words in sought), "check the indentation and the quotes")

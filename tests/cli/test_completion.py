@@ -14,7 +14,7 @@ from click.shell_completion import ShellComplete
 from lagrange_cli.cli.main import COMMANDS, lagrange, main
 from lagrange_cli.cli.options.completion import names_in
 from lagrange_cli.cli.shells import Bash, Fish, Zsh, register
-from lagrange_cli.integrate.methods.table import METHODS
+from lagrange_cli.integrate.methods.table import AUTO, METHODS
 from lagrange_cli.outputs.catalog import OUTPUTS
 from tests.support.command import PATIENCE, SYSTEMS, environment
 
@@ -36,8 +36,8 @@ def asked(monkeypatch, *words: str, kind: type[ShellComplete] = Bash) -> list[st
         (["so"], ["solve"]),
         (["solve", "--prec"], ["--precision"]),
         (["solve", "--precision", ""], ["double", "double-double"]),
-        (["solve", HOOP, "--method", ""], list(METHODS)),
-        (["solve", HOOP, "--method", "="], list(METHODS)),
+        (["solve", HOOP, "--method", ""], [AUTO, *METHODS]),
+        (["solve", HOOP, "--method", "="], [AUTO, *METHODS]),
         (["solve", HOOP, "--method", "=", "t"], ["taylor"]),
         (["solve", HOOP, "--method", "r"], ["Radau"]),
         (["solve", HOOP, "--outputs", ""], [*OUTPUTS, "all"]),

@@ -532,3 +532,8 @@ def test_numbers_have_no_derivative() -> None:
     assert algebra.symbol("x") == 2.0
     with pytest.raises(NotImplementedError):
         algebra.diff(2.0, 2.0)
+
+
+def test_an_exponent_may_be_a_whole_number_of_indices() -> None:
+    tree = parse("sum(x[i]**(2 + 2*(i % 2)) for i in range(3))")
+    assert "%" in repr(tree)

@@ -32,6 +32,7 @@ class SpecWith:
     observables: tuple = ()
     events: tuple = ()
     all_constraints: tuple = ()
+    coordinates: tuple = ()
 
 
 def resolve(file=SolveDefaults(stop=10.0), options=SolveDefaults(), **spec):  # noqa: B008 - frozen
@@ -111,7 +112,7 @@ WRONG = {
     "step too long": (SolveDefaults(stop=1.0, step=1.1), "longer than the motion"),
     "step much too long": (SolveDefaults(stop=1.0, step=1e20), "longer than the motion"),
     "step too long backward": (SolveDefaults(stop=-1.0, step=2.0), r"\(2\) is longer than the motion \(1\)"),
-    "unknown method": (SolveDefaults(stop=1.0, method="rk4"), "known: taylor, ias15, DOP853"),
+    "unknown method": (SolveDefaults(stop=1.0, method="rk4"), "known: auto, taylor, ias15, DOP853"),
     "misspelt method": (SolveDefaults(stop=1.0, method="tayler"), "did you mean 'taylor'"),
     "tolerance of zero": (SolveDefaults(stop=1.0, tolerance=0.0), "tolerance"),
     "negative tolerance": (SolveDefaults(stop=1.0, tolerance=-1e-9), "tolerance"),

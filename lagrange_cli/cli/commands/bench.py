@@ -15,7 +15,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
 from lagrange_cli.run.bench import TOLERANCES
 from lagrange_cli.run.interrupts import Interrupts
-from lagrange_cli.run.settings import resolve_method
+from lagrange_cli.run.settings import proper_name
 
 SMALLEST_ERROR, LARGEST_ERROR = 1e-12, 0.1
 
@@ -120,7 +120,7 @@ def bench(
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, values = read_system(system, given, resolve_values, waiting.stage)
-    names = [resolve_method(name.strip()) for name in methods.split(",")] if methods else None
+    names = [proper_name(name.strip(), [*METHODS]) for name in methods.split(",")] if methods else None
     entries = entries_of(names, tolerances, len(spec.coordinates), constrained=bool(spec.all_constraints))
     progress = MeasuringProgress(spec.name, quiet=given.quiet)
     with Interrupts() as interrupted:

@@ -12,7 +12,7 @@ from lagrange_cli.cli.options.completion import comma_list, expression, files, w
 from lagrange_cli.cli.options.shared import Command, parse_outputs, shared_options
 from lagrange_cli.cli.output import Invocation
 from lagrange_cli.errors import UsageError
-from lagrange_cli.integrate.methods.table import METHODS, TAYLOR
+from lagrange_cli.integrate.methods.table import AUTO, METHODS
 from lagrange_cli.integrate.precision import DOUBLE, DOUBLE_DOUBLE_COST, PRECISIONS
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS, OUTPUTS
 from lagrange_cli.run.request import COUNT, FORMATS, SECONDS, TIMES, Request
@@ -48,8 +48,8 @@ OPTIONS: Mapping[str, Callable[[Command], Command]] = {
     "method": click.option(
         "--method",
         metavar="NAME",
-        shell_complete=word(METHODS),
-        help=f"The integration method: one of {', '.join(METHODS)} [{TAYLOR}].",
+        shell_complete=word((AUTO, *METHODS)),
+        help=f"The integration method: one of {', '.join((AUTO, *METHODS))} [{AUTO}].",
     ),
     "proven": click.option(
         "--proven",

@@ -96,7 +96,7 @@ def as_text(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> str:
             *([] if start.earlier is None else [f"  resumed after {start.reached} members"]),
             f"  {', '.join(ended)}",
             f"  t = {settings.start:g} to {settings.stop:.10g} in {count_of(outcome.steps, 'step')} "
-            f"in total, method {settings.method}",
+            f"in total, method {settings.method_shown}",
             *events_shown(events_counted(swept.events)),
             f"  largest {drifts_shown(outcome.h_drift, outcome.p_drift.items())}",
             wrote(start, seconds["total"]),

@@ -182,7 +182,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
             *went_on(start, settings),
             f"  {ended(outcome)}",
             f"  t = {settings.start:g} to {outcome.t:.10g} in {count_of(outcome.steps, 'step')}, "
-            f"method {settings.method}",
+            f"method {settings.method_shown}",
             *final_shown(final_state(outcome)),
             *events_shown(events_told(outcome)),
             *(constraints_shown(outcome) if spec.all_constraints else []),

@@ -43,7 +43,9 @@ class MethodRow:
 
 
 TAYLOR = "taylor"
-"""The project's own method, and the default."""
+"""The project's own method."""
+AUTO = "auto"
+"""The default: what suits the system (``run.choice``)."""
 OF_SCIPY = {DOUBLE: (100 * FULL_PRECISION, 1e-10)}
 """scipy's methods raise smaller relative tolerances to this one, with a warning."""
 

@@ -16,7 +16,7 @@ from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
-from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
+from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.kind import NumberKind, V
 from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
@@ -33,10 +33,10 @@ from lagrange_cli.native.recurrences.layout_batches import (
     Tables,
     count,
 )
-from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
 from lagrange_cli.native.recurrences.tables_batches import Column, Quotient, View, quotient
+from lagrange_cli.native.recurrences.vector_stage import VectorStage, rests
 from lagrange_cli.records import dataclass
-from lagrange_cli.series.program import Op, Series, reciprocal
+from lagrange_cli.series.program import Op, Series
 
 BEGINNING = 2
 """The first stage that a loop may have where every series is of level 0 or more."""
@@ -129,7 +129,7 @@ class BatchExpansion(Expansion[str]):
         return self.stage.given(1)
 
 
-class BatchStage(Stage[str]):
+class BatchStage(VectorStage):
     """Stage ``k`` of the eight members of a batch from the ``b``-th block on."""
 
     def __init__(self, jet: Jet, k: int | Integer, batch: int, b: Integer) -> None:
@@ -144,11 +144,10 @@ class BatchStage(Stage[str]):
         expansion.remainders = _Remainders(self, LOW)
         expansion.sensitivities = _Slopes(self)
         self.jet, self.k, self.batch, self.b = jet, k, batch, b
-        self.f, self.emitter = jet.f, jet.emitter
+        self.f, self.emitter, self._dots = jet.f, jet.emitter, {}
         self._places: dict[int, Operand] = {}
         self._pointers: dict[int, Pointer] = {}
         self._known: dict[tuple[int, int, bool], Operand] = {}
-        self._dots: list[Operand] = []
 
     # places
 
@@ -222,50 +221,6 @@ class BatchStage(Stage[str]):
         if isinstance(self.k, int) and self.k + ahead < 0:
             return None
         return self.vector(index, ahead, relative=True)
-
-    def number(self, ahead: int) -> Value:
-        if isinstance(self.k, int):
-            return self.emitter.number(self.k + ahead)
-        return self.emitter.everywhere("@numbers", self.k.name, ahead)
-
-    def reciprocal(self, ahead: int) -> Value:
-        return None
-
-    def divided(self, value: Value, ahead: int) -> Value:
-        """By k + ahead, correctly rounded but for what is lost in the product of two small numbers."""
-        if isinstance(self.k, int):
-            inverse = self.emitter.number(1.0 / (self.k + ahead))
-            rest = self.emitter.number(reciprocal_rest(self.k + ahead))
-        else:
-            inverse, rest = (
-                self.emitter.everywhere(f"@{name}", self.k.name, ahead) for name in ("reciprocals", "rests")
-            )
-        return self.emitter.fma(value, inverse, self.emitter.mul(value, rest))
-
-    def is_index(self, ahead: int, index: int) -> bool:
-        return isinstance(self.k, int) and self.k + ahead == index
-
-    def dot(
-        self, index: int, a: int, b: int, ahead: int, weighted: bool = False
-    ) -> tuple[Value, Factors[str]]:
-        if isinstance(self.k, int) and self.k + ahead < 2:
-            return None, []
-        if not self._dots:
-            one = self.expansion.program.series[index]
-            n = str(self.k + ahead) if isinstance(self.k, int) else (self.k + ahead).name
-            places = [f"ptr {self.pointer(part).name}" for part in ((a,) if a == b else (a, b))]
-            self._dots = self._summed(one, ", ".join([*places, f"i64 {n}"]))
-        return self._dots[weighted], []
-
-    def _summed(self, one: Series, given: str) -> list[Operand]:
-        """The dot product of a series, and for a power the weighted one, too."""
-        define = self.emitter.define
-        if one.op is Op.POWER and not reciprocal(one.data):
-            both = f"{{ {VECTOR}, {VECTOR} }}"
-            made = define(f"call {both} @power_dots({given})")
-            return [define(f"extractvalue {both} {made}, {i}") for i in (0, 1)]
-        name = "square_dot" if len(set(one.arguments)) < len(one.arguments) else "dot"
-        return [define(f"call {VECTOR} @{name}({given})")]
 
     # stages
 
@@ -417,11 +372,8 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
             stage(jet, counter, last + 1 - rolled)
     copy_state(jet)
     f.give(regular.get())
-    rests = ", ".join(
-        f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(blocks.order + 4)
-    )
     parts = [
-        f"@rests = private constant [{blocks.order + 4} x double] [{rests}]",
+        rests(blocks.order + 4),
         *dot_products(),
         f.text(),
     ]

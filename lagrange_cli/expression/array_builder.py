@@ -1,0 +1,109 @@
+"""``Builder`` for all members of a family, or all terms of a sum, at once: indices are arrays of numpy.
+
+Where members differ in kind, as a chain's ends do from its middle, each kind is built by itself.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.expression.algebra import Value
+from lagrange_cli.expression.build import Builder
+from lagrange_cli.expression.index_arrays import (
+    Differ,
+    Places,
+    Unsuited,
+    Whole,
+    holding,
+    inner,
+    integers,
+    one_if_equal,
+    split,
+    taken,
+)
+from lagrange_cli.expression.indices import Indices
+from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
+from lagrange_cli.expression.vocabulary import TIME
+
+
+class Members(dict[str, Any]):
+    """The sizes, and the indices of the members of a ``domain``, of which there are ``count``."""
+
+    def __init__(self, domain: Any, count: int, indices: Mapping[str, Whole]) -> None:
+        super().__init__(indices)
+        self.domain, self.count = domain, count
+
+
+class ArrayBuilder(Builder):
+    """Raises ``Unsuited`` for what cannot be said of all members together."""
+
+    def domain(self, count: int) -> Any:
+        """What so many members that are built together share."""
+
+    @abstractmethod
+    def number(self, value: Whole, members: Members) -> Value:
+        """Whole numbers as the values of an expression."""
+
+    @abstractmethod
+    def named(self, identifier: str, places: list[Whole], members: Members) -> Value:
+        """What a (dotted) name stands for, with indices if it is that of a family."""
+
+    @abstractmethod
+    def summed(self, tree: Sum, members: Members) -> Value:
+        """A sum."""
+
+    def value(self, tree: Tree, members: Members) -> Value:
+        """The value of ``tree`` for these members."""
+        return self._value(tree, members)
+
+    def _name(self, tree: Name, indices: Indices) -> Value:
+        assert isinstance(indices, Members)
+        if not tree.indices and tree.identifier in indices:
+            return self.number(indices[tree.identifier], indices)
+        if tree.identifier == "pi":
+            return self.algebra.pi()
+        if tree.identifier == TIME:
+            return self.algebra.symbol(TIME)
+        return self.named(tree.identifier, [integers(index, indices) for index in tree.indices], indices)
+
+    def _whole(self, tree: Tree, indices: Indices) -> Value:
+        assert isinstance(indices, Members)
+        return self.number(integers(tree, indices), indices)
+
+    def _where(self, tree: Call, indices: Indices) -> Value:
+        assert isinstance(indices, Members)
+        condition, *branches = tree.arguments
+        known = holding(condition, indices)
+        found = np.unique(known)
+        if len(found) > 1:
+            raise Differ(np.asarray(known, dtype=np.int64))
+        return self._value(branches[0 if found[0] else 1], indices)
+
+    def _sum(self, tree: Sum, indices: Indices) -> Value:
+        assert isinstance(indices, Members)
+        return self.summed(tree, indices)
+
+    def terms(self, tree: Sum, members: Members) -> Iterator[tuple[Members, Value, Places]]:
+        """The terms of a sum, of each kind by itself: their indices, values, and whose terms they are."""
+        found, owners = inner(tree, members, members.count)
+        pending = [np.arange(len(owners))] if len(owners) else []
+        while pending:
+            which = pending.pop()
+            here = {
+                name: one if isinstance(one, int) else one_if_equal(one)
+                for name, one in taken(found, which).items()
+            }
+            mine = Members(self.domain(len(which)), len(which), here)
+            try:
+                value = self._value(tree.body, mine)
+            except Differ as differ:
+                pending += split(which, differ)
+                continue
+            yield mine, value, owners[which]
+
+    def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
+        raise Unsuited

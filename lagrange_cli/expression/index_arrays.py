@@ -1,0 +1,157 @@
+"""Whole numbers of many members at once: what indices, sizes and conditions are for all terms of a sum.
+
+As ``indices``, over arrays of numpy. What is wrong for any member raises ``Unsuited``: who asks goes through
+the members one by one then, and says what is wrong with which.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
+
+from lagrange_cli.expression.indices import COMPARISONS, LARGEST, OPERATIONS, counted
+from lagrange_cli.expression.syntax import (
+    Binary,
+    Comparison,
+    ExpressionError,
+    Logic,
+    Name,
+    Negative,
+    Number,
+    Sum,
+    Tree,
+)
+from lagrange_cli.limits import whole
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+Places: TypeAlias = "NDArray[np.int64]"
+Mask: TypeAlias = "NDArray[np.bool_]"
+Whole: TypeAlias = "int | Places"
+Indices: TypeAlias = "Mapping[str, Whole]"
+
+MOST = whole("pairs")
+"""Terms of one sum, all of its loops together."""
+
+
+class Unsuited(Exception):
+    """What is asked cannot be said of all members at once."""
+
+
+class Differ(Exception):
+    """Members differ in kind: those with equal ``labels`` (members,) may be alike."""
+
+    def __init__(self, labels: Places) -> None:
+        super().__init__()
+        self.labels = labels
+
+
+def integers(tree: Tree, indices: Indices) -> Whole:
+    """The whole number that ``tree`` is, or those of all members."""
+    if isinstance(tree, Number) and tree.text.isdecimal() and len(tree.text) < 16:
+        return int(tree.text)
+    if isinstance(tree, Name) and not tree.indices and tree.identifier in indices:
+        return indices[tree.identifier]
+    if isinstance(tree, Negative):
+        return -integers(tree.operand, indices)
+    if isinstance(tree, Binary) and tree.operator in OPERATIONS:
+        left, right = integers(tree.left, indices), integers(tree.right, indices)
+        if tree.operator in ("//", "%") and np.any(np.equal(right, 0)):
+            raise Unsuited
+        value: Whole = OPERATIONS[tree.operator](left, right)  # type: ignore[arg-type]
+        if np.any(np.abs(value) > LARGEST // 2**20):  # so that a further product does not overflow
+            raise Unsuited
+        return value
+    raise Unsuited
+
+
+def holding(condition: Tree, indices: Indices) -> bool | Mask:
+    """Whether a condition holds, or for which members."""
+    if isinstance(condition, Logic):
+        parts = [holding(one, indices) for one in condition.operands]
+        if condition.operator == "not":
+            return np.logical_not(parts[0])
+        joined = np.logical_and if condition.operator == "and" else np.logical_or
+        made = parts[0]
+        for part in parts[1:]:
+            made = joined(made, part)
+        return made
+    if isinstance(condition, Comparison):
+        values = [integers(one, indices) for one in condition.operands]
+        made = True
+        for operator, left, right in zip(condition.operators, values, values[1:]):
+            made = np.logical_and(made, COMPARISONS[operator](left, right))  # type: ignore[arg-type]
+        return made
+    return np.not_equal(integers(condition, indices), 0)
+
+
+def rounds(loop: Sum, indices: Indices, count: int) -> tuple[Places, Places]:
+    """Every round of a sum for each of ``count`` members, member after member: whose it is, and its index."""
+    bounds = [integers(bound, indices) for bound in loop.bounds]
+    if all(isinstance(bound, int) for bound in bounds):
+        try:
+            values = counted(loop, {k: v for k, v in indices.items() if isinstance(v, int)})
+        except ExpressionError as error:
+            raise Unsuited from error
+        limited(count * len(values))
+        own = np.arange(values.start, values.stop, values.step, dtype=np.int64)
+        return np.repeat(np.arange(count), len(own)), np.tile(own, count)
+    start, stop, step = (0, bounds[0], 1) if len(bounds) == 1 else (*bounds, 1)[:3]
+    if not isinstance(step, int) or step == 0:
+        raise Unsuited
+    sizes = np.broadcast_to(np.maximum(0, -((start - stop) // step)), count)
+    total = limited(int(sizes.sum()))
+    members = np.repeat(np.arange(count), sizes)
+    before = np.repeat(np.cumsum(sizes) - sizes, sizes)
+    return members, np.broadcast_to(start, count)[members] + step * (np.arange(total) - before)
+
+
+def limited(terms: int) -> int:
+    """So many terms, if they are not too many."""
+    if terms > MOST:
+        raise Unsuited
+    return terms
+
+
+def taken(indices: Indices, members: Places) -> dict[str, Whole]:
+    """The indices of some members."""
+    return {name: one if isinstance(one, int) else one[members] for name, one in indices.items()}
+
+
+def inner(loop: Sum, indices: Indices, count: int) -> tuple[dict[str, Whole], Places]:
+    """The indices of all terms of a sum, and to which of ``count`` members each term belongs."""
+    members, own = rounds(loop, indices, count)
+    found = {**taken(indices, members), loop.index: own}
+    for condition in loop.conditions:
+        chosen = np.flatnonzero(np.broadcast_to(holding(condition, found), len(members)))
+        members, found = members[chosen], taken(found, chosen)
+    return found, members
+
+
+def flat(places: Sequence[Whole], shape: Sequence[int], count: int) -> Places:
+    """Places in a family of this ``shape``, the last index fastest."""
+    if len(places) != len(shape):
+        raise Unsuited
+    made: Whole = 0
+    for place, size in zip(places, shape):
+        if np.any(np.less(place, 0)) or np.any(np.greater_equal(place, size)):
+            raise Unsuited
+        made = made * size + place
+    return np.broadcast_to(np.asarray(made, dtype=np.int64), count)
+
+
+def one_if_equal(values: Places) -> Whole:
+    """One number for all where they are equal."""
+    return int(values[0]) if len(values) and np.all(values == values[0]) else values
+
+
+def split(which: Places, differ: Differ) -> list[Places]:
+    """Members by their labels."""
+    labels = np.broadcast_to(differ.labels, len(which))
+    found = [which[labels == label] for label in np.unique(labels)]
+    if len(found) < 2:
+        raise Unsuited
+    return found

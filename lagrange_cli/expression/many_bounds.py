@@ -1,0 +1,173 @@
+"""Bounds of the terms of a long sum, all at once: what ``bounds`` finds term by term.
+
+Numbers that depend on indices are known for all terms. Whatever could be wrong with any of them raises
+``Unsuited``: term by term it is said what is wrong, and where.
+"""
+
+from __future__ import annotations
+
+import math
+import operator
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from lagrange_cli.expression.algebra import Value
+from lagrange_cli.expression.array_builder import ArrayBuilder, Members
+from lagrange_cli.expression.bounds import MAX_EXPONENT, Bounds, BoundsAlgebra
+from lagrange_cli.expression.index_arrays import Differ, Indices, Places, Unsuited, Whole
+from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Numbers = NDArray[np.float64]
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
+    "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "exp": np.exp, "log": np.log, "sqrt": np.sqrt,
+    "abs": np.abs,
+}  # fmt: skip
+
+
+class Many(Bounds):
+    """A number of each term: ``numbers`` (terms,). To others it is unknown."""
+
+    __slots__ = ("numbers",)
+
+    def __init__(self, numbers: Numbers, like: Bounds | None = None) -> None:
+        like = like or Bounds()
+        super().__init__(None, like.size, like.depth, like.kind)
+        if not np.all(np.isfinite(numbers)):
+            raise Unsuited
+        self.numbers = numbers
+
+    def _with(self, word: str, left: Bounds, right: Bounds) -> Bounds:
+        operation: Callable[[Any, Any], Any] = getattr(operator, word)
+        made: Bounds = operation(*(Bounds(one.value, one.size, one.depth, one.kind) for one in (left, right)))
+        numbers = [numbers_of(one) for one in (left, right)]
+        if numbers[0] is None or numbers[1] is None:
+            return made
+        with np.errstate(all="ignore"):
+            return Many(operation(*numbers), made)
+
+    def __add__(self, other: Bounds) -> Bounds:
+        return self._with("add", self, other)
+
+    def __radd__(self, other: Bounds) -> Bounds:
+        return self._with("add", other, self)
+
+    def __sub__(self, other: Bounds) -> Bounds:
+        return self._with("sub", self, other)
+
+    def __rsub__(self, other: Bounds) -> Bounds:
+        return self._with("sub", other, self)
+
+    def __mul__(self, other: Bounds) -> Bounds:
+        return self._with("mul", self, other)
+
+    def __rmul__(self, other: Bounds) -> Bounds:
+        return self._with("mul", other, self)
+
+    def __truediv__(self, other: Bounds) -> Bounds:
+        if isinstance(other, Many):
+            return other.__rtruediv__(self)
+        return self._with("truediv", self, other)
+
+    def __rtruediv__(self, other: Bounds) -> Bounds:
+        if np.any(self.numbers == 0):
+            raise Unsuited
+        return self._with("truediv", other, self)
+
+    def __pow__(self, other: Bounds) -> Bounds:
+        if isinstance(other, Many):
+            return other.__rpow__(self)
+        return self._with("pow", self, other)
+
+    def __rpow__(self, other: Bounds) -> Bounds:
+        largest = float(np.max(np.abs(self.numbers)))
+        if largest > MAX_EXPONENT:
+            raise Unsuited
+        made = self._with("pow", other, self)
+        if isinstance(made, Many):
+            return made
+        return Bounds(None, made.size * max(1, math.ceil(largest)), made.depth, made.kind)
+
+    def __neg__(self) -> Bounds:
+        return Many(-self.numbers, self)
+
+
+def numbers_of(one: Bounds) -> Numbers | float | None:
+    """What is known of it."""
+    return one.numbers if isinstance(one, Many) else one.value
+
+
+class ManyBoundsAlgebra(BoundsAlgebra):
+    """``Algebra[Bounds]`` with numbers of all terms."""
+
+    def function(self, name: str, arguments: Sequence[Bounds]) -> Bounds:
+        known = [numbers_of(one) for one in arguments]
+        made = super().function(name, arguments)
+        if not any(isinstance(one, Many) for one in arguments):
+            return made
+        if any(one is None for one in known):
+            return made
+        if name not in FUNCTIONS:
+            raise Unsuited
+        with np.errstate(all="ignore"):
+            return Many(FUNCTIONS[name](*known), made)
+
+
+class BoundsBuilder(ArrayBuilder):
+    """Builds the terms of sums. ``members`` gives the bounds of a name's members at the places of its
+    indices, and raises ``Unsuited`` where there is no such member."""
+
+    def __init__(self, members: Callable[[str, list[Whole], int], Value], sizes: Indices) -> None:
+        super().__init__(lambda name: None, ManyBoundsAlgebra(), {})
+        self._members, self._sizes = members, sizes
+
+    def bounds(self, tree: Sum, indices: Indices) -> Value | None:
+        """The bounds of a sum; None where they cannot be found at once."""
+        try:
+            return self.summed(tree, Members(None, 1, {**self._sizes, **indices}))
+        except (Unsuited, Differ, ExpressionError, ArithmeticError):
+            return None
+
+    def of_members(self, tree: Tree, indices: Mapping[str, Places]) -> Value | None:
+        """The bounds of an expression that the members of a family share; None where they cannot be found at
+        once."""
+        count = len(next(iter(indices.values())))
+        try:
+            return self._value(tree, Members(None, count, {**self._sizes, **indices}))
+        except (Unsuited, Differ, ExpressionError, ArithmeticError):
+            return None
+
+    def number(self, value: Whole, members: Members) -> Bounds:
+        return Bounds(float(value)) if isinstance(value, int) else Many(value.astype(float))
+
+    def named(self, identifier: str, places: list[Whole], members: Members) -> Value:
+        return self._members(identifier, places, members.count)
+
+    def summed(self, tree: Sum, members: Members) -> Value:
+        total: Value = None
+        for _, value, _ in self.terms(tree, members):
+            found: Value = tuple(map(of_sum, value)) if isinstance(value, tuple) else of_sum(value)
+            if total is None:
+                total = found
+            elif isinstance(total, tuple) != isinstance(found, tuple):
+                raise Unsuited
+            elif isinstance(total, tuple):
+                total = tuple(map(operator.add, total, found))
+            else:
+                total = total + found
+        if total is None:
+            raise Unsuited
+        return total
+
+
+def of_sum(term: Bounds) -> Bounds:
+    """The bounds of a sum of such terms, which are written once."""
+    if numbers_of(term) is not None:
+        raise Unsuited
+    return Bounds(None, term.size + 1, term.depth + (term.kind != "sum"), "sum")

@@ -1,0 +1,62 @@
+"""The forces outside L on families: on coordinates, on particles, and by a dissipation function."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from lagrange_cli.expression.index_arrays import Unsuited
+from lagrange_cli.families.arrays import Domain, Term, Total
+from lagrange_cli.families.builder import FamilyBuilder, alike, group_of, particle_families
+from lagrange_cli.families.slopes import slopes
+from lagrange_cli.spec.spec import Spec, grouped
+
+ON_COORDINATES, ON_PARTICLES, DISSIPATION = "generalized_forces", "forces", "dissipation"
+
+
+def applied_forces(builder: FamilyBuilder, spec: Spec) -> tuple[list[Term], list[Total]]:
+    """The terms of Q_k, and the totals that they take besides, in the order of their computation."""
+    if not spec.forces.keys() <= {ON_COORDINATES, ON_PARTICLES, DISSIPATION}:
+        raise Unsuited
+    terms = [*on_coordinates(builder, spec), *on_particles(builder, spec)]
+    needed: list[Total] = []
+    for one in spec.forces.get(DISSIPATION, {}).values():
+        power = builder.of_root(one.tree, one.indices)
+        lost, needed = slopes(power, builder.root, builder.totals, builder.slots, builder.v)
+        terms += [Term(term.domain, -term.node, term.targets) for term in lost.terms]
+    return terms, needed
+
+
+def on_coordinates(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
+    """Q_k as they are given."""
+    written = spec.forces.get(ON_COORDINATES, {})
+    row_of = {one.name: row for row, one in enumerate(spec.coordinates)}
+    for family in grouped(written, spec.families.get(ON_COORDINATES, {})):
+        group = group_of(family, written)
+        rows = np.array([row_of[name] for name in family.members], dtype=np.int64)
+        for domain, value, which in builder.pieces(group, np.arange(group.count)):
+            if isinstance(value, tuple):
+                raise Unsuited
+            yield Term(domain, value, rows[which])
+
+
+def on_particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
+    """F . dr/dq_k of forces on particles."""
+    written = spec.forces.get(ON_PARTICLES, {})
+    for family in grouped(written, {**particle_families(spec), **spec.families.get(ON_PARTICLES, {})}):
+        if family.name not in builder.positions:
+            raise Unsuited
+        forces, positions = group_of(family, written), builder.positions[family.name]
+        if positions.family.members != family.members:
+            raise Unsuited
+        for which in alike(forces, positions):
+            domain = Domain(len(which))
+            force, place = (
+                builder.value(*one.members(which, builder.sizes, domain)) for one in (forces, positions)
+            )
+            pairs = [(one if isinstance(one, tuple) else (one,)) for one in (force, place)]
+            for component, x in zip(*pairs, strict=True):
+                for symbol, slot in builder.slots.inside(x):
+                    if slot.array is builder.q:
+                        yield Term(domain, component * builder.graph.diff(x, symbol), slot.table)

@@ -1,0 +1,132 @@
+"""Expressions of many members at once: each is written once, over symbols that stand for one number of each.
+
+A ``Domain`` has members: all pairs of bodies, all springs of a chain. What an expression has of each of them
+are ``Slot`` symbols: the number of an ``Array`` at the place that a table lists for the member. A ``Total``
+is an array of sums: every ``Term`` adds, for each member of its domain, an expression to the place that the
+table of its targets lists.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from enum import Enum
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.graph import Graph
+from lagrange_cli.expression.node import Kind, Node, bits
+from lagrange_cli.records import dataclass, field
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+
+class Source(Enum):
+    """Where the numbers of an array are from."""
+
+    COORDINATES = "q"
+    VELOCITIES = "v"
+    PARAMETERS = "parameters"
+    WHOLE = "whole numbers, 0 and up"
+    TOTAL = "total"
+
+
+@dataclass(frozen=True, eq=False)
+class Array:
+    """Numbers side by side, ``count`` of them."""
+
+    source: Source
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Domain:
+    """Members that are looked at together."""
+
+    count: int
+
+
+@dataclass(frozen=True, eq=False)
+class Slot:
+    """What the members of a ``domain`` have of an array: what is at the places of ``table`` (members,)."""
+
+    domain: Domain
+    array: Array
+    table: Places
+
+
+@dataclass(frozen=True, eq=False)
+class Term:
+    """``node`` of each member of ``domain``, added at the places ``targets`` (members,)."""
+
+    domain: Domain
+    node: Node
+    targets: Places
+
+
+@dataclass(frozen=True, eq=False)
+class Total(Array):
+    """Sums of terms."""
+
+    terms: tuple[Term, ...] = ()
+
+
+@dataclass
+class Slots:
+    """The symbols of one system's slots in its graph: equal slots are one symbol."""
+
+    graph: Graph
+    of: dict[Node, Slot] = field(default_factory=dict)
+    known: dict[tuple[int, int, int], list[Node]] = field(default_factory=dict)
+    by_bit: dict[int, Node] = field(default_factory=dict)
+
+    def symbol(self, domain: Domain, array: Array, table: Places) -> Node:
+        """The symbol of a slot."""
+        key = id(domain), id(array), hash(table.tobytes())
+        for node in self.known.setdefault(key, []):
+            if np.array_equal(self.of[node].table, table):
+                return node
+        node = self.graph.symbol(f"slot {len(self.of)}")
+        self.of[node] = Slot(domain, array, table)
+        self.known[key].append(node)
+        self.by_bit[node.symbols.bit_length() - 1] = node
+        return node
+
+    def inside(self, node: Node) -> Iterator[tuple[Node, Slot]]:
+        """The slots that an expression contains."""
+        for bit in bits(node.symbols):
+            if bit in self.by_bit:
+                symbol = self.by_bit[bit]
+                yield symbol, self.of[symbol]
+
+    def moving(self, node: Node, moves: set[Array]) -> bool:
+        """Whether an expression contains a slot of one of these arrays."""
+        return any(slot.array in moves for _, slot in self.inside(node))
+
+
+def total_of(count: int, terms: Iterable[Term], graph: Graph) -> Total:
+    """The sums of these terms; those of one domain at the same places are one, and those that are 0 none."""
+    found: dict[tuple[int, int], list[Term]] = {}
+    for term in terms:
+        if term.domain.count == 0:
+            continue
+        same = found.setdefault((id(term.domain), hash(term.targets.tobytes())), [])
+        for i, one in enumerate(same):
+            if np.array_equal(one.targets, term.targets):
+                same[i] = Term(one.domain, one.node + term.node, one.targets)
+                break
+        else:
+            same.append(term)
+    listed = [one for same in found.values() for one in same if not one.node.is_zero]
+    return Total(Source.TOTAL, count, tuple(listed))
+
+
+def number_of(total: Total) -> Node | None:
+    """The number that a total of one is, where it is made of nothing else."""
+    if total.count != 1 or any(
+        one.domain.count != 1 or one.node.kind is not Kind.NUMBER for one in total.terms
+    ):
+        return None
+    nodes = [one.node for one in total.terms]
+    return nodes[0].graph.sum([(one, 1.0) for one in nodes]) if nodes else None

@@ -1,0 +1,273 @@
+"""The expressions of a system file over arrays: a family is one expression, and a sum one term of a total.
+
+Where members of a sum differ in kind, as a chain's ends do from its middle, each kind is built by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from lagrange_cli.expression.algebra import Value
+from lagrange_cli.expression.array_builder import ArrayBuilder, Members
+from lagrange_cli.expression.graph_algebra import GraphAlgebra
+from lagrange_cli.expression.index_arrays import Differ, Places, Unsuited, Whole, flat, one_if_equal, split
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.syntax import Sum, Tree, sums
+from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """A family whose members are side by side in an array."""
+
+    array: Array
+    first: int
+    family: Family
+
+
+@dataclass(frozen=True, eq=False)
+class Group:
+    """A family whose members are written: the ``trees`` that occur, which of them each member has, and the
+    values of its indices. ``place_of`` has the members' numbers by their place, -1 where there is none."""
+
+    family: Family
+    place_of: Places
+    trees: tuple[Tree, ...]
+    labels: Places
+    indices: Mapping[str, Places]
+
+    @property
+    def count(self) -> int:
+        return len(self.labels)
+
+    def members(self, which: Places, sizes: Mapping[str, int], domain: Domain) -> tuple[Tree, Members]:
+        """The tree of some members, and their indices. Raises ``Differ`` where they have several."""
+        labels = self.labels[which]
+        if len(labels) and np.any(labels != labels[0]):
+            raise Differ(labels)
+        values = {name: one_if_equal(one[which]) for name, one in self.indices.items()}
+        return self.trees[labels[0]], Members(domain, domain.count, {**sizes, **values})
+
+
+def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
+    """The members of a family as they are written."""
+    expressions = [written[name] for name in family.members]
+    seen: dict[int, int] = {}
+    labels = np.array([seen.setdefault(id(one.tree), len(seen)) for one in expressions], dtype=np.int64)
+    trees = {seen[id(one.tree)]: one.tree for one in expressions}
+    names = dict.fromkeys(name for one in expressions for name in one.indices)
+    indices = {
+        name: np.array([one.indices.get(name, 0) for one in expressions], dtype=np.int64) for name in names
+    }
+    return Group(family, places_of(family), tuple(trees[i] for i in range(len(trees))), labels, indices)
+
+
+def places_of(family: Family) -> Places:
+    """The members' numbers by place, the last index fastest."""
+    size = int(np.prod(family.shape, dtype=np.int64))
+    if size == len(family.members):
+        return np.arange(size)
+    found = np.full(size, -1, dtype=np.int64)
+    listed = [[int(i) for i in name.partition("[")[2].rstrip("]").split(",")] for name in family.members]
+    found[np.ravel_multi_index(tuple(np.array(listed).T), family.shape)] = np.arange(len(listed))
+    return found
+
+
+class FamilyBuilder(ArrayBuilder):
+    """Builds the trees of one file over arrays. Raises ``Unsuited`` for what it does not know."""
+
+    def __init__(self, spec: Spec) -> None:
+        self.algebra: GraphAlgebra
+        super().__init__(self._unknown, GraphAlgebra(), spec.sizes)
+        self.graph = self.algebra.graph
+        self.slots = Slots(self.graph)
+        self.time = self.graph.symbol(TIME)
+        count = len(spec.coordinates)
+        self.q = Array(Source.COORDINATES, count)
+        self.v = Array(Source.VELOCITIES, count)
+        self.given = Array(Source.PARAMETERS, len(spec.parameters))
+        self.whole = Array(Source.WHOLE, 0)
+        self.root = Domain(1)
+        self.totals: list[Total] = []
+        """In the order in which they can be computed."""
+        self.rows: dict[str, Rows] = {}
+        self.groups: dict[str, Group] = {}
+        self.positions: dict[str, Group] = {}
+        scalars = [one.name for one in spec.parameters if "[" not in one.name]
+        self.parameters = {name: self.graph.symbol(name) for name in scalars}
+        self._written: dict[tuple[int, int], tuple[Total, ...]] = {}
+        self._newest: Node | None = None
+        """The symbol of the sum that was built last."""
+        self._declare(spec)
+
+    def _declare(self, spec: Spec) -> None:
+        first = 0
+        for family in grouped([one.name for one in spec.coordinates], spec.families.get("coordinates", {})):
+            self.rows[family.name] = Rows(self.q, first, family)
+            self.rows[velocity_name(family.name)] = Rows(self.v, first, family)
+            first += len(family.members)
+        names = {one.name: i for i, one in enumerate(spec.parameters)}
+        for name, family in spec.families.get("parameters", {}).items():
+            order = [names[one] for one in family.members]
+            if order != list(range(order[0], order[0] + len(order))) or len(order) != np.prod(family.shape):
+                raise Unsuited
+            self.rows[name] = Rows(self.given, order[0], family)
+        for family in grouped(spec.definitions, spec.families.get("definitions", {})):
+            self.groups[family.name] = group_of(family, spec.definitions)
+        for family in grouped(spec.embedding, particle_families(spec)):
+            self.positions[family.name] = group_of(family, spec.embedding)
+
+    def _unknown(self, identifier: str) -> Value:
+        raise Unsuited
+
+    # names
+
+    def domain(self, count: int) -> Domain:
+        return Domain(count)
+
+    def named(self, identifier: str, places: list[Whole], members: Members) -> Value:
+        domain: Domain = members.domain
+        name, _, component = identifier.partition(".")
+        if not component and not places and name in self.parameters:
+            return self.parameters[name]
+        if name in self.rows:
+            if component:
+                raise Unsuited
+            rows = self.rows[name]
+            table = flat(places, rows.family.shape, domain.count) + rows.first
+            return self.slots.symbol(domain, rows.array, table)
+        group = self.groups.get(name) or self.positions.get(name)
+        if group is None:
+            raise Unsuited
+        which = group.place_of[flat(places, group.family.shape, domain.count)]
+        if np.any(which < 0):
+            raise Unsuited
+        value = self.written(group, which, domain)
+        if not component:
+            return value
+        if not isinstance(value, tuple):
+            value = (value,)
+        if component in VELOCITY_COMPONENTS:
+            return self.rate(value[VELOCITY_COMPONENTS.index(component)], domain)
+        if component not in COMPONENTS[: len(value)]:
+            raise Unsuited
+        return value[COMPONENTS.index(component)]
+
+    def number(self, value: Whole, members: Members) -> Node:
+        if not isinstance(value, int):
+            value = one_if_equal(value)
+        if isinstance(value, int):
+            number: Node = self.graph.constant(float(value))
+            return number
+        least = min(0, int(value.min()))
+        symbol: Node = self.slots.symbol(members.domain, self.whole, value - least)
+        made: Node = symbol + float(least)
+        return made
+
+    def written(self, group: Group, which: Places, domain: Domain) -> Value:
+        """The members of a group, for those of a domain. What contains sums is computed once for each."""
+        tree, members = group.members(which, self.sizes, domain)
+        if not any(True for _ in sums(tree)):
+            return self.value(tree, members)
+        label = int(group.labels[which[0]])
+        key = id(group), label
+        if key not in self._written:
+            own = np.flatnonzero(group.labels == label)
+            self._written[key] = self.computed(group, own)
+        arrays = self._written[key]
+        found = tuple(self.slots.symbol(domain, one, which) for one in arrays)
+        return found if len(found) > 1 else found[0]
+
+    def computed(self, group: Group, own: Places) -> tuple[Total, ...]:
+        """Totals, one for each component, that have the values of these members of a group."""
+        terms: list[list[Term]] = []
+        for domain, value, which in self.pieces(group, own):
+            parts = value if isinstance(value, tuple) else (value,)
+            terms += [[] for _ in range(len(parts) - len(terms))]
+            for k, part in enumerate(parts):
+                terms[k].append(Term(domain, part, which))
+        return tuple(self.added(group.count, one) for one in terms)
+
+    def pieces(self, group: Group, own: Places) -> Iterator[tuple[Domain, Value, Places]]:
+        """The values of members of a group, of each kind by itself: their domain, and which they are."""
+        pending = [own]
+        while pending:
+            which = pending.pop()
+            domain = Domain(len(which))
+            try:
+                tree, members = group.members(which, self.sizes, domain)
+                yield domain, self.value(tree, members), which
+            except Differ as differ:
+                pending += split(which, differ)
+
+    def added(self, count: int, terms: Sequence[Term]) -> Total:
+        """A total, which can be computed from here on."""
+        made = total_of(count, terms, self.graph)
+        self.totals.append(made)
+        self._newest = None
+        return made
+
+    def rate(self, node: Node, domain: Domain) -> Node:
+        """The velocity of what depends on coordinates."""
+        found: Node = self.graph.diff(node, self.time)
+        for symbol, slot in self.slots.inside(node):
+            if slot.array in (self.v, *self.totals):
+                raise Unsuited
+            if slot.array is self.q:
+                found += self.graph.diff(node, symbol) * self.slots.symbol(domain, self.v, slot.table)
+        return found
+
+    # sums
+
+    def summed(self, tree: Sum, members: Members) -> Value:
+        terms: list[list[Term]] = []
+        for mine, value, owners in self.terms(tree, members):
+            parts = value if isinstance(value, tuple) else (value,)
+            terms += [[] for _ in range(len(parts) - len(terms))]
+            for k, part in enumerate(parts):
+                terms[k] += self.spread(mine.domain, part, owners)
+        if not terms:
+            return self.graph.zero
+        made = [self.total(members.domain, one) for one in terms]
+        return tuple(made) if len(made) > 1 else made[0]
+
+    def total(self, domain: Domain, terms: Sequence[Term]) -> Node:
+        """The symbol of a new total of the members of a domain."""
+        total = self.added(domain.count, terms)
+        self._newest = self.slots.symbol(domain, total, np.arange(domain.count))
+        return self._newest
+
+    def spread(self, domain: Domain, node: Node, targets: Places) -> list[Term]:
+        """A term; of a sum within a sum, the terms of that one."""
+        scale, rest = self.graph.split_coefficient(node)
+        if rest is not self._newest:
+            return [Term(domain, node, targets)]
+        within = self.totals.pop()
+        self._newest = None
+        return [Term(one.domain, scale * one.node, targets[one.targets]) for one in within.terms]
+
+    def of_root(self, tree: Tree, indices: Mapping[str, int]) -> Node:
+        """A scalar that belongs to no member."""
+        value: Any = self._value(tree, Members(self.root, 1, {**self.sizes, **indices}))
+        if isinstance(value, tuple):
+            raise Unsuited
+        node: Node = value
+        return node
+
+
+def particle_families(spec: Spec) -> Mapping[str, Family]:
+    """The families of particles."""
+    return {**spec.families.get("masses", {}), **spec.families.get("embedding", {})}
+
+
+def alike(one: Group, other: Group) -> Iterator[Places]:
+    """The members of two groups in parts that are alike in both."""
+    labels = one.labels * (int(other.labels.max()) + 1) + other.labels
+    for label in np.unique(labels):
+        yield np.flatnonzero(labels == label)

@@ -1,0 +1,66 @@
+"""Derivatives of a sum over arrays, taken once for each term and not for each member.
+
+By the chain rule from the sum back to the coordinates (reverse mode; A. Griewank and A. Walther, Evaluating
+Derivatives, 2008, ch. 3): what a slot was read from is what its derivative is added to.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, number_of, total_of
+
+
+def slopes(
+    root: Node, domain: Domain, totals: Sequence[Total], slots: Slots, by: Array
+) -> tuple[Total, list[Total]]:
+    """d root/d ``by``, where ``root`` belongs to a domain of one member; and the totals that it takes, in the
+    order in which they can be computed.
+
+    ``totals`` are those that ``root`` is made of, in such an order.
+    """
+    graph, zeros = slots.graph, np.zeros(1, dtype=np.int64)
+    start = Total(Source.TOTAL, 1, (Term(domain, root, zeros),))
+    changes: dict[Array, list[Term]] = {}
+    known: dict[Array, Total] = {}
+    made: list[Total] = []
+    wanted = {by, *totals}
+    for total in (start, *reversed(totals)):
+        factor: Node | None = graph.one
+        if total is not start:
+            if total not in changes:
+                continue
+            known[total] = total_of(total.count, changes.pop(total), graph)
+            factor = number_of(known[total])
+            if factor is None:
+                made.append(known[total])
+        for term in total.terms:
+            change = factor
+            for symbol, slot in slots.inside(term.node):
+                if slot.array not in wanted:
+                    continue
+                if change is None:
+                    change = slots.symbol(term.domain, known[total], term.targets)
+                slope = change * graph.diff(term.node, symbol)
+                if not slope.is_zero:
+                    changes.setdefault(slot.array, []).append(Term(term.domain, slope, slot.table))
+    return total_of(by.count, changes.get(by, []), graph), made
+
+
+def factors(root: Node, totals: Sequence[Total], slots: Slots) -> Mapping[Total, Node]:
+    """The totals that ``root`` is a linear function of with fixed numbers, directly or through others, and
+    these numbers. No other total is among them."""
+    graph = slots.graph
+    found: dict[Total, Node] = {}
+    pending: list[tuple[Node, Node]] = [(root, graph.one)]
+    while pending:
+        node, factor = pending.pop()
+        for symbol, slot in slots.inside(node):
+            slope = graph.diff(node, symbol)
+            if isinstance(slot.array, Total) and slot.array.count == 1 and not slope.symbols:
+                found[slot.array] = found.get(slot.array, graph.zero) + factor * slope
+                pending += [(one.node, factor * slope) for one in slot.array.terms if one.domain.count == 1]
+    return found

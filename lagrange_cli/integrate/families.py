@@ -1,0 +1,169 @@
+"""The program and the outputs of a system whose families stay families (see ``families.system``)."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from typing import TYPE_CHECKING, Any, cast
+
+import numpy as np
+
+from lagrange_cli.expression.node import reachable
+from lagrange_cli.families.arrays import Term, Total
+from lagrange_cli.families.system import FamilySystem, family_system
+from lagrange_cli.integrate.methods.table import METHODS, Needs
+from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.mechanics.defect import hides
+from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.native.families.program import write_family_program
+from lagrange_cli.native.orders import order_for
+from lagrange_cli.native.program import RATES, Program
+from lagrange_cli.outputs.plan import planned
+from lagrange_cli.outputs.planner import Planner
+from lagrange_cli.outputs.recording import NARROW, Recording
+from lagrange_cli.records import dataclass
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.spec.spec import Spec
+
+OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables"})
+"""What can be computed of families; other outputs go through the members."""
+Element = tuple[Total, int]
+"""A number: the total that it is in, and its place there."""
+
+
+def suits(spec: Spec, outputs: Collection[str]) -> bool:
+    """Whether the system can be followed as one of families, and no force hides."""
+    if not OUTPUTS.issuperset(outputs):
+        return False
+    system = family_system(spec)
+    return system is not None and not narrow(system)
+
+
+def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
+    """The system as one of families, where that serves a run; else None."""
+    needs = METHODS[compilation.method].needs
+    if needs is Needs.JACOBIAN or compilation.precision != DOUBLE:
+        return None
+    if needs is Needs.SERIES and compilation.ensemble:
+        return None
+    if compilation.portable or compilation.backward or compilation.proven or compilation.section:
+        return None
+    if compilation.factor is not None or not compilation.outputs <= OUTPUTS:
+        return None
+    system = family_system(spec)
+    if system is not None and needs is Needs.SERIES and narrow(system):
+        return None
+    return system
+
+
+def narrow(system: FamilySystem) -> bool:
+    """Whether forces may hide between the places where steps look at them."""
+    return hides(reachable(system.force_nodes), moving(system), large=True)
+
+
+def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
+    """The program that ``compilation`` asks for, and what becomes of its results."""
+    conserved = frozenset(system.conserved)
+    planner = Planner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
+    planned(planner, compilation.outputs, compilation.optional)
+    observed = cast("dict[str, Element]", planner.observed)
+    needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
+    if needs is Needs.SERIES:
+        order = order_for(tolerance) if compilation.order is None else compilation.order
+    program = write_family_program(system, observed, tolerance, order, collocated=needs is Needs.STEPS)
+    recording = Recording(
+        coordinates=tuple(one.name for one in system.spec.coordinates),
+        states=tuple(planner.states),
+        made=tuple(planner.made),
+        conserved=tuple(name for name in observed if name in conserved),
+        undetected=(NARROW,) * narrow(system),
+    )
+    return program, recording
+
+
+def moving(system: FamilySystem) -> int:
+    """The symbols of what moves."""
+    found = system.time.symbols
+    for symbol, slot in system.slots.of.items():
+        if slot.array in (system.q, system.v, *system.totals):
+            found |= symbol.symbols
+    return found
+
+
+@dataclass(frozen=True)
+class Described:
+    """What the planner asks of a residual."""
+
+    system: FamilySystem
+
+    @property
+    def model(self) -> Model[Any]:
+        """Names and families, with places in totals in place of expressions."""
+        system, spec = self.system, self.system.spec
+        particles = []
+        for arrays, names in self.particles():
+            particles += [
+                Particle(name, None, tuple((one, i) for one in arrays), (), ())
+                for i, name in enumerate(names)
+            ]
+        return Model(
+            name=spec.name,
+            algebra=cast("Any", None),
+            coordinates=tuple(one.name for one in spec.coordinates),
+            time=None,
+            q=(),
+            v=(),
+            parameters={},
+            particles=tuple(particles),
+            potential=None,
+            lagrangian=None if spec.lagrangian is None else spec.lagrangian,
+            generalized_forces=(),
+            dissipation=None,
+            observables=dict(system.observables),
+            families=spec.families,
+        )
+
+    def particles(self) -> list[tuple[tuple[Total, ...], tuple[str, ...]]]:
+        """The positions of each family of particles, and the members' names."""
+        from lagrange_cli.families.builder import particle_families
+        from lagrange_cli.spec.spec import grouped
+
+        families = grouped(self.system.spec.embedding, particle_families(self.system.spec))
+        return [(tuple(self.system.positions[one.name]), one.members) for one in families]
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """What the planner asks of energies and momenta: where they are."""
+
+    system: FamilySystem
+
+    def whole(self, *nodes: Any) -> Element:
+        """The sum of expressions that belong to no member."""
+        system = self.system
+        total = sum(nodes[1:], nodes[0])
+        return Total(system.masses.source, 1, (Term(system.root, total, np.zeros(1, dtype=np.int64)),)), 0
+
+    @property
+    def kinetic(self) -> Element | None:
+        """T."""
+        return None if self.system.spec.lagrangian is not None else self.whole(self.system.kinetic)
+
+    @property
+    def potential(self) -> Element | None:
+        """U."""
+        return None if self.system.spec.lagrangian is not None else self.whole(self.system.potential)
+
+    @property
+    def energy_function(self) -> Element:
+        """h = T + U."""
+        return self.whole(self.system.kinetic, self.system.potential)
+
+    @property
+    def momenta(self) -> tuple[Element, ...]:
+        """p_k = M_k v_k."""
+        system, places = self.system, np.arange(self.system.q.count)
+        mass, speed = (system.slots.symbol(system.everyone, one, places) for one in (system.masses, system.v))
+        total = Total(system.masses.source, system.q.count, (Term(system.everyone, mass * speed, places),))
+        return tuple((total, k) for k in range(system.q.count))

@@ -1,0 +1,237 @@
+"""Machine code that computes totals of families (``families.arrays``): a loop for each domain.
+
+Eight members are worked on at once. Terms of one domain share a loop, and what they have in common. A sum
+along a row stays in a register; what is added elsewhere is added in the order of the members. So results do
+not depend on anything but the system.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total
+from lagrange_cli.native.families.rows import Rows, rows_of
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.llvm.flow import Variable
+from lagrange_cli.native.llvm.function import Function
+from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
+from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batched import Everywhere, gathered, places_at
+from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.recurrences.layout_batches import Tables
+from lagrange_cli.records import dataclass, field
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.index_arrays import Places
+
+Where = Callable[[Array], Pointer]
+"""Where the numbers of an array begin."""
+
+
+def room(count: int) -> int:
+    """Doubles for so many numbers: what is read and written in whole vectors may go beyond them."""
+    return LANES * (-(-count // LANES) + 1)
+
+
+@dataclass(frozen=True, eq=False)
+class Loop:
+    """The terms of one domain that are computed together, each with the total it belongs to."""
+
+    domain: Domain
+    terms: Sequence[tuple[Term, Total]]
+    slots: Slots
+
+    @cached_property
+    def used(self) -> Mapping[Node, Slot]:
+        """The slots in the terms."""
+        return {symbol: slot for term, _ in self.terms for symbol, slot in self.slots.inside(term.node)}
+
+    @cached_property
+    def numbered(self) -> tuple[list[Places], list[int]]:
+        """The tables that differ, and the number of each slot's table, then of each term's targets."""
+        tables: list[Places] = []
+        numbers: list[int] = []
+        for table in [slot.table for slot in self.used.values()] + [term.targets for term, _ in self.terms]:
+            same = (i for i, one in enumerate(tables) if one is table or np.array_equal(one, table))
+            i = next(same, len(tables))
+            if i == len(tables):
+                tables.append(table)
+            numbers.append(i)
+        return tables, numbers
+
+    @cached_property
+    def rows(self) -> Rows:
+        """The members in rows."""
+        return rows_of(self.numbered[0], self.domain.count)
+
+
+def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
+    """How these totals are computed, those that others contain before these."""
+    level: dict[Array, int] = {}
+    found: dict[tuple[int, int], list[tuple[Term, Total]]] = {}
+    for total in totals:
+        inside = [slot.array for one in total.terms for _, slot in slots.inside(one.node)]
+        level[total] = 1 + max((level.get(array, 0) for array in inside), default=0)
+        for term in total.terms:
+            found.setdefault((level[total], id(term.domain)), []).append((term, total))
+    return [
+        Loop(terms[0][0].domain, terms, slots)
+        for _, terms in sorted(found.items(), key=lambda one: one[0][0])
+    ]
+
+
+def needed(roots: Iterable[Total], slots: Slots, known: Iterable[Array] = ()) -> list[Total]:
+    """These totals and those that they contain, but for ``known`` ones, in the order of their computation."""
+    found: dict[Total, None] = {}
+    left = set(known)
+
+    def visit(total: Total) -> None:
+        if total in found or total in left:
+            return
+        for term in total.terms:
+            for _, slot in slots.inside(term.node):
+                if isinstance(slot.array, Total):
+                    visit(slot.array)
+        found[total] = None
+
+    for root in roots:
+        visit(root)
+    return list(found)
+
+
+@dataclass
+class Evaluation:
+    """The function that totals are computed in, where arrays are in it, and the constants of the motion."""
+
+    f: Function
+    slots: Slots
+    where: Where
+    tables: Tables
+    known: Mapping[Node, str]
+    """Operands of symbols that are no slots, in every lane: t."""
+    emitter: LaneEmitter = field(default_factory=LaneEmitter)
+
+    def __post_init__(self) -> None:
+        self.emitter.lines = self.f.sink
+
+    def write(self, totals: Sequence[Total]) -> None:
+        """Compute them."""
+        self.clear(totals)
+        for loop in loops(totals, self.slots):
+            Writer(self, loop).write()
+
+    def clear(self, totals: Sequence[Total]) -> None:
+        """Begin with sums that are 0."""
+        for total in totals:
+            base = self.where(total)
+            with self.f.loop(0, room(total.count), LANES, tested=False) as i:
+                self.f.store_row(self.f.zero(LANES), base, i)
+
+
+class Writer:
+    """The code of one loop."""
+
+    def __init__(self, evaluation: Evaluation, loop: Loop) -> None:
+        self.evaluation, self.f, self.loop = evaluation, evaluation.f, loop
+        self.used, self.rows = loop.used, loop.rows
+        self.listed, self.number = loop.numbered
+        evaluation.emitter.repeated = int(np.sum(-(-self.rows.lengths // LANES)))
+
+    def write(self) -> None:
+        """All rows."""
+        rows = self.rows
+        if len(rows.starts) == 1:
+            bases = [self.f.count(int(table[0])) for table in self.listed]
+            self.row(bases, self.f.count(int(rows.lengths[0])), self.f.count(0))
+            return
+        with self.f.loop(0, len(rows.starts), tested=False) as r:
+            length = self.listed_at(rows.lengths, r)
+            bases = [
+                self.listed_at(table[rows.starts], r) if stride is not None else self.f.count(0)
+                for table, stride in zip(self.listed, rows.strides)
+            ]
+            self.row(bases, length, r)
+
+    def listed_at(self, values: Places, r: Integer) -> Integer:
+        """An entry of a table."""
+        if np.all(values == values[0]):
+            return self.f.count(int(values[0]))
+        first = self.evaluation.tables.of_places(values.tolist())
+        place = self.f.place("@places", r + first if first else r, "i32")
+        loaded = self.f.define(f"load i32, ptr {place.name}, align 4")
+        return Integer(self.f, self.f.define(f"zext i32 {loaded} to i64"), 1)
+
+    def row(self, bases: Sequence[Integer], length: Integer, r: Integer) -> None:
+        """The members of row number ``r``."""
+        f, strides = self.f, self.rows.strides
+        fixed: dict[Node, str] = {}
+        for (symbol, slot), i in zip(self.used.items(), self.number):
+            if strides[i] == 0:
+                one = f.load(self.evaluation.where(slot.array), bases[i])
+                fixed[symbol] = f.splat(one, LANES).name
+        targets = self.number[len(self.used) :]
+        sums = {k: f.variable(f.zero(LANES)) for k, i in enumerate(targets) if strides[i] == 0}
+        self.enter(r)
+        with f.loop(0, length, LANES, tested=False) as j:
+            self.eight(bases, length, j, fixed, targets, sums)
+        for k, total in sums.items():
+            base = self.evaluation.where(self.loop.terms[k][1])
+            before = f.load(base, bases[targets[k]])
+            f.store(f.reduce("fadd", total.get(), before), base, bases[targets[k]])
+
+    def eight(
+        self,
+        bases: Sequence[Integer],
+        length: Integer,
+        j: Integer,
+        fixed: Mapping[Node, str],
+        targets: Sequence[int],
+        sums: Mapping[int, Variable[Real]],
+    ) -> None:
+        """Eight members, from the ``j``-th one of the row on."""
+        f, evaluation, strides = self.f, self.evaluation, self.rows.strides
+        lanes = ", ".join(f"i64 {lane}" for lane in range(LANES))
+        inside: Bit = f.splat(j, LANES) + Integer(f, f"<{lanes}>", LANES) < f.splat(length, LANES)
+        known: dict[Node, str | None] = {**evaluation.known, **fixed}
+        for (symbol, slot), i in zip(self.used.items(), self.number):
+            base = evaluation.where(slot.array)
+            if strides[i] == 1:
+                known[symbol] = f.load_row(base, bases[i] + j, LANES).name
+            elif strides[i] is None:
+                known[symbol] = gathered(evaluation.emitter, base.name, self.looked_up(i, j))
+        for k, (found, i) in enumerate(zip(self.values(known, j), targets)):
+            value = f.select(inside, Real(f, evaluation.emitter.written(found), LANES), f.zero(LANES))
+            base = evaluation.where(self.loop.terms[k][1])
+            if strides[i] == 0:
+                sums[k].set(sums[k].get() + value)
+            elif strides[i] == 1:
+                f.store_row(f.load_row(base, bases[i] + j, LANES) + value, base, bases[i] + j)
+            else:
+                self.scatter(value, base, self.looked_up(i, j))
+
+    def enter(self, r: Integer) -> None:
+        """What is done once in a row."""
+
+    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        """The terms of eight members, from the ``j``-th one on, whose slots are ``known``."""
+        nodes = [term.node for term, _ in self.loop.terms]
+        emit_values(self.evaluation.emitter, nodes, known, Everywhere(self.evaluation.tables.constants.slots))
+        return [known[node] for node in nodes]
+
+    def looked_up(self, i: int, j: Integer) -> str:
+        """Eight places of a table."""
+        first = self.evaluation.tables.of_places(self.listed[i].tolist())
+        return places_at(self.f, j + first if first else j)
+
+    def scatter(self, values: Real, base: Pointer, places: str) -> None:
+        """Add eight numbers at eight places, one after the other: some may be the same."""
+        f = self.f
+        for lane in range(LANES):
+            place = f.define(f"extractelement <{LANES} x i32> {places}, i64 {lane}")
+            at = Integer(f, f.define(f"zext i32 {place} to i64"), 1)
+            f.store(f.load(base, at) + f.lane(values, lane), base, at)

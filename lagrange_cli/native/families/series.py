@@ -1,0 +1,230 @@
+"""The Taylor series of a system of families: order by order, a loop over the members of each domain.
+
+What the forces are made of are series of their own (``series.lowering``), one for each member, eight members
+at a time. Coefficient k of a force adds up as the force itself does.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import Any, cast
+
+import numpy as np
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.families.arrays import Slots
+from lagrange_cli.native.families.evaluation import Evaluation, Loop, Writer
+from lagrange_cli.native.interface import LANES
+from lagrange_cli.native.linear.blocks import Factorization
+from lagrange_cli.native.llvm.text import Operand, Value
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.numbers.lanes import VECTOR
+from lagrange_cli.native.recurrences.batched import Everywhere
+from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.layout_batches import BEFORE, INVERSE, SLOPE
+from lagrange_cli.native.recurrences.vector_stage import VectorStage
+from lagrange_cli.records import dataclass
+from lagrange_cli.series.lowering import lower_functions
+from lagrange_cli.series.program import FREE, Op, SeriesProgram, needs
+
+
+@dataclass(frozen=True, eq=False)
+class LoopSeries:
+    """The series that the terms of a loop take, to the ``order`` of q's; ``moving`` are the symbols of slots
+    and of t that change."""
+
+    loop: Loop
+    slots: Slots
+    moving: int
+    time: Node
+    order: int
+
+    @cached_property
+    def program(self) -> SeriesProgram:
+        """The series; coordinates are what slots have."""
+        symbols = [one for one in self.loop.used if one.symbols & self.moving]
+        nodes = [term.node for term, _ in self.loop.terms]
+        return lower_functions(self.slots.graph, self.moving, symbols, self.time, nodes)
+
+    @cached_property
+    def stored(self) -> Mapping[int, int]:
+        """The series whose coefficients are needed again, with their places in a block."""
+        series, found = self.program.series, set[int]()
+        for index, one in enumerate(series):
+            if one.op is Op.POWER:
+                found.add(index)
+            for operand, ahead in needs(one):
+                if one.op in (Op.MULTIPLY, Op.POWER) or one.level + ahead != series[operand].level:
+                    found.add(operand)
+        return {index: place for place, index in enumerate(sorted(found))}
+
+    @property
+    def span(self) -> int:
+        """Vectors of a series."""
+        return BEFORE + self.order + 1
+
+    @cached_property
+    def blocks(self) -> np.ndarray[Any, np.dtype[np.int64]]:
+        """The first block of each row, and their number."""
+        counts = -(-self.loop.rows.lengths // LANES)
+        return np.concatenate([[0], np.cumsum(counts)])
+
+    @property
+    def doubles(self) -> int:
+        """What all coefficients take."""
+        return LANES * self.span * len(self.stored) * int(self.blocks[-1])
+
+    @property
+    def convolutions(self) -> int:
+        """How many an order takes, of all members."""
+        return self.program.convolutions * self.loop.domain.count
+
+
+class SeriesWriter(Writer):
+    """The code of one loop in stage ``k``, with coefficients from ``%work[at]`` on."""
+
+    def __init__(self, evaluation: Evaluation, series: LoopSeries, k: int | Integer, at: int) -> None:
+        super().__init__(evaluation, series.loop)
+        self.series, self.k, self.at = series, k, at
+        self.first: Integer | None = None
+
+    def enter(self, r: Integer) -> None:
+        blocks = self.series.blocks
+        self.first = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
+
+    def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        assert self.first is not None
+        size = LANES * self.series.span * len(self.series.stored)
+        place = (self.first + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
+        stage = MemberStage(
+            self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known
+        )
+        return stage.values()
+
+
+class _First(dict[int, "Value"]):
+    """Coefficient 0 of a series."""
+
+    def __init__(self, stage: MemberStage, index: int) -> None:
+        self.stage, self.index = stage, index
+
+    def get(self, m: int, default: Value = None) -> Value:  # type: ignore[override]
+        return self[m]
+
+    def __missing__(self, m: int) -> Value:
+        return self.stage.first(self.index)
+
+
+class _Slopes(dict[int, "tuple[Value, Value]"]):
+    """dp/dx and 1/x of powers p of x."""
+
+    def __init__(self, stage: MemberStage) -> None:
+        self.stage = stage
+
+    def __missing__(self, index: int) -> tuple[Value, Value]:
+        return self.stage.load(index, SLOPE), self.stage.load(index, INVERSE)
+
+
+class MemberExpansion(Expansion[str]):
+    """The expansion of eight members."""
+
+    stage: MemberStage
+
+    def constant(self, node: Node) -> Value:
+        return self.stage.constant(node)
+
+
+@dataclass(frozen=True)
+class Moving:
+    """What an expansion asks of a residual here."""
+
+    variables: int
+    bent: bool = False
+
+
+class MemberStage(VectorStage):
+    """Stage ``k`` of eight members, whose coefficients are at ``block``."""
+
+    def __init__(
+        self,
+        evaluation: Evaluation,
+        series: LoopSeries,
+        k: int | Integer,
+        block: Pointer,
+        known: Mapping[Node, Value],
+    ) -> None:
+        emitter, constants = evaluation.emitter, Everywhere(evaluation.tables.constants.slots)
+        expansion = MemberExpansion(
+            cast("Any", Moving(series.moving)), series.program, emitter, constants,
+            Factorization(emitter, 0, {}, {}), evaluation.known[series.time], 0,
+        )  # fmt: skip
+        super().__init__(expansion)
+        expansion.stage = self
+        expansion.table = [_First(self, i) for i in range(len(series.program.series))]
+        expansion.sensitivities = _Slopes(self)
+        self.series, self.k, self.block, self.known = series, k, block, known
+        self.f, self.emitter, self._dots = evaluation.f, emitter, {}
+        self.newest: dict[int, Value] = {}
+        self._loaded: dict[tuple[int, object], Operand] = {}
+        self._constants: dict[Node, Value] = {}
+
+    def pointer(self, index: int) -> Pointer:
+        at = LANES * self.series.span * self.series.stored[index]
+        return self.f.place(self.block, at, "double")
+
+    def load(self, index: int, m: int | Integer) -> Operand:
+        """Vector ``m`` of a series."""
+        key = index, m if isinstance(m, int) else m.name
+        if key not in self._loaded:
+            place = self.f.place(self.pointer(index), m * LANES, "double")
+            self._loaded[key] = self.emitter.define(f"load {VECTOR}, ptr {place.name}, align 8")
+        return self._loaded[key]
+
+    def put(self, index: int, value: Value, m: int | Integer) -> None:
+        """The same, stored."""
+        place = self.f.place(self.pointer(index), m * LANES, "double")
+        self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
+
+    def constant(self, node: Node) -> Value:
+        """What does not change during a motion, of each member."""
+        if node not in self._constants:
+            known = dict(self.known)
+            emit_values(self.emitter, [node], known, self.expansion.constants)
+            self._constants[node] = known[node]
+        return self._constants[node]
+
+    def first(self, index: int) -> Value:
+        """Coefficient 0 of a series."""
+        if self.is_index(self.series.program.series[index].level, 0) and index in self.newest:
+            return self.newest[index]
+        return self.load(index, 0) if index in self.series.stored else None
+
+    def at(self, index: int, ahead: int) -> Value:
+        if isinstance(self.k, int) and self.k + ahead < 0:
+            return None
+        if ahead == self.series.program.series[index].level:
+            return self.newest[index]
+        return self.load(index, self.k + ahead)
+
+    def values(self) -> list[Value]:
+        """Coefficients k of the terms; all others are computed on the way."""
+        program = self.series.program
+        for index, one in enumerate(program.series):
+            if one.level == FREE or (isinstance(self.k, int) and self.k + one.level < 0):
+                continue
+            begins = self.is_index(one.level, 0)
+            if one.op is Op.COORDINATE:
+                assert one.node is not None
+                value = self.known[one.node]
+            else:
+                value = self.begin(index) if begins else self.recur(index)
+            self.newest[index] = value
+            if index in self.series.stored:
+                self.put(index, value, self.k + one.level)
+                if begins and one.op is Op.POWER:
+                    slope, inverse = self.expansion.sensitivities[index]
+                    self.put(index, slope, SLOPE)
+                    self.put(index, inverse, INVERSE)
+        return [self.newest.get(index) for index in program.residual]

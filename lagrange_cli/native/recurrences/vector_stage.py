@@ -1,0 +1,75 @@
+"""Stages of which eight members are computed at once: what they have in common, wherever their series are.
+
+Coefficients of a series follow one another as vectors, from ``pointer`` on.
+"""
+
+from __future__ import annotations
+
+from lagrange_cli.native.llvm.text import Operand, Value, literal, operand
+from lagrange_cli.native.llvm.vector import Integer, Pointer
+from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
+from lagrange_cli.native.recurrences.stage import Factors, Stage, reciprocal_rest
+from lagrange_cli.series.program import Op, Series, reciprocal
+
+
+class VectorStage(Stage[str]):
+    """Stage ``k``, a number or that of a loop, of eight members."""
+
+    k: int | Integer
+    emitter: LaneEmitter
+    _dots: dict[int, list[Operand]]
+    """The dot products of each series, and the weighted ones."""
+
+    def pointer(self, index: int) -> Pointer:
+        """Where coefficient 0 of a series is."""
+        raise NotImplementedError
+
+    def number(self, ahead: int) -> Value:
+        if isinstance(self.k, int):
+            return self.emitter.number(self.k + ahead)
+        return self.emitter.everywhere("@numbers", self.k.name, ahead)
+
+    def reciprocal(self, ahead: int) -> Value:
+        return None
+
+    def divided(self, value: Value, ahead: int) -> Value:
+        """By k + ahead, correctly rounded but for what is lost in the product of two small numbers."""
+        if isinstance(self.k, int):
+            inverse = self.emitter.number(1.0 / (self.k + ahead))
+            rest = self.emitter.number(reciprocal_rest(self.k + ahead))
+        else:
+            inverse, rest = (
+                self.emitter.everywhere(f"@{name}", self.k.name, ahead) for name in ("reciprocals", "rests")
+            )
+        return self.emitter.fma(value, inverse, self.emitter.mul(value, rest))
+
+    def is_index(self, ahead: int, index: int) -> bool:
+        return isinstance(self.k, int) and self.k + ahead == index
+
+    def dot(
+        self, index: int, a: int, b: int, ahead: int, weighted: bool = False
+    ) -> tuple[Value, Factors[str]]:
+        if isinstance(self.k, int) and self.k + ahead < 2:
+            return None, []
+        if index not in self._dots:
+            one = self.expansion.program.series[index]
+            n = str(self.k + ahead) if isinstance(self.k, int) else (self.k + ahead).name
+            places = [f"ptr {self.pointer(part).name}" for part in ((a,) if a == b else (a, b))]
+            self._dots[index] = self._summed(one, ", ".join([*places, f"i64 {n}"]))
+        return self._dots[index][weighted], []
+
+    def _summed(self, one: Series, given: str) -> list[Operand]:
+        """The dot product of a series, and for a power the weighted one, too."""
+        define = self.emitter.define
+        if one.op is Op.POWER and not reciprocal(one.data):
+            both = f"{{ {VECTOR}, {VECTOR} }}"
+            made = define(f"call {both} @power_dots({given})")
+            return [define(f"extractvalue {both} {made}, {i}") for i in (0, 1)]
+        name = "square_dot" if len(set(one.arguments)) < len(one.arguments) else "dot"
+        return [define(f"call {VECTOR} @{name}({given})")]
+
+
+def rests(size: int) -> str:
+    """The table of what 1/m is more than its double."""
+    listed = ", ".join(f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(size))
+    return f"@rests = private constant [{size} x double] [{listed}]"

@@ -1,0 +1,154 @@
+"""Systems whose families stay families, beside the same systems written out member by member."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.support.motion import run
+
+OUTPUTS = frozenset(["q", "v", "p", "h", "observables"])
+SIZES = 1, 2, 3, 8, 9, 17
+PIECES = {
+    "a ring": "k/2*sum((u[(i + 1) % N] - u[i])**2 for i in range(N))",
+    "a chain": "sum((u[i] - u[i - 1])**2/2 + (u[i] - u[i - 1])**3/{a} for i in range(1, N))",
+    "walls": "sum(where(i == 0 or i == N - 1, {b}, 0.1*i)*u[i]**2/2 for i in range(N))",
+    "pairs": "-sum(g[i]*g[j]/sqrt({b} + (u[i] - u[j])**2) for i in range(N) for j in range(i))",
+    "some pairs": "sum(cos(u[i] - u[j])/{a} for i in range(N) for j in range(N) if i != j and (i + j) % 3)",
+    "pairs of two families": "sum(sin(u[i])*w[j]/{a} for i in range(N) for j in range(N))",
+    "pendulums": "sum((1 - cos(u[i]))*(i + 1)/{a} for i in range(N))",
+    "time": "sum(w[i]*cos({b}*t + i) for i in range(N))",
+    "a definition": "sum(stretch[i]**4/{a} for i in range(N + 1))",
+    "a square of a sum": "k*sum(u[i] for i in range(N))**2/{a}",
+    "sums in sums": "sum((u[i] - sum(w[j]/N for j in range(N)))**2/2 for i in range(N))",
+    "an exponent": "sum(u[i]**(2 + 2*(i % 2))/{a} for i in range(N))",
+    "every other one": "sum(w[i]**2/2 for i in range(0, N, 2)) + sum(w[i]**2 for i in range(1, N, 2))",
+}
+FORCES = {
+    "none": "",
+    "drive": 'generalized_forces: {{"u[i in range(N)]": "sin({b}*t + i) - 0.1*u_dot[i]*u[i]"}}',
+    "one": 'generalized_forces: {{"w[0]": "cos(t)/{a}"}}',
+    "damping": "dissipation: sum((u_dot[i] - w_dot[i])**2/{a} for i in range(N))",
+}
+STRETCH = '{"stretch[0]": "u[0]", "stretch[i in range(1, N)]": "u[i] - u[i - 1]", "stretch[N]": "-u[N - 1]"}'
+SYSTEM = """
+sizes: {{N: {count}}}
+parameters: {{k: {k}, "g[i in range(N)]": "0.3 + 0.1*sin(i)"}}
+coordinates:
+  u[i in range(N)]: {{initial: "0.5*sin({seed} + i)", velocity: "0.1*cos({seed}*i)"}}
+  w[i in range(N)]: {{initial: "0.2*cos({seed} + 2*i)", velocity: 0.1}}
+definitions: {definitions}
+{kinetic}
+{forces}
+observables:
+  mode[j in range(2)]: sum(u[i]*sin(pi*(i + 1)*(j + 1)/(N + 1)) for i in range(N))
+  speed: sum(u_dot[i]**2 for i in range(N))
+solve: {{stop: 0.5, step: 0.1}}
+"""
+
+
+def drawn(chance: random.Random) -> str:
+    """The text of a random system."""
+    count = chance.choice(SIZES)
+    numbers = {"a": chance.choice([7, 10, 16]), "b": chance.choice([0.5, 1.25, 2])}
+    known = sorted(PIECES.keys() - ({"a definition"} if count == 1 else set()))
+    pieces = chance.sample(known, chance.randint(2, 4))
+    potential = " + ".join(f"({PIECES[name].format(**numbers)})" for name in pieces)
+    if chance.random() < 0.5:
+        kinetic = (
+            "masses: {'bead[i in range(N)]': '1 + i/7', 'other[i in range(N)]': 2.0}\n"
+            "embedding: {'bead[i in range(N)]': ['u[i]', 3.0], 'other[i in range(N)]': 'k*w[i] - i'}\n"
+            f"potential: {potential}"
+        )
+    else:
+        kinetic = (
+            "lagrangian: >-\n  sum((1 + i/7)*u_dot[i]**2/2 + k*w_dot[i]**2 for i in range(N))\n  - "
+            f"({potential})"
+        )
+    forces = FORCES[chance.choice(sorted(FORCES))].format(**numbers)
+    given = {
+        "count": count,
+        "definitions": STRETCH if count > 1 else "{}",
+        "k": chance.choice([1.5, 2]),
+        "seed": chance.randint(1, 9),
+    }
+    return SYSTEM.format(kinetic=kinetic, forces=forces, **given)
+
+
+def followed(text: str, method: str) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
+    """A short motion of a system, and what it was followed by."""
+    spec = read_spec(text, "system.yaml")
+    ready = prepare_system(spec, derive_system, None, Compilation(method, 2.0**-52, OUTPUTS))
+    return ready, run(ready, resolve_values(spec, {}), 0.0, 0.5, 6).data
+
+
+@pytest.mark.exhaustive(keep=3, most=12)
+@pytest.mark.parametrize("case", range(60))
+def test_families_move_as_their_members_do(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    chance = random.Random(f"{pytestconfig.option.seed} {case}")
+    text, method = drawn(chance), chance.choice(["taylor", "ias15"])
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    assert systems.family_system(read_spec(text, "system.yaml")) is not None, text
+    together, found = followed(text, method)
+    monkeypatch.setattr(systems, "FEWEST", 10**9)
+    apart, expected = followed(text, method)
+    assert together.recording.datasets == apart.recording.datasets
+    assert set(together.recording.conserved) <= set(apart.recording.conserved)
+    for path, values in expected.items():
+        size = np.max(np.abs(values), initial=1.0)
+        assert np.max(np.abs(found[path] - values)) <= 2.0**-43 * size, (path, text)
+
+
+def test_what_is_said_of_a_family_does_not_grow_with_it() -> None:
+    def counted(count: int) -> tuple[int, int]:
+        text = SYSTEM.format(
+            count=count, definitions=STRETCH, k=2, seed=1, forces=FORCES["drive"].format(b=2),
+            kinetic="lagrangian: >-\n  sum(u_dot[i]**2/2 + w_dot[i]**2/2 for i in range(N))"
+            + "".join(f"\n  - ({PIECES[name].format(a=7, b=2)})" for name in sorted(PIECES)),
+        )  # fmt: skip
+        spec = read_spec(text, "system.yaml")
+        system = systems.family_system(spec)
+        assert system is not None
+        ready = prepare_system(spec, derive_system, None, Compilation("ias15", 2.0**-52, OUTPUTS))
+        return len(system.slots.graph.nodes), len(ready.machine.program.text.splitlines())
+
+    assert counted(40) == counted(64)
+
+
+@pytest.mark.parametrize(
+    "change",
+    {
+        "a kink": ("k/2", "abs(u[0]) + k/2"),
+        "a constraint": ("observables:", "constraints: {rod: u[0] - w[0]}\nobservables:"),
+        "an event": ("observables:", "events: {top: {when: 'u[0] - 9'}}\nobservables:"),
+        "velocities in U": ("k/2", "u_dot[0]*w[0] + k/2"),
+        "a mass that moves": ("sum(u_dot[i]**2/2", "u[0]**2*w_dot[0]**2/2 + sum(u_dot[i]**2/2"),
+        "a coupled mass": ("sum(u_dot[i]**2/2", "u_dot[0]*w_dot[0]/9 + sum(u_dot[i]**2/2"),
+    }.items(),
+    ids=lambda change: change[0],
+)
+def test_other_systems_go_through_their_members(
+    change: tuple[str, tuple[str, str]], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    text = SYSTEM.format(
+        count=3, definitions=STRETCH, k=2, seed=1, forces="",
+        kinetic=f"lagrangian: sum(u_dot[i]**2/2 + w_dot[i]**2/2 for i in range(N)) - {PIECES['a ring']}",
+    )  # fmt: skip
+    assert systems.family_system(read_spec(text, "system.yaml")) is not None
+    old, new = change[1]
+    assert old in text
+    assert systems.family_system(read_spec(text.replace(old, new, 1), "system.yaml")) is None

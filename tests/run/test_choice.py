@@ -1,0 +1,65 @@
+"""``--method auto``: what is chosen depends on the system and the outputs alone."""
+
+from __future__ import annotations
+
+import pytest
+
+from lagrange_cli.run.settings import resolve_settings
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.spec import SolveDefaults
+from tests.support.command import lagrange
+
+BODIES = """
+name: cluster
+sizes: {{N: {count}}}
+parameters: {{eps: 0.1}}
+coordinates:
+  x[i in range(N)]: {{initial: cos(2.4*i)*sqrt(i)}}
+  y[i in range(N)]: {{initial: sin(2.4*i)*sqrt(i)}}
+  z[i in range(N)]: {{initial: 0.1*sin(3*i)}}
+masses: {{body[i in range(N)]: 1/N}}
+embedding: {{body[i in range(N)]: [x[i], y[i], z[i]]}}
+potential: {potential}
+solve: {{stop: 0.05, samples: 3}}
+"""
+ALL_PAIRS = "-sum(1/N**2/sqrt({r2} + eps**2) for i in range(N) for j in range(i))".format(
+    r2="dot(body[i] - body[j], body[i] - body[j])"
+)
+NEIGHBOURS = "sum((x[i] - x[i - 1])**2/2 for i in range(1, N))"
+NARROW = ALL_PAIRS.replace("-sum(", "sum(exp(-1000*x[i]**2)*")
+
+
+@pytest.mark.parametrize(
+    ("count", "potential", "options", "expected"),
+    [
+        (40, ALL_PAIRS, {}, "ias15"),
+        (40, ALL_PAIRS, {"outputs": ("q", "ledger")}, "taylor"),
+        (40, ALL_PAIRS, {"method": "taylor"}, "taylor"),
+        (40, ALL_PAIRS, {"method": "AUTO"}, "ias15"),
+        (40, ALL_PAIRS, {"stop": -1.0}, "taylor"),
+        (40, NEIGHBOURS, {}, "taylor"),
+        (40, NARROW, {}, "taylor"),
+        (40, f"abs(x[0]) + {ALL_PAIRS}", {}, "taylor"),
+        (8, ALL_PAIRS, {}, "taylor"),
+    ],
+)
+def test_the_method(count: int, potential: str, options: dict[str, object], expected: str) -> None:
+    spec = read_spec(BODIES.format(count=count, potential=potential), "cluster.yaml")
+    settings = resolve_settings(spec, SolveDefaults(**options))
+    assert settings.method == expected
+    assert bool(settings.chosen_because) == (expected == "ias15")
+
+
+def test_the_summary_says_why(tmp_path) -> None:
+    (tmp_path / "cluster.yaml").write_text(BODIES.format(count=40, potential=ALL_PAIRS))
+    told = lagrange("solve", "cluster.yaml", cwd=tmp_path)
+    assert told.returncode == 0
+    assert "method ias15, as its sums have 780 terms for 120 coordinates" in told.stdout
+
+
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("count", [300, 1000])
+def test_many_bodies_are_followed(count: int, tmp_path) -> None:
+    (tmp_path / "cluster.yaml").write_text(BODIES.format(count=count, potential=ALL_PAIRS))
+    told = lagrange("solve", "cluster.yaml", "--quiet", cwd=tmp_path)
+    assert (told.returncode, told.stderr) == (0, "")
