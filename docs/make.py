@@ -102,6 +102,9 @@ Every command ends with one of these exit statuses:
 With several systems, the exit status is the highest of theirs. An error in one system does not stop the
 others.
 
+Ctrl-C in the first hundredths of a second, before lagrange's own code runs, is handled by Python, which
+may show a traceback.
+
 Results are written to standard output. Progress (on a terminal only), warnings and errors are written to
 standard error. The commands may be used in a pipe that closes early, as with `| head -1`.
 

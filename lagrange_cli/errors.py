@@ -149,8 +149,8 @@ class Spinning(LagrangeError):
     def __init__(self, body: str) -> None:
         self.body = body
         super().__init__(
-            f"body '{body}' has no moment of inertia about its own axis, and nothing else determines how it "
-            "turns about it"
+            f"body '{body}' has no moment of inertia about its own axis, and nothing else determines its "
+            "rotation about that axis"
         )
 
 

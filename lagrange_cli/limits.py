@@ -87,7 +87,7 @@ class Work:
 
 def way_out(name: str) -> str:
     """How the limit is moved, for a hint."""
-    return f"or move the limit: {VARIABLE}={name}=..."
+    return f"or raise the limit: {VARIABLE}={name}=..."
 
 
 def chosen() -> dict[str, float]:

@@ -162,7 +162,7 @@ class Stored:
             except OSError as error:
                 target.discard()
                 raise unwritable(target.shown, error) from error
-            target.publish(complete=False)
+            target.publish()
 
     def _output(self, held: ExitStack) -> Path:
         """See ``plot.Drawable``."""

@@ -96,7 +96,7 @@ class Section:
             ranges = {k: range_of(scene, place, k) for k in scene.depends(place)}
         if not 1 <= len(ranges) <= SURFACE:
             few = "no coordinate" if not ranges else f"{len(ranges)} coordinates"
-            hint = f"write what runs: {{at: {at.text}, u: [0, 1]}}" if len(at.text) < 40 else ""
+            hint = f"give the range of a parameter: {{at: {at.text}, u: [0, 1]}}" if len(at.text) < 40 else ""
             self.problems.add_once(course.place, f"curve '{course.name}' depends on {few}", hint)
             return
         sheet.locus(course.name, place, ranges.keys(), ranges.values(), colour)

@@ -193,10 +193,12 @@ _UNITS = """
     kilograms gram grams meter meters metre metres second seconds sec minute minutes hour hours day days
     year years newton newtons joule joules volt volts tesla hertz
 """
-_UNIT = "(?:" + "|".join(sorted(_UNITS.split(), key=len, reverse=True)) + ")"
+_PREFIXED = "(?:[fpnuµmckMGT](?:m|g|s|A|K|N|J|W|Pa|V|T|C|F|H|Hz|Wb|Ohm|Ω|eV|bar|pc|l|L|mol))"
+_UNIT = "(?:" + "|".join([*sorted(_UNITS.split(), key=len, reverse=True), _PREFIXED]) + r")(?![^\W\d_])"
 _FACTOR = rf"{_UNIT}(?:(?:\^|\*\*)?\(?-?[0-9]+\)?|[⁻²³¹])*"
 _QUANTITY = (
-    r"\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)\s*"
+    r"\s*(?P<number>[-+]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][-+]?[0-9]+)?)"
+    r"(?:\s*[*x×·]\s*10\s*(?:\^|\*\*)\s*\(?(?P<exponent>[-+]?[0-9]+)\)?)?\s*"
     rf"(?P<unit>{_FACTOR}(?:\s*(?:\*|/|·|\.|\s)\s*{_FACTOR})*)\s*"
 )
 """Compiled for the first mistake."""
@@ -205,7 +207,10 @@ _QUANTITY = (
 def quantity(text: str) -> tuple[str, str] | None:
     """The number and the unit of ``9.81 m/s^2``, or None where a text is no number with a unit."""
     match = re.fullmatch(_QUANTITY, text)
-    return (match["number"], match["unit"]) if match else None
+    if match is None:
+        return None
+    power = match["exponent"]
+    return match["number"] + (f"e{power}" if power else ""), match["unit"]
 
 
 def is_unit(text: str) -> bool:

@@ -54,7 +54,7 @@ class Lists(Cursor, ABC):
         token = self.next
         if self.sees("="):
             if self.condition:
-                self.structural(token.span, "'=' does not compare", "write ==")
+                self.structural(token.span, "'=' is not a comparison", "write ==")
             else:
                 left = self.text[: token.span.start - self.offset].strip()
                 hint = f"leave out '{left} ='" if len(left) < 40 else "write only the right-hand side"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 
 from lagrange_cli.expression.bounds import check_exponent
 from lagrange_cli.expression.confusions import DEGREES, RADIANS, SPOKEN_POWERS
@@ -40,10 +41,13 @@ _SHOWN_FACTORS = 30
 
 @dataclass(frozen=True)
 class _Juxtaposed:
-    """A token with no operator before it, and the mistake as which it is reported."""
+    """A token with no operator before it, the mistake as which it is reported, the ``factors`` so far, and
+    whether they are ``divided`` by, as in ``1/2pi``."""
 
     token: Token
     error: ExpressionError
+    factors: tuple[str, ...]
+    divided: bool
 
 
 class Parser(Operands):
@@ -185,15 +189,20 @@ class Parser(Operands):
     def juxtaposed(self, token: Token, before: _Juxtaposed | None) -> _Juxtaposed:
         """Note a missing operator before ``token``; the two of ``m g h`` are one mistake."""
         last = self.tokens[self.place - 1]
-        if before and before.token is last and len(before.error.hint) < _SHOWN_FACTORS:
-            error = before.error
-            error.hint += f"*{_factor(self._after(token))}"
+        if before and before.token is last and len("*".join(before.factors)) < _SHOWN_FACTORS:
+            error, divided = before.error, before.divided
+            factors = (*before.factors, self._after(token))
         else:
             span = Span(last.span.start, token.span.stop)
             message = f"missing operator between '{last.text}' and '{token.text}'"
-            error = ExpressionError(span, message, _product_hint(self._before(last), self._after(token)))
+            error = ExpressionError(span, message, "")
             self.errors.append(error)
-        return _Juxtaposed(token, error)
+            factors = self._before(last), self._after(token)
+            divided = (
+                self.text[: last.span.stop - self.offset].removesuffix(factors[0]).rstrip().endswith("/")
+            )
+        error.hint = _product_hint(factors, divided=divided)
+        return _Juxtaposed(token, error, factors, divided)
 
     def _before(self, token: Token) -> str:
         """The value that ends with a token: ``bob.y`` for its ``y``."""
@@ -210,10 +219,16 @@ class Parser(Operands):
         return found[0] if found and token.kind == "name" else token.text
 
 
-def _product_hint(left: str, right: str) -> str:
+def _product_hint(factors: Sequence[str], *, divided: bool) -> str:
+    left, right = factors[:2]
     if right.startswith("_") and left.isdigit():
         return f"write {left}{right.replace('_', '')}"
-    return f"write {_factor(left)}*{_factor(right)}"
+    product = "*".join(map(_factor, factors))
+    if divided:
+        return f"write {product}, or ({product}) to divide by the whole product"
+    if len(factors) == 3 and right in ("x", "X"):
+        return f"write {product}, or cross({_factor(left)}, {_factor(factors[2])}) for a vector product"
+    return f"write {product}"
 
 
 def _factor(text: str) -> str:

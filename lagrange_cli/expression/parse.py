@@ -7,7 +7,7 @@ an expression are found at once.
 
 from __future__ import annotations
 
-from lagrange_cli.expression.confusions import decimal_comma
+from lagrange_cli.expression.confusions import DEGREES, RADIANS, decimal_comma, quantity
 from lagrange_cli.expression.cursor import MAX_LENGTH, PARTS_HINT, Hopeless
 from lagrange_cli.expression.operators import Parser
 from lagrange_cli.expression.syntax import ExpressionError, Number, Span, Tree
@@ -25,6 +25,12 @@ def parse(text: str, offset: int = 0) -> Tree:
     """
     tree, errors = read(text, offset)
     if errors:
+        amount = quantity(text)
+        if amount and amount[1] not in DEGREES | RADIANS:
+            number, unit = amount
+            product = f", or {number}*{unit} for a product" if unit.isidentifier() else ""
+            span = Span(offset, offset + len(text))
+            raise ExpressionError(span, "number with a unit", f"write {number}{product}")
         raise min(errors, key=lambda error: error.span.start)
     return tree
 

@@ -66,7 +66,7 @@ class Sums(Lists):
             self.condition = True
             found.append(self.expression(OR))
             if self.sees("="):
-                self.refuse(self.next.span, "'=' does not compare", "write ==")
+                self.refuse(self.next.span, "'=' is not a comparison", "write ==")
             self.condition = False
         return tuple(found)
 

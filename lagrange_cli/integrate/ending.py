@@ -20,16 +20,16 @@ class Ending(Enum):
         "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
     )
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
-    OVERFLOW = "a coordinate or a velocity outgrows the largest number, 1.8e308,"
+    OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
-    RECURRING = "an event goes on happening while time does not"
+    RECURRING = "an event occurs again and again while time stands still"
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
-    NO_CROSSING = "no crossing was found any more"
-    OFF_CONSTRAINTS = "no state near the one that an action sets satisfies the constraints"
+    NO_CROSSING = "no further crossing was found"
+    OFF_CONSTRAINTS = "no state near the one set by an action satisfies the constraints"
     NO_MASS = "a mass is no longer greater than 0"
-    CUT = "something jumps with the angle atan2(y, x), which does so by 2 pi where y = 0 and x < 0,"
+    CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"
     JUMP = "an action would make an energy jump"
     INCONSISTENT = "the initial values do not satisfy the constraints"
 
@@ -54,12 +54,13 @@ WAYS_OUT = {
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",
     Ending.OVERFLOW: "{before}",
-    Ending.RECURRING: "let its action lead away from it, or end the run before with --stop",
-    Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER moves it",
+    Ending.RECURRING: "let its action move the state away from it, or end the run before it with --stop",
+    Ending.TOO_MANY_EVENTS: "LAGRANGE_LIMITS=events=NUMBER raises it",
     Ending.NO_CROSSING: "ask for fewer --crossings, or end the motion with --stop",
     Ending.OFF_CONSTRAINTS: "let the action set values that satisfy the constraints, or velocities alone",
-    Ending.NO_MASS: "let the action keep all masses greater than 0, or end the run before with --stop",
-    Ending.CUT: "{before}, or write energies and constraints that do not jump there",
+    Ending.NO_MASS: "let the action keep all masses greater than 0, or end the run before it with --stop",
+    Ending.CUT: "use that angle as a coordinate, write energies and constraints that do not jump there, "
+    "or {before}",
     Ending.JUMP: "let the action set values with which both sides are equal where the condition changes",
     Ending.METHOD_FAILED: "try another --method, or a looser --tolerance",
 }

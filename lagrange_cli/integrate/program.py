@@ -80,8 +80,8 @@ def refuse_what_hides(residual: Residual) -> None:
     """Raise ``UsageError`` where zeros of the surface, the last event's argument, may hide within steps."""
     if may_hide(residual, [residual.model.events[-1].argument]):
         raise UsageError(
-            "zeros of this surface may hide in exp, tanh, sinh, cosh, high powers or quotients: "
-            "write an expression without them that has the same zeros"
+            "zeros of this expression may be missed, as it contains exp, tanh, sinh, cosh, high powers or "
+            "quotients: write an expression without them that has the same zeros"
         )
 
 

@@ -6,7 +6,7 @@ Of one particle, or of two that move relative to each other, the sums
 
 are looked through: their quadratic parts are the Killing tensors of flat space (products of translations and
 rotations; Thompson, J. Math. Phys. 27, 2693, 1986). f is a sum of x_i, x_i x_j and of the terms of U times 1,
-x_i and x_i x_j. Examples are the vector of Laplace, Runge and Lenz (Goldstein, Classical Mechanics, 3rd ed.,
+x_i and x_i x_j. Examples are the Laplace-Runge-Lenz vector (Goldstein, Classical Mechanics, 3rd ed.,
 section 3.9), Fradkin's tensor of the isotropic oscillator (Am. J. Phys. 33, 207, 1965) and the constants of
 two fixed centres and of the Stark effect.
 """
@@ -170,7 +170,7 @@ def described(
             because = "the equations of motion separate in parabolic coordinates"
             name = f"A_{axis}"
             if sorted(still) == sorted(f"{axis}*{part}" for part in whole):
-                because = "a component of the vector of Laplace, Runge and Lenz, v x L + U r"
+                because = "a component of the Laplace-Runge-Lenz vector, v x L + U r"
     if kinds == {"vv"} and len(moving) == 1:
         ((one, other),) = moving
         if still == [squares_of(one[1], other[1])]:

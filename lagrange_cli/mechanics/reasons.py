@@ -44,13 +44,13 @@ def turning_text(model: Model[Node], i: int, j: int) -> str:
 def unchanged(noether: Noether, change: Change) -> str:
     """The end of a sentence on a displacement of all particles that leaves the equations as they are."""
     applied = noether.energetics.applied
-    constrained = ", and agrees with the constraints" if noether.model.constraints else ""
+    constrained = ", and is compatible with the constraints" if noether.model.constraints else ""
     if all(map(is_zero, applied)):
         return f"changes neither T nor U{constrained}"
     work = graph_of(noether.model).sum([(xi * applied[k], 1.0) for k, xi in change.directions.items()])
     if is_zero(work):
         return f"changes neither T nor U, and the other forces do no work in it{constrained}"
-    return f"leaves T as it is, and U changes by the work of the other forces{constrained}"
+    return f"leaves T unchanged, and U changes by the work of the other forces{constrained}"
 
 
 def current_text(model: Model[Node], change: Change) -> str:
@@ -68,13 +68,13 @@ def reason(noether: Noether, change: Change) -> str:
     """Why a current is conserved."""
     model = noether.model
     gained = change.gain is not None and not is_zero(noether.rate(change.gain))
-    ending = "adds only a total time derivative to L" if gained else "leaves L as it is"
+    ending = "adds only a total time derivative to L" if gained else "leaves L unchanged"
     if change.time is not None:
-        ending = "leaves the action as it is"
+        ending = "leaves the action unchanged"
     if not all(map(is_zero, noether.energetics.applied)):
-        ending = "leaves the equations of motion as they are"
+        ending = "leaves the equations of motion unchanged"
     if model.constraints:
-        ending += " where the constraints hold, and agrees with them"
+        ending += " where the constraints hold, and is compatible with them"
     changed = [(model.coordinates[k], xi) for k, xi in sorted(change.directions.items())]
     names = [name for name, _ in changed]
     if is_constant(model, change) and len(names) > 1:

@@ -24,7 +24,7 @@ class OutputRow:
     and ``meaning`` what they hold, in Markdown. ``units`` gives the quantity of each by its path, that of a
     family as one. A ``default`` output is written unless other outputs are asked for; with ``section``, only
     if the file has that section. One ``of_particles`` does not exist where a system is given by its
-    Lagrangian.
+    Lagrangian. It may be called ``also`` by other words, which are no names of it.
     """
 
     name: str
@@ -36,6 +36,7 @@ class OutputRow:
     default: bool = False
     section: str = ""
     of_particles: bool = False
+    also: str = ""
 
 
 def under(path: str, quantities: Mapping[str, Quantity]) -> dict[str, Quantity]:
@@ -73,6 +74,7 @@ OUTPUTS = {
             "the coordinates",
             lambda known: under("q", known.coordinates),
             default=True,
+            also="coordinates coordinate angles angle generalized_coordinates state",
         ),
         OutputRow(
             "v",
@@ -82,6 +84,7 @@ OUTPUTS = {
             "their velocities",
             lambda known: under("v", known.velocities),
             default=True,
+            also="velocities velocity speeds qdot q_dot",
         ),
         OutputRow(
             "p",
@@ -91,6 +94,7 @@ OUTPUTS = {
             "p_k = dL/dq_dot_k",
             lambda known: under("diagnostics/p", known.momenta(known.energy)),
             default=True,
+            also="momenta momentum generalized_momenta",
         ),
         OutputRow(
             "h",
@@ -100,6 +104,7 @@ OUTPUTS = {
             "the energy function, sum q_dot_k p_k - L",
             lambda known: {"diagnostics/h": known.energy},
             default=True,
+            also="H hamiltonian Hamiltonian energy_function jacobi",
         ),
         OutputRow(
             "T",
@@ -109,6 +114,7 @@ OUTPUTS = {
             "the kinetic energy",
             lambda known: {"diagnostics/T": known.energy},
             of_particles=True,
+            also="kinetic kinetic_energy Ekin E_kin K",
         ),
         OutputRow(
             "U",
@@ -118,6 +124,7 @@ OUTPUTS = {
             "the potential",
             lambda known: {"diagnostics/U": known.energy},
             of_particles=True,
+            also="V potential potential_energy Epot E_pot",
         ),
         OutputRow(
             "energy",
@@ -127,6 +134,7 @@ OUTPUTS = {
             "T + U",
             lambda known: {"diagnostics/energy": known.energy},
             of_particles=True,
+            also="E total_energy energies Etot",
         ),
         OutputRow(
             "ledger",
@@ -141,6 +149,7 @@ OUTPUTS = {
                 "diagnostics/ledger/h": known.balance,
                 **under("diagnostics/ledger/p", known.momenta(known.balance)),
             },
+            also="ledgers balance balances",
         ),
         OutputRow(
             "action",
@@ -149,6 +158,7 @@ OUTPUTS = {
             "(n,)",
             "S = int L dt",
             lambda known: {"diagnostics/action": known.energy * known.time},
+            also="S",
         ),
         OutputRow(
             "positions",
@@ -158,6 +168,7 @@ OUTPUTS = {
             "r(q, t)",
             lambda known: under("positions", known.positions),
             of_particles=True,
+            also="position r xyz trajectory trajectories path paths",
         ),
         OutputRow(
             "reactions",
@@ -168,6 +179,8 @@ OUTPUTS = {
             "it is known where U and the forces are written in positions",
             lambda known: under("reactions", {name: known.energy / r for name, r in known.positions.items()}),
             of_particles=True,
+            also="reaction tension tensions force forces "
+            "normal normal_force normal_forces constraint_forces forces_of_constraint",
         ),
         OutputRow(
             "angular_velocities",
@@ -218,6 +231,7 @@ OUTPUTS = {
             "lambda df/dq_k, those of a nonholonomic one g are lambda dg/dq_dot_k",
             lambda known: under("multipliers", known.multipliers),
             section="all_constraints",
+            also="multiplier lambda lambdas lagrange_multipliers",
         ),
         OutputRow(
             "constraints",
@@ -229,6 +243,7 @@ OUTPUTS = {
                 "diagnostics/constraints", {**known.constraints, **known.velocity_constraints}
             ),
             section="all_constraints",
+            also="constraint residuals residual",
         ),
         OutputRow(
             "conserved",
@@ -237,6 +252,7 @@ OUTPUTS = {
             "(n,)",
             "everything that `check` finds to be conserved: h, p_k, total momentum, angular momentum, ...",
             lambda known: under("diagnostics/conserved", conserved_quantities(known)),
+            also="conserved_quantities invariants integrals",
         ),
         OutputRow(
             "observables",
@@ -247,6 +263,7 @@ OUTPUTS = {
             lambda known: under("observables", known.observables),
             default=True,
             section="observables",
+            also="observable",
         ),
     )
 }

@@ -68,8 +68,8 @@ class Planner:
 
         if guarded(self.residual, {}).auxiliary:
             raise NotDefined(
-                f"no output '{output}': friction may hold this system, or it may come to rest on something, "
-                "and what holds it does not follow from q and v"
+                f"no output '{output}': friction or a contact may keep this system at rest, and the forces "
+                "that do so do not follow from q and v"
             )
 
     def observe(self, name: str, node: Node) -> str:

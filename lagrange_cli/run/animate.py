@@ -124,7 +124,7 @@ def into_file(target: Target, fill: Callable[[Path], None]) -> None:
         except BaseException:
             target.discard()
             raise
-        target.publish(complete=True)
+        target.publish()
 
 
 def into_folder(target: Target, fill: Callable[[Path], None]) -> None:
@@ -178,7 +178,7 @@ def find_folder(name: str, *, force: bool, origin: Origin | None = None) -> Targ
     if path.is_dir():
         others = [one.name for one in path.iterdir() if not (one.suffix == ".png" and one.stem.isdigit())]
         if others:
-            raise FileError(f"{name} holds other files ({sorted(others)[0]}): name a new folder")
+            raise FileError(f"{name} contains other files ({sorted(others)[0]}): name a new folder")
         if any(path.iterdir()):
             found = "" if origin is None else origin.judge(path)
             if not isinstance(found, str):

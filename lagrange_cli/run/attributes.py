@@ -29,12 +29,12 @@ MOST_NAMES = 4
 UNDETECTED = {
     "narrow": "{} does not detect narrow forces hidden in exp, tanh, sinh, cosh or high powers: "
     "compare with the Taylor method, which does",
-    "switches": "{} does not find the instants when abs, sign, min, max or where change: its error there is "
-    "not bounded by the tolerance, and friction does not hold; "
-    "compare with the Taylor method, which finds them",
-    "cuts": "{} does not find where atan2(y, x) jumps from pi to -pi, at y = 0 and x < 0, and a potential, a "
-    "force or a constraint with it: a motion beyond is wrong; "
-    "compare with the Taylor method, which ends there",
+    "switches": "{} does not locate the instants at which abs, sign, min, max or where switch: its error "
+    "there is not bounded by the tolerance, and dry friction brings nothing to rest; "
+    "compare with the Taylor method, which locates them",
+    "cuts": "{} does not locate the jump of atan2(y, x) from pi to -pi, at y = 0 and x < 0: if a potential, "
+    "a force or a constraint jumps with it, the motion after it is wrong; "
+    "compare with the Taylor method, which locates it",
 }
 """The warnings for systems with such functions, by what ``Outcome.undetected`` has."""
 
@@ -147,8 +147,8 @@ def not_finite(outcome: Outcome | EnsembleOutcome) -> str | None:
         return None
     are = "is" if len(names) == 1 else "are"
     return (
-        f"{some(names)} {are} not finite at some of the samples (an overflow, or a singularity): nothing is "
-        "known of the drift"
+        f"{some(names)} {are} not finite at some of the samples (an overflow, or a singularity): the drift "
+        "is not known"
     )
 
 
@@ -161,7 +161,7 @@ def drifting(outcome: Outcome, tolerance: float) -> str | None:
         return None
     return (
         f"h drifted by {drift:.1e}, {drift / size:.1e} of its size, although it is conserved; a narrow force "
-        "may have been missed, or h is a small difference of large numbers: do not rely on the result before "
+        "may have been missed, or h is a small difference of large numbers: do not rely on the result until "
         "a smaller --tolerance, another --method or --certify confirms it"
     )
 

@@ -203,4 +203,4 @@ def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str
             if size > 0.0 < rate or rate < 0.0 > size:
                 left = time_left(power(value, -1.0), 0.0)
                 if left is not None:
-                    yield left, f"{name} grows beyond all bounds"
+                    yield left, f"{name} grows without bound"

@@ -157,14 +157,14 @@ def located(spec: Spec) -> Iterator[None]:
         from lagrange_cli.spec.source import Source
 
         way = f"'nonholonomic: {{spin: {error.body}.w3}}'"
-        hint = f"write {way}, angles that only point it, or give it a thickness"
+        hint = f"write {way}, use angles that only give the direction of its axis, or give it a thickness"
         place = spec.bodies[error.body].place
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except Undetermined as error:
         from lagrange_cli.spec.source import Source
 
         place = spec.all_constraints[error.constraint].place
-        hint = "leave a constraint out that follows from the others, or the multiplier"
+        hint = "leave out a constraint that follows from the others, or the multiplier"
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except InfiniteForce as error:
         from lagrange_cli.spec.source import Source

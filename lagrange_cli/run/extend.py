@@ -75,7 +75,7 @@ def run_to_extend(target: Target, made_by: Mapping[str, Any]) -> str | None:
         if stop == now["stop"]:
             return None
         raise FileError(
-            f"{shown} holds a run to t = {stop:g}: --resume continues to that time or a later one; "
+            f"{shown} contains a run to t = {stop:g}: --resume continues to that time or a later one; "
             "--force starts again, --output names another"
         )
     if before["step"] != now["step"]:
@@ -104,7 +104,7 @@ def refuse_other_kinds(target: Target, head: Mapping[str, Any], made_by: Mapping
         **dict.fromkeys(NUMBERS, 0),
     }:
         raise FileError(
-            f"{target.shown} holds {kind} to t = {before.get('stop')}, which cannot be extended: "
+            f"{target.shown} contains {kind} to t = {before.get('stop')}, which cannot be extended: "
             f"{again}--force in place of --resume starts again, --output names another"
         )
 

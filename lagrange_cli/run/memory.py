@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from lagrange_cli.integrate.checkpoint import Checkpointing, Progress, Schedule
-from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import origin
@@ -129,7 +128,7 @@ def save(followed: Followed, target: Target, form: str) -> None:
             with CsvFile(target, layout.series) as table:
                 if followed.samples:
                     table.append(followed.samples)
-                table.close(complete=outcome.ending.status in DONE)
+                table.close(outcome.ending.status)
             return
         from lagrange_cli.store.writer import Writer
 

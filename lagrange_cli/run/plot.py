@@ -85,13 +85,13 @@ def page_of(results: Sequence[Result], asked: Asked) -> Page:
     kinds = {result.kind for result in results}
     if len(kinds) > 1:
         raise UsageError(
-            f"a {' and a '.join(sorted(kinds))} cannot be drawn over each other: plot them apart"
+            f"a {' and a '.join(sorted(kinds))} cannot be drawn over each other: plot them separately"
         )
     several = len(results) > 1
     runs = [opened(one, stem(one.name) if several else "") for one in results]
     panels = across(runs, asked) if asked.y or asked.x else worded(runs, asked.what)
     if not panels:
-        raise UsageError(f"{results[0].name} holds nothing to plot: solve again with --outputs q,v,h")
+        raise UsageError(f"{results[0].name} contains nothing to plot: solve again with --outputs q,v,h")
     if len(panels) > MOST_PANELS:
         raise UsageError(
             f"{len(panels)} panels are too many for a page (up to {MOST_PANELS}): see --what, --y"
@@ -172,9 +172,9 @@ def missing(run: Run, word: str, what: What, option: str) -> str:
         return f"{option} error: {run.result.name} has no estimated errors: solve again with --certify"
     needed = ",".join(what.outputs)
     if run.result.kind == "section":
-        return f"{option} {word}: {run.result.name} does not hold it"
+        return f"{option} {word}: {run.result.name} does not contain it"
     command = "sweep" if run.result.kind == "sweep" else "solve"
-    return f"{option} {word}: {run.result.name} does not hold it: {command} again with --outputs {needed}"
+    return f"{option} {word}: {run.result.name} does not contain it: {command} again with --outputs {needed}"
 
 
 def across(runs: Sequence[Run], asked: Asked) -> list[Panel]:
@@ -219,7 +219,7 @@ def write(picture: bytes, target: Target) -> None:
         except OSError as error:
             target.discard()
             raise unwritable(target.shown, error) from error
-        target.publish(complete=True)
+        target.publish()
 
 
 @contextmanager

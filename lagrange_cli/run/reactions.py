@@ -25,7 +25,7 @@ def with_reactions(spec: Spec, equations: Equations) -> Equations:
     from lagrange_cli.symbolic.reactions import reaction
 
     if spec.lagrangian is not None:
-        raise UsageError("no --form reactions: the file gives L, which says nothing of particles")
+        raise UsageError("no --form reactions: the file gives L, in which there are no particles")
     model = build_model(spec, ExactGraphAlgebra())
     reactions = Reactions(model)
     solved, symbols = equations.accelerations, [each.multiplier for each in equations.constraints]

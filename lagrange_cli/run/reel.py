@@ -128,7 +128,7 @@ def read_system(result: Result) -> tuple[Spec, dict[str, float]]:
     if result.kind != "motion":
         what = "the motions of a sweep" if result.kind == "sweep" else "a section"
         way = "; --member of 'lagrange animate' chooses one" if result.kind == "sweep" else ""
-        raise UsageError(f"{result.name} holds {what}: animate shows one motion{way}")
+        raise UsageError(f"{result.name} contains {what}: animate shows one motion{way}")
     told = result.attributes
     try:
         sizes = {name: str(int(n)) for name, n in json.loads(str(told.get("sizes", "{}"))).items()}

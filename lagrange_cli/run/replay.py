@@ -114,7 +114,7 @@ def with_members(path: Path, spec: Spec, found: Made, stage: Stage, member: int 
 def check_member(path: Path, found: Made, member: int) -> None:
     """Raise ``UsageError`` where an output has no member of that number."""
     if found.shape is None:
-        raise UsageError(f"--member {member}: {path} holds one motion, not those of a sweep")
+        raise UsageError(f"--member {member}: {path} contains one motion, not a sweep")
     count = math.prod(found.shape.values())
     if member >= count:
         raise UsageError(f"--member {member}: the members of {path} are those from 0 to {count - 1}")

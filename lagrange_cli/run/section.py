@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.native.interface import SECTION, STROBE
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensemble import (
     Ensemble,
@@ -48,7 +48,8 @@ class Crossed:
     """A section that was taken: how the run started and how the motions ended; the number of ``crossings``
     found, and of motions that have ``fewer`` than asked for.
 
-    ``outcome`` is None where an earlier run had ``finished`` (see ``start``)."""
+    ``start`` has the target that was written. ``outcome`` is None where an earlier run had ``finished`` (see
+    ``start``)."""
 
     ensemble: Ensemble
     start: Start
@@ -204,7 +205,8 @@ def follow_and_write(
             with stage("write"):
                 said = told(ensemble, outcome, sentence(ensemble, outcome, crossings, fewer))
                 sentences = [in_words(ensemble.spec, one.value) for one in Ending]
-                file.close({**start.made_by, **said}, sentences, outcome)
+                written = file.close({**start.made_by, **said}, sentences, outcome)
+    start = replace(start, target=written or start.target)
     return Crossed(ensemble, start, outcome, crossings, fewer, prepared.cached)
 
 
@@ -233,7 +235,8 @@ def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer
     )
     if outcome.status == "complete":
         stopped = f"{fewer} of them" if many else "the motion"
-        return f"{found}; {stopped} reached the stop time before the last one" if fewer else found
+        before = f"reached the stop time before {ensemble.cut.kept.count} crossings"
+        return f"{found}; {stopped} {before}" if fewer else found
     if many:
         return f"{found}; {how_they_ended(ensemble, outcome)}"
     return f"{found}; {'interrupted' if outcome.failed is None else outcome.failed[1]}"

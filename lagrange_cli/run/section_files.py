@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from lagrange_cli.integrate.checkpoint import Checkpointing
-from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.records import replace
 from lagrange_cli.run.attributes import series_of
 from lagrange_cli.run.ensemble import Ensemble, dimensions, series
@@ -24,6 +23,7 @@ if TYPE_CHECKING:
     from lagrange_cli.run.resume import Start
     from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.layout import Series
+    from lagrange_cli.store.target import Target
 
 KEPT = "motion/"
 """What the names of arrays in a checkpoint begin with that a motion is continued from."""
@@ -48,8 +48,10 @@ class SectionFile(Protocol):
     def found(self) -> np.ndarray:
         """The numbers of crossings (members,)."""
 
-    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
-        """Complete the file."""
+    def close(
+        self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
+    ) -> Target | None:
+        """Complete the file; returns the target that was written, if it is a file."""
 
 
 class Grid:
@@ -103,11 +105,14 @@ class Grid:
         """See ``SectionFile``."""
         return self._found
 
-    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+    def close(
+        self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
+    ) -> Target | None:
         """See ``SectionFile``."""
         last = self._checkpoint(outcome, inside=True) if outcome.status == "interrupted" else None
         self.output.write_texts("message", "how the member ended", endings, outcome.endings)
         self.output.close(attributes, last)
+        return self.output.target
 
 
 class Single:
@@ -156,12 +161,15 @@ class Single:
         """See ``SectionFile``."""
         return self._crossings.count
 
-    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+    def close(
+        self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
+    ) -> Target | None:
         """See ``SectionFile``."""
         last = None
         if outcome.status == "interrupted" and self._last is not None:
             last = self._checkpoint(self._last, inside=True)
         self.output.close({**attributes, "t_end": self._crossings.t_end}, last)
+        return self.output.target
 
 
 class Table:
@@ -196,9 +204,12 @@ class Table:
         """See ``SectionFile``."""
         return self._crossings.count
 
-    def close(self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome) -> None:
+    def close(
+        self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
+    ) -> Target | None:
         """See ``SectionFile``."""
-        self.output.close(complete=outcome.status in DONE)
+        self.output.close(outcome.status)
+        return self.output.target
 
 
 def series_at(units: Mapping[str, str], prepared: Prepared) -> tuple[Series, ...]:

@@ -164,8 +164,8 @@ def check_events(events: Mapping[str, Event], start: float, stop: float) -> None
     acting = next((name for name, event in events.items() if event.changes), None)
     if stop < start and acting is not None:
         raise UsageError(
-            f"the action of event {acting!r} cannot be undone in a motion that is followed backward; "
-            "let it stop after it starts, or let the event only record"
+            f"the action of event {acting!r} cannot be undone in a motion that is integrated backward; "
+            "choose a stop time after the start, or let the event only record"
         )
 
 
@@ -315,6 +315,8 @@ def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[s
             raise UsageError(f"a system given by its 'lagrangian' has no output {name!r}")
         words = [word for word in name.replace("&", " ").replace(";", " ").split() if word != "and"]
         meant = f"write {','.join(words)}" if len(words) > 1 and known.issuperset(words) else ""
+        if other := next((one for one, row in OUTPUTS.items() if name in row.also.split()), ""):
+            meant = f"write {other}"
         raise UsageError(f"unknown output {name!r}; {meant or suggest(name, (*OUTPUTS, ALL))}")
     return known if ALL in asked else frozenset(asked & known)
 
@@ -322,4 +324,4 @@ def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[s
 def suggest(name: str, known: Iterable[str]) -> str:
     """What was perhaps meant, and what there is."""
     known = tuple(known)
-    return "; ".join(hint for hint in (near_hint(name, known), known_hint(known)) if hint)
+    return " ".join(hint for hint in (near_hint(name, known), known_hint(known)) if hint)

@@ -33,8 +33,9 @@ if TYPE_CHECKING:
 class Solved:
     """A motion that was followed: how the run started, and how it ended.
 
-    ``outcome`` is None if an earlier run had ``finished`` (see ``start``), or if nobody reads the table any
-    more. ``cached`` tells that the compiled code is that of an earlier run.
+    ``start`` has the target that was written. ``outcome`` is None if an earlier run had ``finished`` (see
+    ``start``), or if nobody reads the table any more. ``cached`` tells that the compiled code is that of an
+    earlier run.
     """
 
     motion: Motion
@@ -78,8 +79,8 @@ def solve(
         if start.finished is not None:
             return Solved(motion, start)
         ready = prepare_all(motion, request, demand, monitor.stage)
-        outcome = integrate_and_write(ready, start, request, monitor, demand, stream)
-    return Solved(motion, start, outcome, ready.prepared.cached)
+        outcome, written = integrate_and_write(ready, start, request, monitor, demand, stream)
+    return Solved(motion, replace(start, target=written), outcome, ready.prepared.cached)
 
 
 def integrate_and_write(
@@ -89,8 +90,11 @@ def integrate_and_write(
     monitor: Monitor,
     demand: Demand | None,
     stream: BinaryIO | None,
-) -> Outcome | None:
-    """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more."""
+) -> tuple[Outcome | None, Target]:
+    """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more.
+
+    The output may have another name than that of the start (see ``Target.publish``).
+    """
     with monitor.stage("write"):
         layout = layout_of(ready, units_of(ready.motion.spec, monitor.tell))
     tell_empty(ready.motion.spec, ready.motion.settings, monitor.tell)
@@ -108,7 +112,7 @@ def record(
     request: Request,
     monitor: Monitor,
     demand: Demand | None,
-) -> Outcome:
+) -> tuple[Outcome, Target]:
     """Integrate into an HDF5 file, with checkpoints."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.run import integrate
@@ -160,7 +164,7 @@ def record(
             progress.clear()
             with stage("write"):
                 complete(writer, start, outcome, settings)
-    return outcome
+    return outcome, writer.target
 
 
 def replay(earlier: Earlier, writer: Writer, layout: Layout, prepared: Prepared, times: Times) -> Progress:

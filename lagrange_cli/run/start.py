@@ -227,7 +227,9 @@ def consistent_ensemble(
         if first is None:
             first = one.left_out
         if one.left_out != first:
-            refused[member] = "its constraints depend on each other in another way than those of the others"
+            refused[member] = (
+                "its constraints depend on each other differently from those of the other members"
+            )
             continue
         states[:, member] = (*found.q, *found.v)
         begins.append(begin)

@@ -7,7 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import UsageError
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.run.attributes import units_of
 from lagrange_cli.run.ensemble import (
     Ensemble,
@@ -42,8 +42,9 @@ LARGEST = 2**26
 class Swept:
     """An ensemble that was followed: how the run started, and how the members ended.
 
-    ``outcome`` is None where an earlier run had ``finished`` (see ``start``). ``cached`` tells that the
-    compiled code is that of an earlier run. ``events`` are how often each event happened in all members.
+    ``start`` has the target that was written. ``outcome`` is None where an earlier run had ``finished`` (see
+    ``start``). ``cached`` tells that the compiled code is that of an earlier run. ``events`` are how often
+    each event happened in all members.
     """
 
     ensemble: Ensemble
@@ -74,8 +75,8 @@ def sweep(
             monitor.tell(f"{ensemble.spec.name}: {note}")
         prepared = prepare_ensemble(ensemble, request, monitor)
         refuse_long_samples(ensemble, prepared)
-        outcome, events = follow_and_write(ensemble, prepared, start, request, monitor, threads)
-    return Swept(ensemble, start, outcome, prepared.cached, events)
+        outcome, events, written = follow_and_write(ensemble, prepared, start, request, monitor, threads)
+    return Swept(ensemble, replace(start, target=written), outcome, prepared.cached, events)
 
 
 def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
@@ -108,8 +109,9 @@ def follow_and_write(
     request: Request,
     monitor: Monitor,
     threads: int,
-) -> tuple[EnsembleOutcome, dict[str, int]]:
-    """Integrate all members into the output file, however they end; how often events happened in all."""
+) -> tuple[EnsembleOutcome, dict[str, int], Target]:
+    """Integrate all members into the output file, however they end; how often events happened in all, and
+    the target that was written."""
     from lagrange_cli.integrate.checkpoint import Checkpointing, Schedule
     from lagrange_cli.integrate.ending import Ending
     from lagrange_cli.integrate.ensemble.follow import follow_ensemble
@@ -171,4 +173,4 @@ def follow_and_write(
                     {**start.made_by, **told(ensemble, outcome, how_they_ended(ensemble, outcome), events)},
                     last,
                 )
-    return outcome, events
+    return outcome, events, writer.target

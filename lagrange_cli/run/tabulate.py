@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, BinaryIO
 
-from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.run.motion import certificate_of
 from lagrange_cli.store.csv_file import CsvFile
@@ -28,7 +27,7 @@ def tabulate(
     monitor: Monitor,
     demand: Demand | None,
     stream: BinaryIO | None,
-) -> Outcome | None:
+) -> tuple[Outcome | None, Target]:
     """Integrate chunk by chunk into the table, whatever way the motion ends; None where it was streamed to a
     reader that has hung up."""
     values, times, stage = ready.motion.values, ready.times, monitor.stage
@@ -60,5 +59,5 @@ def tabulate(
                 )
             progress.clear()
             with stage("write"):
-                table.close(complete=outcome.ending.status in DONE)
-    return None if table.gone else outcome
+                table.close(outcome.ending.status)
+    return None if table.gone else outcome, table.target or target

@@ -47,7 +47,7 @@ LARGEST = 60_000
 """Lines of LLVM IR in a page's program: the page stays below 400 kB, and is written in less than a minute."""
 DRAWN = 4_000
 """Nodes of all that is drawn: a thousand rods, whose code takes some 10 s."""
-UNDRAWN = "What is drawn of this system is too large for a page."
+UNDRAWN = "The drawing of this system is too large for a page."
 RECORDED = 20_000
 """Numbers in a page that replays a motion."""
 PLAYED = 200
@@ -178,7 +178,7 @@ def write(page: Page, target: Target) -> int:
         except OSError as error:
             target.discard()
             raise unwritable(target.shown, error) from error
-        target.publish(complete=True)
+        target.publish()
     return len(content)
 
 

@@ -171,7 +171,7 @@ def _of_list(node: nodes.Sequence, where: str, problems: Problems, hint: str) ->
                 point = None
             elif listed.loops and number < len(node.items) - 1:
                 error = ExpressionError(
-                    listed.loops[0].span, "a loop stands last", "write it after all points"
+                    listed.loops[0].span, "the loop must come last", "write it after all points"
                 )
                 problems.add_expression(point, error, where)
             elif listed.loops:

@@ -204,7 +204,10 @@ class _Checker:
         if one.name in self.problems.broken:
             return ""
         if one.name == TIME:
-            message, hint = f"the time cannot run in {label}", "a curve moves with t as it is"
+            message, hint = (
+                f"the time has no range in {label}",
+                "leave it out: a curve that contains t moves by itself",
+            )
         elif one.name in RESERVED:
             message, hint = f"the name '{one.name}' is reserved", f"call it {one.name}_ or another name"
         elif meaning is None:
@@ -213,14 +216,17 @@ class _Checker:
             elif one.ends is None:
                 message, hint = f"'{one.name}' has no range in {label}", f"write {one.name}: [0, 1]"
         elif meaning.what is not Kind.COORDINATE:
-            message = f"the {meaning.what.value} '{one.name}' has a value of its own in {label}"
-            hint = "a coordinate can run, or a name that the file does not have"
+            message = f"the {meaning.what.value} '{one.name}' cannot have a range in {label}"
+            hint = "ranges belong to coordinates, and to names that the file does not declare"
         else:
             members = self.members(one, self._coordinates(), "coordinate", label)
             if len(members) == 1:
                 return members[0]
             if members:
-                message, hint = f"several coordinates run in {label}", f"name one of them: {members[0]}"
+                message, hint = (
+                    f"a range for several coordinates in {label}",
+                    f"give one for each: {members[0]}",
+                )
         if message:
             self.problems.add_once(one.place, message, hint)
         return one.name if meaning is None and one.name not in RESERVED else ""
@@ -230,7 +236,7 @@ class _Checker:
         if curve.point is None or not self.problems.trusts(curve.point.tree):
             return
         if all(name.base != one.name for name in names(curve.point.tree)):
-            message = f"{label} does not contain '{one.name}', which runs"
+            message = f"{label} does not contain '{one.name}', which has a range"
             known = [name.base for name in names(curve.point.tree)]
             self.problems.add_once(one.place, message, near_hint(one.name, known) or "leave the range out")
 

@@ -8,6 +8,7 @@ from typing import Any
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder, NoMember
+from lagrange_cli.expression.confusions import rate_of
 from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.numbers import NumberAlgebra
@@ -175,9 +176,8 @@ class Evaluation:
             value = self._value(mass, f"mass of '{particle}'")
             if value is not None and not self.algebra.positive(value):
                 span = Span(0, len(mass.text))
-                error = ExpressionError(
-                    span, f"the value {float(value):g} is not positive", "masses are greater than 0"
-                )
+                hint = "masses are greater than 0; leave out a particle without mass"
+                error = ExpressionError(span, f"the value {float(value):g} is not positive", hint)
                 self._blame(mass, error, f"mass of '{particle}'")
         for name, body in self.spec.bodies.items():
             self._inertia(name, body.inertia)
@@ -297,6 +297,10 @@ def _settable_hint(name: str, known: list[str]) -> str:
     members = [one for one in known if family_name(one) == family_name(name) and "[" in one]
     if members:
         return f"it is a family with members {members[0]} to {members[-1]}"
+    coordinates = [one for one in known if velocity_name(one) in known]
+    moving, order = (name[:-1], 1) if name.endswith("'") else rate_of(name, coordinates)
+    if order == 1 and moving in coordinates:
+        return f"write {velocity_name(moving)} for the velocity of {moving}"
     return near_hint(name, known) or known_hint(known)
 
 

@@ -23,10 +23,10 @@ from lagrange_cli.spec.unknown import range_hint
 
 SETTABLE = frozenset({Kind.COORDINATE, Kind.VELOCITY, Kind.PARAMETER})
 _HINTS = {
-    Kind.TIME: "the time goes on as it does: coordinates, velocities and parameters can be set",
+    Kind.TIME: "coordinates, velocities and parameters can be set, but not the time",
     Kind.PARTICLE: "set the coordinates and velocities that it depends on",
     Kind.DEFINITION: "set the coordinates, velocities and parameters that it depends on",
-    Kind.SIZE: "a size is the same all along: coordinates, velocities and parameters can be set",
+    Kind.SIZE: "coordinates, velocities and parameters can be set, but not sizes",
 }
 
 

@@ -20,11 +20,15 @@ def flaw(entries: Sequence[float]) -> Flaw | None:
     if len(entries) == 3:
         for i, one in enumerate(entries):
             if one <= 0:
-                return i, f"the value {one:g} is not positive", "a rod without thickness is 'solid: {rod: l}'"
+                return (
+                    i,
+                    f"the value {one:.15g} is not positive",
+                    "a rod without thickness is 'solid: {rod: l}'",
+                )
         largest = max(entries)
         if 2 * largest > sum(entries) + ROUNDING * largest:
-            others = " + ".join(f"{one:g}" for one in sorted(entries)[:2])
-            return entries.index(largest), f"the value {largest:g} exceeds {others}", TRIANGLE
+            others = " + ".join(f"{one:.15g}" for one in sorted(entries)[:2])
+            return entries.index(largest), f"the value {largest:.15g} exceeds {others}", TRIANGLE
         return None
     return tensor_flaw(entries)
 
@@ -36,7 +40,7 @@ def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
         upper, lower = entries[3 * i + j], entries[3 * j + i]
         if abs(upper - lower) > ROUNDING * scale:
             row, column = f"{i + 1}{j + 1}", f"{j + 1}{i + 1}"
-            message = f"not symmetric: I{row} = {upper:g}, but I{column} = {lower:g}"
+            message = f"not symmetric: I{row} = {upper:.15g}, but I{column} = {lower:.15g}"
             return 3 * j + i, message, "moments of inertia are a symmetric matrix"
     half = sum(entries[::4]) / 2
     second = [(half if k % 4 == 0 else 0.0) - one for k, one in enumerate(entries)]
@@ -59,5 +63,5 @@ def size_flaw(sizes: Sequence[float]) -> Flaw | None:
     """What is wrong with the sizes of a solid, if anything is."""
     for i, one in enumerate(sizes):
         if one <= 0:
-            return i, f"the value {one:g} is not positive", "sizes are greater than 0"
+            return i, f"the value {one:.15g} is not positive", "sizes are greater than 0"
     return None

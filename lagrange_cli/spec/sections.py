@@ -320,7 +320,10 @@ SECTIONS = Table(
             "[below](#rigid-bodies)",
             also="body rigid_bodies rigid_body rigidbodies solids",
             label="body",
-            rule=Rule(CONFIGURATION, "a body stands by coordinates, t and parameters only"),
+            rule=Rule(
+                CONFIGURATION,
+                "the position and orientation of a body contain coordinates, t and parameters only",
+            ),
             family="all",
         ),
         Row(
@@ -431,7 +434,7 @@ SECTIONS = Table(
             "animation drawings",
             rule=Rule(
                 CONFIGURATION | {Kind.PARTICLE},
-                "what is drawn is where it is: coordinates, t, parameters and particles only",
+                "a drawing may use coordinates, t, parameters and particles only",
             ),
         ),
         Row(

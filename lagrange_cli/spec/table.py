@@ -133,7 +133,7 @@ def _unknown_key(
     text = key.text
     name, equals, rest = (part.strip() for part in text.partition("="))
     if text.isdecimal() and isinstance(value, Scalar) and value.text == "":
-        meant, hint = "", "a decimal point is a point: write 0.5, not 0,5"
+        meant, hint = "", "write a decimal point: 0.5, not 0,5"
     elif equals and name in table.by_word:
         meant, hint = "", f"write {name}: {rest}"
     elif not table.name and "lagrangian" in written and is_energy(text, table):

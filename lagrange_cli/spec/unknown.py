@@ -29,6 +29,10 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.kinds import Kind, Meaning
 from lagrange_cli.spec.spec import Family
 
+VELOCITY = "write {0}.vx, {0}.vy, ... for the components of the velocity of {0}"
+SHORT, LONGEST = 4, 12
+"""Names shorter than this are like many others; longer ones are no products without operators."""
+
 
 @dataclass(frozen=True)
 class Unknown:
@@ -61,6 +65,8 @@ class Unknown:
         if hint := self._of_particle(name) or self._other_notation(name) or self._run_together(name):
             return message, hint
         near = near_hint(name, [*self.table, *self.indices, *CONSTANTS])
+        if (not near or len(name) < SHORT) and (factors := self._factors(name)):
+            return message, f"write {'*'.join(factors)}"
         known = known_hint(self._words())
         declare = f"add it to the parameters: '{parameter_example(name)}'"
         if near and len(name) < 3:
@@ -79,7 +85,10 @@ class Unknown:
         if name in COMPONENTS + VELOCITY_COMPONENTS:
             return f"write {one}.{name} for the {name} of {one}"
         if name in VELOCITIES:
-            return f"write {one}.vx, {one}.vy, ... for the components of the velocity of {one}"
+            return VELOCITY.format(one)
+        for one in particles:
+            if name == velocity_name(one) or rate_of(name, [one])[1] == 1:
+                return VELOCITY.format(one)
         return ""
 
     def _other_notation(self, name: str) -> str:
@@ -113,6 +122,26 @@ class Unknown:
             if found and (found[2] in self.table or found[2] in CONSTANTS):
                 return f"write {function}({f'{found[1]}*' if found[1] else ''}{found[2]})"
         return ""
+
+    def _factors(self, name: str) -> list[str]:
+        """The known names that were written without an operator, as in ``mgz``; empty if there are none."""
+        known = {one: one for one, meaning in self.table.items() if not meaning.family}
+        known = {one: one for one in known if self.table[one].what in self.allowed} | {
+            one: one for one in CONSTANTS
+        }
+        particles = self._called(Kind.PARTICLE, Kind.BODY) if Kind.PARTICLE in self.allowed else []
+        for axis in COMPONENTS if particles else ():
+            known.setdefault(axis, f"{particles[0]}.{axis}")
+        splits: list[list[str] | None] = [[], *([None] * len(name))]
+        for stop in range(1, len(name) + 1 if len(name) <= LONGEST else 0):
+            ways = (
+                [*before, known[name[start:stop]]]
+                for start in range(stop)
+                if (before := splits[start]) is not None and name[start:stop] in known
+            )
+            splits[stop] = min(ways, key=len, default=None)
+        found = splits[-1] or []
+        return found if len({*found}) == len(found) > 1 else []  # nobody writes mm for a square
 
     def _words(self) -> list[str]:
         """All names that may be used, as they are written: families with an index."""

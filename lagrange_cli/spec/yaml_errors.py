@@ -93,9 +93,10 @@ def _line_before(source: Source, line: int) -> tuple[int, int, str, str] | None:
     if before < 0 or not (key := _KEY.match(source.lines[before][:_LONGEST])):
         return None
     indentation = len(own) - len(own.lstrip())
-    if not key["colon"] and len(key["indentation"]) == indentation:
+    column = len(key["indentation"])
+    if not key["colon"] and column >= indentation:
         hint = f"write '{key['name']}: {key['value'] or '...'}', with a space after the colon"
-        return before, indentation, "missing ': '", hint
+        return before, column, "missing ': '", hint
     indented = _KEY.match(own[:_LONGEST])
     if (
         indented

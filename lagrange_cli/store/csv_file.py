@@ -13,6 +13,7 @@ import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from itertools import product
+from math import prod
 from types import TracebackType
 from typing import BinaryIO
 
@@ -49,7 +50,7 @@ class CsvFile:
     def __init__(
         self, target: Target | None, series: Sequence[Series], stream: BinaryIO | None = None
     ) -> None:
-        self._target, self._paths = target, [TIME, *(one.path for one in series)]
+        self.target, self._paths = target, [TIME, *(one.path for one in series)]
         self._name = "standard output" if target is None else target.shown
         self.gone = False
         if target is not None:
@@ -67,7 +68,8 @@ class CsvFile:
     def append(self, chunk: Mapping[str, np.ndarray]) -> None:
         """Add the samples of a chunk: ``chunk[path]`` has shape (c, *shape) for ``t`` and every series."""
         count = len(chunk[TIME])
-        rows = np.concatenate([chunk[path].reshape(count, -1) for path in self._paths], axis=1).tolist()
+        parts = [chunk[path].reshape(count, prod(chunk[path].shape[1:])) for path in self._paths]
+        rows = np.concatenate(parts, axis=1).tolist()
         self._write("".join([",".join(map(repr, row)) + "\n" for row in rows]))
 
     def _write(self, text: str) -> None:
@@ -75,16 +77,16 @@ class CsvFile:
             return
         try:
             self._stream.write(text.encode())
-            if self._target is None:
+            if self.target is None:
                 self._stream.flush()
         except BrokenPipeError:
             self.gone = True
         except OSError as error:
             raise unwritable(self._name, error) from error
 
-    def close(self, *, complete: bool) -> None:
-        """Put the file on disk and give it its name."""
-        if self._target is None:
+    def close(self, status: str) -> None:
+        """Put the file on disk and give it its name, which depends on the ``status`` of the run."""
+        if self.target is None:
             return
         try:
             self._stream.flush()
@@ -92,7 +94,7 @@ class CsvFile:
             self._stream.close()
         except OSError as error:
             raise unwritable(self._name, error) from error
-        self._target.publish(complete=complete)
+        self.target = self.target.publish(status)
 
     def __enter__(self) -> CsvFile:
         return self
@@ -100,10 +102,10 @@ class CsvFile:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self._target is not None and not self._stream.closed:
+        if self.target is not None and not self._stream.closed:
             with suppress(OSError):
                 self._stream.close()
-            self._target.discard()
+            self.target.discard()
 
 
 def column_names(series: Sequence[Series]) -> list[str]:

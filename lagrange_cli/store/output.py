@@ -12,7 +12,6 @@ import h5py
 import numpy as np
 
 from lagrange_cli.errors import FileError
-from lagrange_cli.integrate.ending import DONE
 from lagrange_cli.store.sink import Sink
 from lagrange_cli.store.target import Target, unwritable
 
@@ -26,13 +25,14 @@ CHECKPOINT = "checkpoint"
 class Output:
     """A context in which ``file``, made by ``create`` over a sink, is written and then ``close``d.
 
-    Leaving the context before that removes what was written, unless it can be continued from a checkpoint.
-    Nothing in the file depends on when or where it was written, so the same calls give the same bytes.
-    Every method raises ``FileError`` where the file cannot be written.
+    ``target`` is where it goes, and when it has been closed, where it is. Leaving the context before that
+    removes what was written, unless it can be continued from a checkpoint. Nothing in the file depends on
+    when or where it was written, so the same calls give the same bytes. Every method raises ``FileError``
+    where the file cannot be written.
     """
 
     def __init__(self, target: Target, create: Callable[[Sink], Any]) -> None:
-        self._target = target
+        self.target = target
         self._kept = False
         self.last = float("nan")
         """The last sample time, where there is one for all."""
@@ -50,7 +50,7 @@ class Output:
     def check(self) -> None:
         """Raise what the sink has kept from HDF5."""
         if self.sink.error is not None:
-            error = unwritable(self._target.shown, self.sink.error)
+            error = unwritable(self.target.shown, self.sink.error)
             hint = "; --resume continues from the last checkpoint" if self._kept else ""
             raise FileError(f"{error}{hint}") from self.sink.error
 
@@ -64,7 +64,7 @@ class Output:
         self.sink.synchronize()
         self.check()
         with suppress(OSError):
-            write_whole(self._target.checkpoint, checkpoint.pack())
+            write_whole(self.target.checkpoint, checkpoint.pack())
             self._kept = True
 
     def close(
@@ -95,7 +95,7 @@ class Output:
         self.sink.synchronize()
         self.check()
         self.sink.close()
-        self._target.publish(complete=attributes.get("status") in DONE)
+        self.target = self.target.publish(str(attributes.get("status")))
 
     def _put_inside(self, packed: bytes) -> None:
         """Make a record a dataset, as it must lie there (see ``trusted``)."""
@@ -114,7 +114,7 @@ class Output:
             file.close()
         self.sink.close()
         if not self._kept:
-            self._target.discard()
+            self.target.discard()
 
     def __enter__(self) -> Output:
         return self

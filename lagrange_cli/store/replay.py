@@ -65,7 +65,7 @@ def made(path: Path) -> Made:
     if not str(said.get("generator", "")).startswith(MAKER) or "spec" not in said:
         raise FileError(f"{path} is not an output of lagrange")
     if "crossings" in said:
-        raise UsageError(f"{path} holds a section, not a motion: view the system file that it is of")
+        raise UsageError(f"{path} contains a section, not a motion: view its system file instead")
     try:
         sizes, parameters, run = (parsed(said, name) for name in ("sizes", "parameters", "run"))
         shape = parsed(said, "sweep")["shape"] if "sweep" in said else None

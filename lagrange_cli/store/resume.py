@@ -99,7 +99,7 @@ class Earlier:
 
 @dataclass(frozen=True)
 class Finished:
-    """An output that needs nothing more: the attributes of its root, and the last sample time (nan: none).
+    """An output of a finished run: the attributes of its root, and the last sample time (nan: none).
     A run that ends later may go on ``further`` from it."""
 
     attributes: Attributes

@@ -6,11 +6,13 @@ import atexit
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import FileError
-from lagrange_cli.records import dataclass
+from lagrange_cli.integrate.ending import DONE
+from lagrange_cli.records import dataclass, replace
 
 if TYPE_CHECKING:
     from lagrange_cli.store.notes import Origin, Stamp
@@ -28,6 +30,7 @@ class Target:
     There may be several such files: this is number ``part``. ``checkpoint`` is the file that says how to
     continue one of them. ``origin`` says what makes the output; it is noted when the output is complete.
     ``replaces`` is the stamp of an earlier output that the run may replace even without ``force``.
+    ``earlier`` is the name of one that was not replaced, because the run did not come to its end.
     """
 
     shown: str
@@ -36,6 +39,7 @@ class Target:
     part: int = 0
     origin: Origin | None = None
     replaces: Stamp | None = None
+    earlier: str = ""
 
     @property
     def temporary(self) -> Path:
@@ -81,11 +85,12 @@ class Target:
             atexit.unregister(unlock)
             unlock(place, held)
 
-    def publish(self, *, complete: bool) -> None:
+    def publish(self, status: str = "complete") -> Target:
         """Give the finished temporary file its name, and remove all unfinished files.
 
-        A run that is ``complete`` is noted. Raises ``FileError``. If another file has taken the name in the
-        meantime, the result stays in ``temporary``, and the message says so.
+        Returns the target that has it: this one, or one beside an earlier output that is complete, where a
+        run with this ``status`` is not. What may be replaced later is noted. Raises ``FileError``. If another
+        file has taken the name in the meantime, the result stays in ``temporary``, and the message says so.
         """
         if self.path.exists() and not self.force and not self.replaceable():
             how = "appeared" if self.replaces is None else "was changed"
@@ -93,14 +98,29 @@ class Target:
                 f"{self.shown} {how} during this run and was not replaced; "
                 f"the complete result is in {self.temporary}"
             )
+        keep = status not in DONE and self.replaces is not None and not self.force
+        found = self.apart(status) if keep else self
         try:
-            self.temporary.replace(self.path)
+            self.temporary.replace(found.path)
         except OSError as error:
             where = f"; the complete result is in {self.temporary}" if self.temporary.exists() else ""
-            raise FileError(f"{unwritable(self.shown, error)}{where}") from error
-        if complete and self.origin is not None:
-            self.origin.note(self.path)
+            raise FileError(f"{unwritable(found.shown, error)}{where}") from error
+        if self.origin is not None and (keep or status in DONE):
+            self.origin.note(found.path)
         self.clear()
+        return found
+
+    def apart(self, status: str) -> Target:
+        """The target of a run with this ``status`` that must not replace the output: ``NAME_failed.h5``."""
+        folder = Path(self.shown).parent
+        shown = folder if os.path.realpath(folder) == str(self.path.parent) else self.path.parent
+        for number in count(1):
+            name = f"{self.path.stem}_{status}{'' if number == 1 else f'_{number}'}{self.path.suffix}"
+            place = self.path.with_name(name)
+            free = not os.path.lexists(place)
+            if free or (self.origin is not None and not isinstance(self.origin.judge(place), str)):
+                return replace(self, shown=str(shown / name), path=place, replaces=None, earlier=self.shown)
+        raise AssertionError("unreachable")
 
     @property
     def replaced(self) -> bool:

@@ -24,7 +24,9 @@ def choose(results: Sequence[Result], wanted: float) -> Choice:
         if not known:
             return Choice(None, "no method reached the end")
         error, nearest = min(((row[1], row[2].contender) for row in known), key=lambda row: row[0])
-        return Choice(None, f"no method is so accurate; the smallest error is {error:.1e}, of {nearest}")
+        return Choice(
+            None, f"no method reaches this accuracy; the smallest error is {error:.1e}, of {nearest}"
+        )
     seconds, _, best = reaching[0]
     if len(reaching) == 1:
         return Choice(best, "the only one with this accuracy")

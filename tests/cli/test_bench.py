@@ -89,7 +89,7 @@ def test_a_chaotic_motion_is_compared_as_far_as_it_is_known(capsys):
     shortened = out.splitlines()[2]
     assert shortened.startswith("  compared up to t = ")
     assert shortened.endswith(" instead of 60: the error of the reference exceeds 1e-11 beyond this time")
-    assert "none (no method is so accurate; the smallest error is " in out
+    assert "none (no method reaches this accuracy; the smallest error is " in out
     _, out, _ = run(capsys, *arguments, "--json", system=system)
     assert json.loads(out)["stop"] < 15 and json.loads(out)["recommended"] is None
 

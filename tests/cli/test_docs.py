@@ -1,5 +1,6 @@
 """The pages about the command line say what the commands say."""
 
+import math
 import re
 import runpy
 from collections import Counter
@@ -10,6 +11,7 @@ import pytest
 
 from lagrange_cli.drawing.draw import draw
 from lagrange_cli.expression.vocabulary import CALLABLE
+from lagrange_cli.limits import DEFAULTS
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.outputs.units import find_units
 from lagrange_cli.spec.read import read_spec
@@ -24,7 +26,9 @@ CONTORTED = (
     r"foretold", r"hardly not", r"whatever moves", r"of which most", r"(?<!no number )is due", r"tell so",
     r"none checked", r"(?:is|are|be|as) said\b(?! to)", r"up to when", r"holds so many", r"in any case",
     r"as far as anyone", r"goes? on where", r"is held against", r"times ours", r"on the way",
-    r"stands? under its name", r"is looked at", r"beside others",
+    r"stands? under its name", r"is looked at", r"beside others", r"beyond all bounds",
+    r"by the shortest way",
+    r"friction (?:that )?holds", r"not felt", r"in no time", r"and get none", r"(?:are|is) looked for",
 )  # fmt: skip
 """Phrases, some of them quoted by readers who did not understand them, and their kind."""
 
@@ -159,3 +163,14 @@ def test_no_line_within_a_paragraph_begins_like_an_item_of_a_list(page):
         if not above.endswith(":")
     ]
     assert wrong == []
+
+
+def test_the_page_on_security_lists_every_limit_with_its_number():
+    page = (ROOT / "docs" / "security.md").read_text(encoding="utf-8")
+    listed = dict(re.findall(r"^\| `(\w+)` \| ([\d ^]+|none) \|", page, re.MULTILINE))
+    written = {
+        name: re.sub(r" |\^", lambda sign: {" ": "", "^": "**"}[sign[0]], n) for name, n in listed.items()
+    }
+    numbers = {name: "none" if math.isinf(most) else f"{most:.0f}" for name, most in DEFAULTS.items()}
+    powers = {f"10**{k}": f"{10**k}" for k in range(20)}
+    assert {name: powers.get(number, number) for name, number in written.items()} == numbers

@@ -143,7 +143,7 @@ def test_a_motion_that_an_event_stops_is_done(folder, capsys):
     for again in ((), ("--resume",), ("--resume", "--stop", "30")):
         assert solve("stops.yaml", *ASKED, *again) == 0
         assert (folder / "out.h5").read_bytes() == before
-    assert "needs nothing more: stopped, event 'ground'" in capsys.readouterr().out
+    assert "is finished already: stopped, event 'ground'" in capsys.readouterr().out
 
 
 @pytest.mark.exhaustive(keep=2)

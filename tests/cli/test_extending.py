@@ -65,7 +65,7 @@ def test_a_finished_run_goes_on_to_the_bytes_of_the_longer_one(system, options, 
     assert "continued from t = " in said.out and "replaced" not in said.out and said.err == ""
     assert content() == expected
     assert solve(system, *options, "--stop", later, "--resume") == 0
-    assert "needs nothing more" in capsys.readouterr().out
+    assert "is finished already" in capsys.readouterr().out
 
 
 ANEW = {
@@ -122,14 +122,14 @@ def test_a_shorter_run_is_refused(capsys):
     for stop in ("10", "-10"):
         assert solve(PENDULUM, "--stop", stop, "--resume") == 5
         error = capsys.readouterr().err
-        assert "out.h5 holds a run to t = 20: --resume continues to that time or a later one" in error
+        assert "out.h5 contains a run to t = 20: --resume continues to that time or a later one" in error
     assert content() == before
 
 
 def test_a_motion_that_cannot_be_followed_needs_nothing_more(capsys):
     assert solve("fall.yaml", "--set", "x_dot=0", "--stop", "1") == 4
     assert solve("fall.yaml", "--set", "x_dot=0", "--stop", "2", "--resume") == 4
-    assert "needs nothing more" in capsys.readouterr().out
+    assert "is finished already" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("path", ["t", "q/theta", "diagnostics/h"])
@@ -158,9 +158,9 @@ def test_sweeps_and_certified_runs_are_not_extended_and_not_lost(capsys):
     names = ["swept.h5", "sampled.h5", "out.h5"]
     before = [content(name) for name in names]
     for run, kind in (
-        (swept, "swept.h5 holds a sweep to t = 20.0"),
-        (sampled, "sampled.h5 holds a sweep to t = 20.0"),
-        (["solve", PENDULUM, "-o", "out.h5"], "out.h5 holds a run with --certify to t = 20.0"),
+        (swept, "swept.h5 contains a sweep to t = 20.0"),
+        (sampled, "sampled.h5 contains a sweep to t = 20.0"),
+        (["solve", PENDULUM, "-o", "out.h5"], "out.h5 contains a run with --certify to t = 20.0"),
     ):
         capsys.readouterr()
         assert main([*run, "--resume", "--stop", "200"]) == 5

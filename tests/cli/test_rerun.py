@@ -206,8 +206,104 @@ def test_an_interrupted_run_is_kept_and_every_message_names_the_way_on(folder, m
     assert "--force replaces it, --output names another" in error
 
 
+FALL = "coordinates: {r: {initial: 1.0, velocity: %s}}\nlagrangian: r_dot**2/2 + 1/r\nsolve: {stop: 10}\n"
+ESCAPE, COLLISION = FALL % 2, FALL % 0
+
+
+def write(text: str) -> bytes:
+    """A system file with this text; returns the output that there is."""
+    Path("pendulum.yaml").write_text(text)
+    output = Path("pendulum.h5")
+    return output.read_bytes() if output.exists() else b""
+
+
 def test_what_failed_is_kept(folder):
-    Path("pendulum.yaml").write_text(
-        "coordinates: {r: {initial: 1.0}}\nlagrangian: r_dot**2/2 + 1/r\nsolve: {stop: 10}\n"
-    )
+    write(COLLISION)
     assert [solve(), solve()] == [4, 5]
+
+
+def test_a_run_that_fails_does_not_replace_a_result_by_less(folder, capsys):
+    write(ESCAPE)
+    assert solve() == 0
+    before = write(COLLISION)
+    for _ in range(2):  # the second time there is an earlier failure
+        capsys.readouterr()
+        assert solve() == 4
+        said = capsys.readouterr().out
+        assert "wrote pendulum_failed.h5 in" in said
+        assert "; pendulum.h5 is still the result of an earlier run" in said and "replaced" not in said
+        assert Path("pendulum.h5").read_bytes() == before
+        assert sorted(os.listdir()) == ["pendulum.h5", "pendulum.yaml", "pendulum_failed.h5"]
+    with h5py.File("pendulum_failed.h5") as file:
+        assert file.attrs["status"] == "failed" and 1 < file["t"][-1] < 1.12
+    write(ESCAPE.replace("velocity: 2", "velocity: 3"))
+    assert solve("--json") == 0
+    assert json.loads(capsys.readouterr().out.splitlines()[-1])["replaced"] is True
+    write(COLLISION)
+    assert solve("--force", "--json") == 4
+    told = json.loads(capsys.readouterr().out)
+    assert (told["output"], told["kept"]) == ("pendulum.h5", None)
+    with h5py.File("pendulum.h5") as file:
+        assert file.attrs["status"] == "failed"
+
+
+def test_no_other_file_is_in_the_way_of_what_failed(folder, capsys):
+    Path("sub").mkdir()
+    write(ESCAPE)
+    assert solve("-o", "sub/out.h5") == 0
+    write(COLLISION)
+    Path("sub/out_failed.h5").write_text("mine")
+    Path("sub/out_failed_2.h5").symlink_to("nowhere")
+    assert solve("-o", "sub/out.h5", "--json") == 4
+    told = json.loads(capsys.readouterr().out.splitlines()[-1])
+    assert (told["output"], told["kept"]) == ("sub/out_failed_3.h5", "sub/out.h5")
+    assert Path("sub/out_failed.h5").read_text() == "mine"
+    with h5py.File("sub/out_failed_3.h5") as file:
+        assert file.attrs["status"] == "failed"
+
+
+def test_an_interrupted_run_does_not_replace_a_result_and_can_be_continued(folder, monkeypatch, capsys):
+    assert solve("--stop", "300") == 0
+    edit()
+    before = Path("pendulum.h5").read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(solving, "Interrupts", Nervous)
+        patch.setattr(Nervous, "patience", 1)
+        assert solve("--stop", "300") == 130
+    way_on = "--resume --output pendulum_interrupted.h5"
+    assert f"; {way_on} continues from there" in capsys.readouterr().err
+    assert Path("pendulum.h5").read_bytes() == before
+    assert solve("--stop", "300", *way_on.split()) == 0
+    assert "continued from t = " in capsys.readouterr().out
+    assert solve("--stop", "300") == 0
+    assert Path("pendulum.h5").read_bytes() == Path("pendulum_interrupted.h5").read_bytes() != before
+
+
+COMMANDS = {
+    "run": ["solve", "pendulum.yaml", "-o", "run.csv"],
+    "pendulum_sweep": ["sweep", "pendulum.yaml", "--over", "r=1,2"],
+    "pendulum_section": ["section", "pendulum.yaml", "--where", "r - 0.5", "--direction", "either"],
+    "table": ["section", "pendulum.yaml", "--where", "r - 0.5", "--stop", "3", "-o", "table.csv"],
+    "grid": ["section", "pendulum.yaml", "--where", "r - 0.5", "--over", "r=1,2", "-o", "grid.h5"],
+}
+
+
+@pytest.mark.parametrize(("stem", "command"), COMMANDS.items(), ids=COMMANDS)
+def test_tables_sweeps_and_sections_that_fail_replace_nothing(folder, stem, command, capsys):
+    stop = [] if "--stop" in command else ["--stop", "10"]
+    write(ESCAPE)
+    assert main([*command, *stop]) == 0
+    [output] = set(os.listdir()) - {"pendulum.yaml"}
+    before = Path(output).read_bytes()
+    write(COLLISION)
+    assert main([*command, *stop]) == 4
+    apart = f"{stem}_failed{Path(output).suffix}"
+    assert f"wrote {apart} in" in capsys.readouterr().out
+    assert Path(output).read_bytes() == before and set(os.listdir()) == {"pendulum.yaml", output, apart}
+
+
+def test_a_file_that_is_wrong_leaves_the_earlier_result(folder):
+    assert solve() == 0
+    before = write(TEXT.replace("l*sin(theta)", "l*sin(thta)"))
+    assert solve() == 3
+    assert Path("pendulum.h5").read_bytes() == before and len(os.listdir()) == 2

@@ -295,7 +295,7 @@ def test_a_finished_output_is_left_alone(folder, capsys):
     answer = json.loads(capsys.readouterr().out)
     assert (answer["status"], answer["t"], answer["name"]) == ("complete", 800, "double pendulum")
     assert solve(*RUN, "--resume") == 0
-    assert "needs nothing more: reached the end" in capsys.readouterr().out
+    assert "is finished already: reached the end" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("others", [False, True])
@@ -323,7 +323,7 @@ def test_a_motion_that_could_not_be_followed_needs_nothing_more(folder, capsys):
         "embedding: {stone: [r]}\npotential: -G/r\nsolve: {stop: 10}\n"
     )
     assert [solve("fall.yaml"), solve("fall.yaml", "--resume")] == [4, 4]
-    assert "needs nothing more: the denominator r reaches 0 in -G/r" in capsys.readouterr().out
+    assert "is finished already: the denominator r reaches 0 in -G/r" in capsys.readouterr().out
 
 
 def test_the_final_state_of_a_run_that_fails_is_the_last_sample_wherever_it_was_interrupted(

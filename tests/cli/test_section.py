@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import math
 import os
+import re
 from pathlib import Path
 
 import h5py
@@ -90,7 +91,7 @@ def test_a_sweep_has_its_dimensions_and_the_crossings(tmp_path, spring):
         first = [(math.pi - math.atan(w)) / w for w in (1, 2, 4)]  # x = sin(w t): tan(w t) = -w
         assert np.abs(t[:, 0, 0] - first).max() < 1e-14
         assert file["t_end"][0, 0] == 6.0 and file["t_end"][2, 0] == t[2, 0, 4]
-    assert told["message"] == "22 crossings by 6 members; 4 of them reached the stop time before the last one"
+    assert told["message"] == "22 crossings by 6 members; 4 of them reached the stop time before 5 crossings"
 
 
 LENGTHS = """
@@ -152,11 +153,14 @@ def test_a_motion_that_crosses_no_more_ends(tmp_path, spring, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "patience=100")
     told = section(spring, "--where", "x - 2", "--outputs", "q", cwd=tmp_path, status=4)
     assert told["status"] == "failed" and told["crossings"] == 0
-    assert told["message"].startswith("0 crossings; no crossing was found any more at t = ")
+    assert told["message"].startswith("0 crossings; no further crossing was found at t = ")
     told = section(spring, "--where", "x - 2", "--force", "--over", "w=1,2", cwd=tmp_path, status=4)
-    assert "2 of 2 members failed; the first is member 0 (w = 1): no crossing was found" in told["message"]
+    assert (
+        "2 of 2 members failed; the first is member 0 (w = 1): no further crossing was found"
+        in told["message"]
+    )
     told = section(spring, "--where", "x - 2", "--force", "--stop", "9", cwd=tmp_path)
-    assert told["message"] == "0 crossings; the motion reached the stop time before the last one"
+    assert told["message"] == "0 crossings; the motion reached the stop time before 1000 crossings"
 
 
 @pytest.mark.parametrize("sweep", [(), ("--over", "x=1,2")])
@@ -271,7 +275,7 @@ def test_what_an_interrupted_motion_has_found_is_kept(where, tmp_path, spring, m
     monkeypatch.setattr("lagrange_cli.cli.commands.section.Interrupts", Impatient)
     told = section(spring, "--where", where, "--crossings", "1000000", cwd=tmp_path, status=130)
     assert told["status"] == "interrupted" and told["crossings"] > 0
-    assert told["message"] == f"{told['crossings']} crossings; interrupted"
+    assert re.fullmatch(rf"{told['crossings']} crossings?; interrupted", told["message"])
     with h5py.File(tmp_path / "spring_section.h5") as file:
         n = np.arange(told["crossings"])
         expected = math.pi * (n + 1 / 6 if where != "x" else 2 * (n + 1))
@@ -324,8 +328,14 @@ REFUSED = {
     "of a member": (("--every", "w - 1", "--over", "w=2,1"), "a positive number, not 0 for member 1"),
     "too many": (("--where", "x", "--crossings", "10000000000"), "exceed the limit"),
     "a stream": (("--where", "x", "-o", "-"), "HDF5 cannot go to standard output: add --format csv"),
-    "what may hide": (("--where", "tanh(50*x)"), "zeros of this surface may hide in exp"),
-    "a narrow one": (("--where", "1/(1 + 100*x**2) - 1/2"), "zeros of this surface may hide in exp"),
+    "what may hide": (
+        ("--where", "tanh(50*x)"),
+        "zeros of this expression may be missed, as it contains exp",
+    ),
+    "a narrow one": (
+        ("--where", "1/(1 + 100*x**2) - 1/2"),
+        "zeros of this expression may be missed, as it contains exp",
+    ),
     "conserved": (("--where", "x**2*w**2 + x_dot**2 - w**2"), "no motion crosses this surface"),
     "members of nothing": (("--where", "x", "--members", "3"), "no members given"),
 }
@@ -360,3 +370,10 @@ def test_names_of_families_particles_and_definitions(tmp_path):
             assert abs(file["t"][0] - t) < 1e-14, where
     run = lagrange("section", chain, "--where", "u", cwd=tmp_path)
     assert run.returncode == 2 and "missing index on the family 'u'" in run.stderr
+
+
+def test_a_table_without_crossings_has_its_first_line_only(tmp_path):
+    run = lagrange("section", str(HENON), "--where", "x - 9", "--stop", "1", "-o", "none.csv", cwd=tmp_path)
+    assert run.returncode == 0 and "0 crossings; the motion reached the stop time" in run.stdout, run.stderr
+    [head] = (tmp_path / "none.csv").read_text().splitlines()
+    assert head.startswith("t,x,y,")

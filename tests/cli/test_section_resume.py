@@ -158,7 +158,7 @@ def test_of_many_motions_those_that_have_ended_are_not_followed_again(tmp_path, 
     assert "30000 crossings by 100 members" in said
     assert (tmp_path / "cut.h5").read_bytes() == (tmp_path / "whole.h5").read_bytes()
     assert main([*asked, "-o", "cut.h5", "--resume"]) == 0
-    assert "cut.h5 needs nothing more: 30000 crossings by 100 members" in capsys.readouterr().out
+    assert "cut.h5 is finished already: 30000 crossings by 100 members" in capsys.readouterr().out
 
 
 DAMAGED = {

@@ -454,7 +454,7 @@ def test_methods_that_do_not_find_the_zeros_of_switches_say_so(tmp_path, method,
     (tmp_path / "a.yaml").write_text(text)
     run = lagrange("solve", "a.yaml", "--method", method, "--stop", "1", cwd=tmp_path)
     assert run.returncode == 0
-    assert (f"{method} does not find the instants when abs" in run.stderr) is warned
+    assert (f"{method} does not locate the instants at which abs" in run.stderr) is warned
 
 
 def test_a_method_under_which_friction_chatters_comes_to_an_end(tmp_path):

@@ -435,7 +435,7 @@ def test_a_step_that_does_not_divide_the_time_is_followed_by_a_sample_at_the_end
 
 MISSED = {
     "narrow": ("exp(-10**6*x**2)", "does not detect narrow forces hidden in exp"),
-    "kink": ("abs(x)", "does not find the instants when abs"),
+    "kink": ("abs(x)", "does not locate the instants at which abs"),
 }
 
 

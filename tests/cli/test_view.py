@@ -144,7 +144,7 @@ def test_what_is_no_output_or_has_no_motion_is_refused(tmp_path):
     henon = SYSTEMS / "henon_heiles.yaml"
     lagrange("section", henon, "--where", "x", "--crossings", "5", "-o", "cut.h5", "--force", cwd=tmp_path)
     status, message = refused("cut.h5")
-    assert (status, "holds a section" in message) == (2, True)
+    assert (status, "contains a section" in message) == (2, True)
     lagrange("solve", henon, "--outputs", "h", "-o", "h.h5", cwd=tmp_path)
     status, message = refused("h.h5")
     assert (status, "--outputs q,v,p,h" in message) == (2, True)

@@ -114,7 +114,7 @@ def random_motion(chance: random.Random) -> Scene:
     if chance.random() < 0.2 and name not in DRIVEN:
         start = round(chance.uniform(-5, 5), 3)
         modes.append("start")
-    if chance.random() < 0.2 and free and name != DAMPED:  # which backward grows beyond all bounds
+    if chance.random() < 0.2 and free and name != DAMPED:  # which backward grows without bound
         stop, modes = -stop, [*modes, "backward"]
     chosen += ["--start", repr(start), f"--stop={start + stop!r}"]
     shorter: tuple[str, ...] = ()

@@ -248,11 +248,11 @@ def test_they_are_given_in_formulas_and_words():
 
     assert told(RATIO)[0] == (
         "k*d*p_a + c*p_b",
-        "changing a and b together, in the ratio k*d : c, leaves L as it is",
+        "changing a and b together, in the ratio k*d : c, leaves L unchanged",
     )
     (turning,) = told(BAR)
     assert set(turning[0].replace("- ", "+ -").replace("*", "").split(" + ")) == {"-ywp_x", "xwp_y", "-h"}
-    assert turning[1].endswith("t by 1 leaves the action as it is")
+    assert turning[1].endswith("t by 1 leaves the action unchanged")
     assert told(CASES["two masses and a spring"][0])[0] == (
         "sum of m*vx",
         "moving all particles along x changes neither T nor U",
@@ -260,7 +260,7 @@ def test_they_are_given_in_formulas_and_words():
 
 
 def test_only_what_is_one_is_called_by_a_name():
-    """The vector of Laplace, Runge and Lenz."""
+    """The Laplace-Runge-Lenz vector."""
     for potential, whether in (("-k/norm(p)", True), ("m*k*y", False), ("k*(x**2 + 4*y**2)", False)):
         residual = residual_of(started(PLANE.format(potential)))
         found = [one.conserved for one in symmetries(residual.model, residual.conserved)]

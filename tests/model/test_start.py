@@ -124,7 +124,7 @@ def test_values_that_are_too_far_off_are_refused_with_the_residual_at_its_line()
 
 def test_several_closures_are_listed():
     (problem,) = refused(SLIDER_CRANK.replace("psi: {initial: 0.1170928911202160}", "psi: {}"))
-    assert "the constraints leave 2 possible starts" in problem.message
+    assert "the constraints allow 2 possible initial states" in problem.message
     assert "psi = 0.117092891120216, x = 1.26947075473542" in problem.message
     assert "psi = 3.02449976246958, x = -0.71683415833369" in problem.message
     assert "--set psi=0.117092891120216" in problem.hint
@@ -177,7 +177,7 @@ def test_a_constraint_that_follows_from_another_one_may_be_flat():
     both = PENDULUM + "  again: (x**2 + y**2 - l**2)**2\n"
     assert start(both).redundant == ("again",)
     (problem,) = refused(PENDULUM.replace("x**2 + y**2 - l**2", "(x**2 + y**2 - l**2)**2"))
-    assert "and yet it restricts the motion" in problem.message and "f**2" in problem.hint
+    assert "although the constraint restricts the motion" in problem.message and "f**2" in problem.hint
 
 
 @pytest.mark.parametrize(

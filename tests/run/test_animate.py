@@ -127,8 +127,8 @@ def test_a_part_of_a_motion_at_another_speed(folder):
     ("name", "asked", "message"),
     [
         ("few.h5", {}, "has no coordinates: solve again with --outputs q,v"),
-        ("sweep.h5", {}, "holds the motions of a sweep"),
-        ("section.h5", {}, "holds a section"),
+        ("sweep.h5", {}, "contains the motions of a sweep"),
+        ("section.h5", {}, "contains a section"),
         ("run.h5", {"begin": 2.0}, "--from 2: the motion of run.h5 goes from t = 0 to 1.5"),
         ("run.h5", {"begin": 1.0, "end": 0.5}, "goes the other way"),
         ("run.h5", {"panels": ("fase",)}, "--panels fase: there is no such panel"),
@@ -160,7 +160,7 @@ def test_a_folder_of_other_things_is_kept(tmp_path):
         find_folder(str(tmp_path / "frames"), force=False)
     find_folder(str(tmp_path / "frames"), force=True)
     (tmp_path / "frames" / "thesis.tex").write_text("")
-    with pytest.raises(FileError, match=r"holds other files \(thesis\.tex\)"):
+    with pytest.raises(FileError, match=r"contains other files \(thesis\.tex\)"):
         find_folder(str(tmp_path / "frames"), force=True)
 
 

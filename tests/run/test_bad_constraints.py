@@ -42,7 +42,12 @@ BAD = [
     ("constraints: [x]", "[", "must be a mapping with a name for each constraint", "rod"),
     ("constraints: {c: 1/y}", "1/y", "division by zero", "divisor"),
     ("constraints: {c: sqrt(y)}", "sqrt(y)", "'c' has no finite derivative", "another state"),
-    ("constraints: {c: (x - 1)**2}", "(x - 1)**2", "and yet it restricts the motion", "f in place of f**2"),
+    (
+        "constraints: {c: (x - 1)**2}",
+        "(x - 1)**2",
+        "although the constraint restricts the motion",
+        "f in place of f**2",
+    ),
     ("constraints: {c: x - 2}", "x - 2", "'c' is not satisfied by the initial values: it is -1", "(x = 2)"),
     ("constraints: {c: x - 1, d: x - 2}", "x - 2", "'d' is not satisfied", "contradict each other"),
     ("nonholonomic: {c: x_dot - 1, d: x_dot - 2}", "x_dot - 2", "'d' is not satisfied", "contradict each"),

@@ -36,7 +36,7 @@ def test_a_member_is_computed_again(sweep, number):
 def test_a_member_that_is_not_there_is_refused(sweep):
     with pytest.raises(UsageError, match="are those from 0 to 5"):
         member_of(sweep / "sweep.h5", 6)
-    with pytest.raises(UsageError, match="holds one motion, not those of a sweep"):
+    with pytest.raises(UsageError, match="contains one motion, not a sweep"):
         member_of(sweep / "one.h5", 0)
 
 

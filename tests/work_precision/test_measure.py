@@ -160,4 +160,6 @@ def test_the_fastest_that_reaches_the_error_is_recommended():
 def test_where_none_reaches_it_the_nearest_is_named():
     best = choose([result("taylor", 1e-6, 1.0, 1e-6), result("BDF", 1e-9, 2.0, math.nan)], 1e-9)
     assert best.result is None
-    assert best.because == "no method is so accurate; the smallest error is 1.0e-06, of taylor at 1e-06"
+    assert (
+        best.because == "no method reaches this accuracy; the smallest error is 1.0e-06, of taylor at 1e-06"
+    )

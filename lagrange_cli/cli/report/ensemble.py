@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
-from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_shown, wrote
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, events_shown, resuming, wrote
 from lagrange_cli.run.attributes import doubt_of_all
 from lagrange_cli.run.ensemble import events_counted, how_they_ended
 
@@ -32,7 +32,9 @@ def say_swept(
 
             emit(as_table(seconds, began, cached=swept.cached))
     if outcome.status != "complete":
-        way_on = "; --resume continues with the others" if outcome.status == "interrupted" else ""
+        way_on = (
+            f"; {resuming(swept.start)} continues with the others" if outcome.status == "interrupted" else ""
+        )
         complain(f"{swept.ensemble.spec.name}: {how_they_ended(swept.ensemble, outcome)}{way_on}")
     warn(swept.ensemble, outcome, asked)
     for name, count in swept.events.items():
@@ -65,6 +67,7 @@ def figures(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, message:
         "name": ensemble.spec.name,
         "output": start.target.shown,
         "replaced": start.replaced,
+        "kept": start.target.earlier or None,
         "status": outcome.status,
         "message": message,
         "warning": doubt_of_all(outcome, ensemble.settings),

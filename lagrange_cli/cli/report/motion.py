@@ -44,7 +44,7 @@ def say_solved(
     demand: Demand | None,
 ) -> int:
     """Say how the motion ended; returns the exit status. Python had ``began`` so many seconds before."""
-    name, status = solved.motion.spec.name, outcome.ending.status
+    start, name, status = solved.start, solved.motion.spec.name, outcome.ending.status
     say = complain if asked.streams else emit
     if asked.as_json:
         emit_json(as_object(solved, outcome, seconds))
@@ -56,7 +56,7 @@ def say_solved(
             say(as_table(seconds, began, cached=solved.cached))
     if status in ("failed", "interrupted"):
         resumable = outcome.progress is not None and asked.request.format == HDF5
-        way_on = "; --resume continues from there" if resumable else ""
+        way_on = f"; {resuming(start)} continues from there" if resumable else ""
         complain(f"{name}: {outcome.message}{way_on}")
     if not asked.quiet:
         from lagrange_cli.run.start import notes as notes_of_start
@@ -86,7 +86,7 @@ def say_finished(found: Finished, shown: str, seconds: Seconds, asked: Invocatio
         ends = {} if "members" in told else {"t": found.t, "final": final}
         emit_json({**listed, **where, **ends, "events": events, "seconds": seconds})
     elif not asked.quiet:
-        said = f"{told['name']}: {shown} needs nothing more: {told['message']}"
+        said = f"{told['name']}: {shown} is finished already: {told['message']}"
         emit("\n".join([said, *final_shown(final), *events_shown(events)]))
     return EXIT_STATUS[told["status"]]
 
@@ -98,6 +98,7 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
         "name": solved.motion.spec.name,
         "output": start.target.shown,
         "replaced": start.replaced,
+        "kept": start.target.earlier or None,
         "status": outcome.ending.status,
         "message": outcome.message,
         "warning": doubt(outcome, settings),
@@ -231,7 +232,15 @@ def went_on(start: Start, settings: Settings) -> list[str]:
 
 def wrote(start: Start, seconds: float) -> str:
     """The line of the summary that says what is written."""
-    return f"  wrote {start.target.shown} in {seconds:.3f} s{REPLACED if start.replaced else ''}"
+    replaced = REPLACED if start.replaced else ""
+    if start.target.earlier:
+        replaced = f"; {start.target.earlier} is still the result of an earlier run"
+    return f"  wrote {start.target.shown} in {seconds:.3f} s{replaced}"
+
+
+def resuming(start: Start) -> str:
+    """The options that continue an interrupted run."""
+    return f"--resume --output {start.target.shown}" if start.target.earlier else "--resume"
 
 
 def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) -> str:

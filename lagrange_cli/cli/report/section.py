@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.cli.console import EXIT_STATUS, complain, count_of, emit, emit_json
 from lagrange_cli.cli.report.ensemble import figures, warn
-from lagrange_cli.cli.report.motion import Seconds, drifts_shown, wrote
+from lagrange_cli.cli.report.motion import Seconds, drifts_shown, resuming, wrote
 from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
@@ -29,8 +29,9 @@ def say_crossed(crossed: Crossed, seconds: Seconds, began: float, asked: Invocat
 
             say(as_table(seconds, began, cached=crossed.cached))
     if status != "complete":
-        kept = status == "interrupted" and asked.request.format == HDF5
-        complain(f"{crossed.ensemble.spec.name}: {crossed.message}{'; --resume goes on' if kept else ''}")
+        resumable = status == "interrupted" and asked.request.format == HDF5
+        way_on = f"; {resuming(crossed.start)} continues it" if resumable else ""
+        complain(f"{crossed.ensemble.spec.name}: {crossed.message}{way_on}")
     warn(crossed.ensemble, crossed.outcome, asked)
     return EXIT_STATUS[status]
 

@@ -36,7 +36,7 @@ UNSURE = 2.0**-50, 2.0**-100
 """The part of the time, and of the time in which coordinates change by their size, in which rounding decides
 where u = 0 is."""
 FAR, GROWS, SEVERAL = 2.0**12, 4.0, 64.0
-"""An acceleration grows beyond all bounds if, this much nearer to u = 0, it is so many times as large; a few
+"""An acceleration grows without bound if, this much nearer to u = 0, it is so many times as large; a few
 times what is not felt may be rounding."""
 NODES, POWER = 16, 6
 """Of Gauss's rule, and of s in the time."""
@@ -153,7 +153,7 @@ class Crossing(Modes):
     def _unbounded(
         self, start: Array, rates: Array, sides: Sequence[tuple[float, float, float]], j: int, least: float
     ) -> bool:
-        """Whether an acceleration grows beyond all bounds, as 1/sqrt(u) does: velocities get more than the
+        """Whether an acceleration grows without bound, as 1/sqrt(u) does: velocities get more than the
         ``least`` that is felt while rounding decides where u = 0 is. A side is the time when u = 0, a mode,
         and the sign of times on that side."""
         layout = self._layout

@@ -82,11 +82,13 @@ class Refusal:
         if later:
             message = f"constraint '{name}' agrees with the others at the start, and contradicts them later"
             return self.source.error(
-                self.written(name).place, message, "leave it out, or let it agree with them at all times"
+                self.written(name).place,
+                message,
+                "leave it out, or make it consistent with them at all times",
             )
         message = (
-            f"the derivatives of constraint '{name}' depend on those of the others wherever all hold (a "
-            "constraint alone: they are 0), and yet it restricts the motion"
+            f"the gradient of constraint '{name}' depends on those of the others wherever all are satisfied "
+            "(a single constraint: it is 0), although the constraint restricts the motion"
         )
         hint = "write an expression that changes its sign where it becomes 0, f in place of f**2"
         return self.source.error(self.written(name).place, message, hint)
@@ -128,7 +130,7 @@ class Refusal:
         first = self.spec.coordinates[next(iter(found[0]))]
         count = f"{len(found)} or more" if more else str(len(found))
         listed = "".join(f"\n    {shown(one)}" for one in found)
-        message = f"the constraints leave {count} possible starts:{listed}"
+        message = f"the constraints allow {count} possible initial states:{listed}"
         differs = next(
             (k for k in found[0] if any(one[k] != found[0][k] for one in found)), next(iter(found[0]))
         )

@@ -130,7 +130,7 @@ def look_up(result: Result, known: Mapping[str, Quantity], name: str, option: st
     wanted = output_of(name)
     if wanted:
         raise UsageError(
-            f"{option} {name}: {result.name} does not hold it: solve again with --outputs {wanted}"
+            f"{option} {name}: {result.name} does not contain it: solve again with --outputs {wanted}"
         )
     near = near_match(name, list(known))
     hint = f"did you mean {near}?" if near else f"known: {', '.join(itertools.islice(known, 12))}"
