@@ -16,15 +16,8 @@ from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.node import Kind, Node, bits, in_order
 from lagrange_cli.expression.reals import real_function, real_power, tidy
-from lagrange_cli.expression.signs import (
-    Sign,
-    is_absolute,
-    is_sign,
-    proportional,
-    root_of_square,
-    signs,
-    square_of_function,
-)
+from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
+from lagrange_cli.expression.squares import square
 
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
@@ -242,14 +235,11 @@ class NormalForms:
         """The factors of a sum of which others are squares, with the exponents that they have; nothing where
         it is no such product."""
         if node not in self._squares:
-            root = root_of_square(self, node)
-            square = square_of_function(self, node) if root is None else None
-            found: list[tuple[Node, int]] = []
-            if root is not None:
-                found = [(self.absolute(root), 2)]
-            elif square is not None:
-                found = [(square[0], 1), (self.absolute(square[1]), 2)]
-            self._squares[node] = found
+            found = square(self, node)
+            self._squares[node] = []
+            if found is not None:
+                even = [(found.root, 2), *found.denominators]
+                self._squares[node] = [(found.factor, 1), *((self.absolute(a), e) for a, e in even)]
         return self._squares[node]
 
     def _even_roots(self, node: Node, exponent: float) -> list[tuple[Node, int | float]]:
@@ -387,13 +377,27 @@ class NormalForms:
         return self._make(Kind.POWER, None, (base, exponent))
 
     def function(self, name: str, arguments: Sequence[Node]) -> Node:
-        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2."""
+        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2.
+
+        asin(z) is the angle of z and sqrt(1 - z^2), with a kink at w = 0 where this is |w|. So is acos(z).
+        """
         arguments = tuple(arguments)
         if name == "sqrt":
             return self.product([(arguments[0], 0.5)])
         if all(argument.kind is Kind.NUMBER for argument in arguments):
             return self.constant(self.function_of(name, [argument.data for argument in arguments]))
+        if name in ("asin", "acos"):
+            leg = self.product([(1.0 - arguments[0] * arguments[0], 0.5)])
+            if not self._is_root(leg):
+                angle = self._make(Kind.FUNCTION, "atan2", (arguments[0], leg))
+                return angle if name == "asin" else self.function_of("acos", [self.number(0)]) - angle
         return self._make(Kind.FUNCTION, name, arguments)
+
+    def _is_root(self, node: Node) -> bool:
+        """Whether it has a factor with a broken power, whose base may become 0."""
+        _, node = self.split_coefficient(node)
+        parts = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ()
+        return any(not whole(e) and signs(a, self._signs) is not Sign.POSITIVE for a, e in parts)
 
     def ddt(self, node: Node) -> Node:
         """The total time derivative along the motion, left for the Taylor series to take."""
