@@ -1,9 +1,9 @@
 """The normal forms of the expression graph: equal expressions are one node.
 
 Constants are folded, like terms and like factors collected, 0 and 1 vanish, and cos^2 + sin^2 = 1 is applied
-wherever both squares stand in one sum with equal factors. Products of sums are kept as written (each costs
-one convolution in Taylor space). What has a kink or a jump is a switch between two expressions: absolute
-values, and with them the roots of squares, too.
+wherever both squares stand in one sum with equal factors. sqrt(1 + u^4) - u^2 is a fraction in which nothing
+cancels. Products of sums are kept as written (each costs one convolution in Taylor space). What has a kink or
+a jump is a switch between two expressions: absolute values, and with them the roots of squares, too.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 
 from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
+from lagrange_cli.expression.conjugates import conjugate
 from lagrange_cli.expression.node import Kind, Node, bits, in_order
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
@@ -22,6 +23,8 @@ from lagrange_cli.expression.squares import square
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
 """A set of symbols that no other node has counts as a step for every 2**9 bits: 64 bytes."""
+SQUARE_ROOT = (0.5,)
+"""The exponents of a product that is one."""
 SCATTERING = 2**30 - 35
 """A prime that 2 generates: the hashes of Python give sets of single symbols the same 61 values."""
 
@@ -134,7 +137,12 @@ class NormalForms:
             if coefficient == 1.0:
                 return node
         ordered = tuple(in_order(collected))
-        return self._make(Kind.SUM, (constant + 0.0, tuple(map(collected.__getitem__, ordered))), ordered)
+        node = self._make(Kind.SUM, (constant + 0.0, tuple(map(collected.__getitem__, ordered))), ordered)
+        if (constant or len(ordered) > 1) and any(one.data == SQUARE_ROOT for one in ordered):
+            fraction = conjugate(node)
+            if fraction is not None:
+                return self.product([(fraction[0], 1), (fraction[1], -1)])
+        return node
 
     def _fold_squares(self, collected: dict[Node, float]) -> float:
         """Replace c R cos(u)^2 + c R sin(u)^2 by c R in place; returns what became a constant."""
@@ -208,14 +216,14 @@ class NormalForms:
                     pending.extend(roots)
                     continue
             elif node.kind is Kind.SUM:
+                squared = () if whole(exponent) else self._roots(node)
+                if squared:
+                    pending.extend((one, times * exponent) for one, times in squared)
+                    continue
                 scale, rest = self.split_coefficient(node)
                 if rest is not node and (scale > 0.0 or whole(exponent)):
                     coefficient *= self.power_of(scale, exponent)
                     pending.append((rest, exponent))
-                    continue
-                squared = () if whole(exponent) else self._roots(node)
-                if squared:
-                    pending.extend((one, times * exponent) for one, times in squared)
                     continue
             if not whole(exponent):
                 broken.add(node)

@@ -23,8 +23,10 @@ HIGHEST = 16
 """Nor are higher powers of sums."""
 FINEST = 12
 """Frequencies of one angle are multiples of such a part of one of them."""
-NOISE, LONG_NOISE = 2.0**-48, Fraction(1, 10**60)
+NOISE, LONG_NOISE = 2.0**-46, Fraction(1, 10**60)
 """What is left of the largest coefficient of doubles, and of fractions, is rounding."""
+ABSORBED = 2.0**-20
+"""A term that is so small beside others would not be known well."""
 TRIGONOMETRIC, EXPONENTIAL = ("sin", "cos", "tan"), ("sinh", "cosh", "tanh", "exp")
 
 ATOM, TURN, GROWTH = range(3)
@@ -79,12 +81,19 @@ class _Total(Generic[M]):
     def __init__(self, given: Mapping[M, Complex] = MappingProxyType({})) -> None:
         self.values = dict(given)
         self.sizes = {monomial: _size(value) for monomial, value in given.items()}
+        self.least = dict(self.sizes)
 
     def add(self, monomial: M, value: Complex) -> None:
         """Add one term."""
         re, im = self.values.get(monomial, (0, 0))
         self.values[monomial] = (re + value[0], im + value[1])
-        self.sizes[monomial] = self.sizes.get(monomial, 0) + _size(value)
+        size = _size(value)
+        self.sizes[monomial] = self.sizes.get(monomial, 0) + size
+        self.least[monomial] = min(size or math.inf, self.least.get(monomial, math.inf))
+
+    def absorbs(self) -> bool:
+        """Whether a term has hardly been felt beside others, as 1 in 1 + (x - 1e6)**2 when multiplied out."""
+        return any(least < ABSORBED * self.sizes[at] for at, least in self.least.items())
 
     def cleaned(self, noise: Any) -> dict[M, Complex]:
         """The terms but for those that cancel, up to rounding."""
@@ -233,6 +242,8 @@ class _Polynomials:
 
     def _bounded(self, total: _Total[Monomial]) -> Polynomial:
         found = total.cleaned(self.noise)
+        if self.noise is NOISE and total.absorbs():
+            raise _TooLarge
         if len(found) > MOST_TERMS or not all(map(_finite, found.values())):
             raise _TooLarge
         return found

@@ -114,9 +114,8 @@ def derive_system(
             foresee(model)
         if resting and model.events:
             from lagrange_cli.mechanics.contacts import derive_with_contacts
-            from lagrange_cli.mechanics.multiple_zeros import with_simple_zeros
 
-            return derive_with_contacts(with_simple_zeros(model))
+            return derive_with_contacts(model)
         return derive(model)
 
 
