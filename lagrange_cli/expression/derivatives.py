@@ -13,7 +13,9 @@ def tangent(f: Any, sign: int) -> list[Any]:
 
 
 def arc(m: Any, x: Any) -> list[Any]:
-    """The derivatives of asin."""
+    """The derivatives of asin; raises ``ArithmeticError`` where it has none."""
+    if abs(x) == 1:
+        raise ArithmeticError(f"asin and acos have no slope at {float(x):g}")
     root = 1 / m.sqrt(1 - x * x)
     return [root, x * root**3, (1 + 2 * x * x) * root**5]
 

@@ -1,9 +1,9 @@
 """The normal forms of the expression graph: equal expressions are one node.
 
 Constants are folded, like terms and like factors collected, 0 and 1 vanish, and cos^2 + sin^2 = 1 is applied
-wherever both squares stand in one sum with equal factors. Products of sums are kept as written (each costs
-one convolution in Taylor space). What has a kink or a jump is a switch between two expressions: absolute
-values, and with them the roots of squares, too.
+wherever both squares stand in one sum with equal factors. sqrt(1 + u^4) - u^2 is a fraction in which nothing
+cancels. Products of sums are kept as written (each costs one convolution in Taylor space). What has a kink or
+a jump is a switch between two expressions: absolute values, and with them the roots of squares, too.
 """
 
 from __future__ import annotations
@@ -14,21 +14,17 @@ from typing import Any
 
 from lagrange_cli import limits
 from lagrange_cli.errors import TooLarge
+from lagrange_cli.expression.conjugates import conjugate
 from lagrange_cli.expression.node import Kind, Node, bits, in_order
 from lagrange_cli.expression.reals import real_function, real_power, tidy
-from lagrange_cli.expression.signs import (
-    Sign,
-    is_absolute,
-    is_sign,
-    proportional,
-    root_of_square,
-    signs,
-    square_of_function,
-)
+from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
+from lagrange_cli.expression.squares import square
 
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
 """A set of symbols that no other node has counts as a step for every 2**9 bits: 64 bytes."""
+SQUARE_ROOT = (0.5,)
+"""The exponents of a product that is one."""
 SCATTERING = 2**30 - 35
 """A prime that 2 generates: the hashes of Python give sets of single symbols the same 61 values."""
 
@@ -141,7 +137,12 @@ class NormalForms:
             if coefficient == 1.0:
                 return node
         ordered = tuple(in_order(collected))
-        return self._make(Kind.SUM, (constant + 0.0, tuple(map(collected.__getitem__, ordered))), ordered)
+        node = self._make(Kind.SUM, (constant + 0.0, tuple(map(collected.__getitem__, ordered))), ordered)
+        if (constant or len(ordered) > 1) and any(one.data == SQUARE_ROOT for one in ordered):
+            fraction = conjugate(node)
+            if fraction is not None:
+                return self.product([(fraction[0], 1), (fraction[1], -1)])
+        return node
 
     def _fold_squares(self, collected: dict[Node, float]) -> float:
         """Replace c R cos(u)^2 + c R sin(u)^2 by c R in place; returns what became a constant."""
@@ -215,14 +216,14 @@ class NormalForms:
                     pending.extend(roots)
                     continue
             elif node.kind is Kind.SUM:
+                squared = () if whole(exponent) else self._roots(node)
+                if squared:
+                    pending.extend((one, times * exponent) for one, times in squared)
+                    continue
                 scale, rest = self.split_coefficient(node)
                 if rest is not node and (scale > 0.0 or whole(exponent)):
                     coefficient *= self.power_of(scale, exponent)
                     pending.append((rest, exponent))
-                    continue
-                squared = () if whole(exponent) else self._roots(node)
-                if squared:
-                    pending.extend((one, times * exponent) for one, times in squared)
                     continue
             if not whole(exponent):
                 broken.add(node)
@@ -242,14 +243,11 @@ class NormalForms:
         """The factors of a sum of which others are squares, with the exponents that they have; nothing where
         it is no such product."""
         if node not in self._squares:
-            root = root_of_square(self, node)
-            square = square_of_function(self, node) if root is None else None
-            found: list[tuple[Node, int]] = []
-            if root is not None:
-                found = [(self.absolute(root), 2)]
-            elif square is not None:
-                found = [(square[0], 1), (self.absolute(square[1]), 2)]
-            self._squares[node] = found
+            found = square(self, node)
+            self._squares[node] = []
+            if found is not None:
+                even = [(found.root, 2), *found.denominators]
+                self._squares[node] = [(found.factor, 1), *((self.absolute(a), e) for a, e in even)]
         return self._squares[node]
 
     def _even_roots(self, node: Node, exponent: float) -> list[tuple[Node, int | float]]:
@@ -387,13 +385,27 @@ class NormalForms:
         return self._make(Kind.POWER, None, (base, exponent))
 
     def function(self, name: str, arguments: Sequence[Node]) -> Node:
-        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2."""
+        """An elementary function; of numbers, its value; ``sqrt`` is the power 1/2.
+
+        asin(z) is the angle of z and sqrt(1 - z^2), with a kink at w = 0 where this is |w|. So is acos(z).
+        """
         arguments = tuple(arguments)
         if name == "sqrt":
             return self.product([(arguments[0], 0.5)])
         if all(argument.kind is Kind.NUMBER for argument in arguments):
             return self.constant(self.function_of(name, [argument.data for argument in arguments]))
+        if name in ("asin", "acos"):
+            leg = self.product([(1.0 - arguments[0] * arguments[0], 0.5)])
+            if not self._is_root(leg):
+                angle = self._make(Kind.FUNCTION, "atan2", (arguments[0], leg))
+                return angle if name == "asin" else self.function_of("acos", [self.number(0)]) - angle
         return self._make(Kind.FUNCTION, name, arguments)
+
+    def _is_root(self, node: Node) -> bool:
+        """Whether it has a factor with a broken power, whose base may become 0."""
+        _, node = self.split_coefficient(node)
+        parts = zip(node.arguments, node.data) if node.kind is Kind.PRODUCT else ()
+        return any(not whole(e) and signs(a, self._signs) is not Sign.POSITIVE for a, e in parts)
 
     def ddt(self, node: Node) -> Node:
         """The total time derivative along the motion, left for the Taylor series to take."""

@@ -1,17 +1,13 @@
-"""What the structure of an expression says of its sign, and which sums are squares of others."""
+"""What the structure of an expression says of its sign."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from enum import IntEnum
-from fractions import Fraction
 from typing import Any
 
-from lagrange_cli.expression.node import Kind, Node, Table, reachable
-
-LAST_BIT = 2.0**-52
-"""Coefficients of a square that was multiplied out by hand are off by a rounding."""
+from lagrange_cli.expression.node import Kind, Node, reachable
 
 
 class Sign(IntEnum):
@@ -87,98 +83,3 @@ def proportional(one: Node, other: Node) -> bool:
         return False
     first, second = ((node.data[0], *node.data[1]) for node in (one, other))
     return all(a * second[1] == b * first[1] for a, b in zip(first, second))
-
-
-def root_of_square(graph: Table, node: Node) -> Node | None:
-    """A sum whose square ``node`` is, multiplied out: x - y of x**2 - 2*x*y + y**2.
-
-    n terms have n squares and n (n - 1)/2 products of two.
-    """
-    constant, coefficients = node.data
-    given = dict(zip(node.arguments, coefficients))
-    if constant:
-        given[graph.one] = constant
-    squares = sum(c > 0 and (term is graph.one or _is_even(term)) for term, c in given.items())
-    if squares < 2 or len(given) > squares * (squares + 1) // 2:
-        return None
-    if squares == len(given) and not any(isinstance(c, Fraction) for c in given.values()):
-        return None  # all of them have roots
-    parts: dict[Node, Any] = {}
-    for term, coefficient in given.items():
-        half = _half(graph, term)
-        root = exact_root(coefficient) if half is not None else None
-        if half is not None and root is not None:
-            parts[half] = root
-    count = len(parts)
-    if count < 2 or len(given) != count * (count + 1) // 2:
-        return None
-    graph.work.charge(count * count)
-    first, *others = parts
-    for other in others:
-        cross = given.get(graph.product([(first, 1), (other, 1)]), 0.0)
-        if cross < 0:
-            parts[other] = -parts[other]
-    listed = list(parts.items())
-    for place, (one, a) in enumerate(listed):
-        for other, b in listed[place + 1 :]:
-            cross = given.get(graph.product([(one, 1), (other, 1)]), 0.0)
-            slack = 0 if isinstance(cross, Fraction) else LAST_BIT
-            if not abs(cross - 2 * a * b) <= slack * abs(2 * a * b):
-                return None
-    return graph.sum(listed)
-
-
-SQUARES: Mapping[tuple[str, int, int], tuple[str, float, float]] = {
-    ("cos", 1, -1): ("sin", 0.5, 2.0),
-    ("cos", 1, 1): ("cos", 0.5, 2.0),
-    ("cosh", 1, -1): ("sinh", 0.5, -2.0),
-    ("cos", 2, -1): ("sin", 1.0, 1.0),
-    ("sin", 2, -1): ("cos", 1.0, 1.0),
-    ("cosh", 2, -1): ("sinh", 1.0, -1.0),
-}
-"""1 + s f(u)^e as c g(k u)^2: of f, e and s the g, k and c."""
-
-
-def square_of_function(graph: Table, node: Node) -> tuple[Node, Node] | None:
-    """a and b with ``node`` = a b^2 where b is a function, such as 2 and sin(u/2) of 1 - cos(u)."""
-    constant, coefficients = node.data
-    given = [*zip(node.arguments, coefficients), *([(graph.one, constant)] if constant else [])]
-    if len(given) != 2:
-        return None
-    for (one, first), (other, second) in (given, given[::-1]):
-        if abs(first) != abs(second):
-            return None
-        parts = zip(other.arguments, other.data) if other.kind is Kind.PRODUCT else [(other, 1)]
-        for f, exponent in parts:
-            square = SQUARES.get((str(f.data), exponent, 1 if first == second else -1))
-            if square and f.kind is Kind.FUNCTION and graph.product([(other, 1), (f, -exponent)]) is one:
-                name, inner, outer = square
-                return one * (first * outer), graph.function(name, [f.arguments[0] * inner])
-    return None
-
-
-def _half(graph: Table, term: Node) -> Node | None:
-    """The square root of a product of even powers that are positive."""
-    if term is graph.one:
-        return term
-    if not _is_even(term):
-        return None
-    return graph.product([(a, e // 2) for a, e in zip(term.arguments, term.data)])
-
-
-def _is_even(term: Node) -> bool:
-    """Whether it is a product of even powers that are positive."""
-    if term.kind is not Kind.PRODUCT:
-        return False
-    return all(isinstance(e, int) and e > 0 and e % 2 == 0 for e in term.data)
-
-
-def exact_root(number: Any) -> Any:
-    """The square root of a positive number: of a fraction one that is exact, of a double the nearest one."""
-    if not (number > 0 and math.isfinite(number)):
-        return None
-    if not isinstance(number, Fraction):
-        return math.sqrt(number)
-    above, below = math.isqrt(number.numerator), math.isqrt(number.denominator)
-    exact = above * above == number.numerator and below * below == number.denominator
-    return type(number)(above, below) if exact else None

@@ -22,6 +22,7 @@ from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.multiple_zeros import with_simple_zeros
 from lagrange_cli.mechanics.residual import Contact, Residual
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
@@ -31,6 +32,7 @@ from lagrange_cli.records import replace
 
 def derive_with_contacts(model: Model[Node]) -> Residual:
     """The equations of motion with the unknown forces of resting contact, which are generalized forces."""
+    model = with_simple_zeros(model)
     contacts = contacts_of(model)
     if not contacts:
         return derive(model)

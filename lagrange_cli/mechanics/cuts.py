@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.signs import Sign, signs
 from lagrange_cli.mechanics.substitution import rebuilt
 from lagrange_cli.mechanics.switches import where_zero
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -66,9 +67,9 @@ def cuts(model: Model[Node]) -> list[Cut]:
 
 
 def _may_be_cut(angle: Node, moving: int) -> bool:
-    """Whether y may come to 0 where x < 0."""
-    y, x = angle.arguments
-    return bool(y.symbols & moving) and not (x.kind is Kind.NUMBER and x.data >= 0)
+    """Whether y may change its sign where x < 0."""
+    known: dict[Node, Sign] = {}
+    return bool(angle.arguments[0].symbols & moving) and not any(signs(a, known) for a in angle.arguments)
 
 
 def _squares(graph: Graph, nodes: Sequence[Node]) -> Node:

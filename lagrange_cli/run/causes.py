@@ -64,6 +64,7 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
         found = found or [one for one in escapes(spec, numbers) if abs(one[0]) <= soon]
         if not found and end.t == start:
             found = [one for one in reached(spec, numbers, staying=True) if one[0] == 0]
+            found = found or [(0.0, said) for said in outside(spec, numbers)]
     except SpecError as error:
         first = error.problems[0]  # it ended at the very place
         return Cause(f"{first.message} (line {first.line})", end.t) if first.line else None
@@ -97,6 +98,27 @@ def reached(spec: Spec, values: Mapping[str, Dual], *, staying: bool = False) ->
 
     Those that are there and stay end no motion, unless it could not begin: with ``staying`` they count.
     """
+    for expression, border, indices, built in arguments(spec, values):
+        for one in border.ends or [nearest_pole(built.value[0])]:
+            left = time_left(built, one)
+            if staying and left is None and built.value[0] == one:
+                left = 0.0
+            if left is not None:
+                yield left, sentence(expression, border, one, indices)
+
+
+def outside(spec: Spec, values: Mapping[str, Dual]) -> Iterator[str]:
+    """What is to be said of arguments that are beyond the domain of their function."""
+    for expression, border, indices, built in arguments(spec, values):
+        value = float(built.value[0])
+        if isinstance(border.whole, Call) and border.ends:
+            beyond = abs(value) > 1.0 if len(border.ends) > 1 else value < 0.0
+            if beyond and border.whole is not border.argument:
+                yield f"{text(expression, border.argument)} is {value:g}{place(expression, border, indices)}"
+
+
+def arguments(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[Expression, Border, Indices, Dual]]:
+    """All arguments that may reach an end, with their values."""
     from lagrange_cli.symbolic.direct import DualAlgebra
 
     scope = Scope(spec, DualAlgebra(values, exact=False))
@@ -115,12 +137,7 @@ def reached(spec: Spec, values: Mapping[str, Dual], *, staying: bool = False) ->
                         continue
             except (ExpressionError, ValueError, ArithmeticError):
                 continue
-            for one in border.ends or [nearest_pole(built.value[0])]:
-                left = time_left(built, one)
-                if staying and left is None and built.value[0] == one:
-                    left = 0.0
-                if left is not None:
-                    yield left, sentence(expression, border, one, indices)
+            yield expression, border, indices, built
 
 
 def written(spec: Spec) -> Iterator[Expression]:
@@ -178,13 +195,19 @@ def time_left(argument: Dual, end: float) -> float | None:
 
 def sentence(expression: Expression, border: Border, end: float, indices: Indices) -> str:
     """What is said of an argument that reaches its end."""
-    whole, argument = (text(expression, one) for one in (border.whole, border.argument))
-    where = f"{known_indices(border.whole, indices)} (line {expression.at(border.whole.span).line})"
+    argument = text(expression, border.argument)
     if isinstance(border.whole, Binary) and border.whole.operator == "/":
-        return f"the denominator {argument} reaches 0 in {whole}{where}"
+        return f"the denominator {argument} reaches 0{place(expression, border, indices)}"
     if border.whole is border.argument:
-        return f"{argument} reaches 0{where}"
-    return f"{argument} reaches {end:g} in {whole}{where}"
+        return f"{argument} reaches 0{place(expression, border, indices)}"
+    return f"{argument} reaches {end:g}{place(expression, border, indices)}"
+
+
+def place(expression: Expression, border: Border, indices: Indices) -> str:
+    """Where an argument stands."""
+    inside = "" if border.whole is border.argument else f" in {text(expression, border.whole)}"
+    line = expression.at(border.whole.span).line
+    return f"{inside}{known_indices(border.whole, indices)} (line {line})"
 
 
 def text(expression: Expression, tree: Tree) -> str:

@@ -203,12 +203,74 @@ def test_not_simplified_where_it_would_be_wrong_or_dearer(text: str, other: str)
         ("sqrt(z**2 - z**2*cos(x)**2)", "sin(x)", "abs(z)"),
         ("sqrt(4 - 4*sin(x)**2)", "cos(x)", "2"),
         ("sqrt(cosh(x)**2 - 1)", "sinh(x)", "1"),
+        ("sqrt(1 - sin(x))", "cos(x/2) - sin(x/2)", "1"),
+        ("sqrt(1 - (1 - 2*sin(x)**2)**2)", "sin(2*x)", "1"),
+        ("sqrt(1 - 4*sin(x)**2*cos(x)**2)", "cos(2*x)", "1"),
+        ("sqrt((cos(x) - cos(y))**2 + (sin(x) - sin(y))**2)", "sin(x/2 - y/2)", "2"),
+        ("sqrt(exp(2*x) - 2 + exp(-2*x))", "sinh(x)", "2"),
+        ("sqrt(1 - 4*x**2/(1 + x**2)**2)", "x**2 - 1", "1/(1 + x**2)"),
+        ("sqrt(1 + 2*x*y + x**2*y**2)", "1 + x*y", "1"),
     ],
 )
 def test_roots_of_squares_are_absolute_values(text: str, absolute: str, factor: str) -> None:
     for algebra in (GraphAlgebra(), ExactGraphAlgebra()):
         found, expected = node_of(text, algebra), algebra.graph.absolute(node_of(absolute, algebra))
         assert found is expected * node_of(factor, algebra)
+
+
+TERMS = [
+    "x",
+    "y",
+    "2",
+    "sin(x)",
+    "cos(2*x)",
+    "sin(x - y)",
+    "cos(y + 1)",
+    "exp(x)",
+    "cosh(y)",
+    "x*cos(y)",
+    "tan(x)",
+]
+
+
+@examples(40)
+@given(st.lists(st.sampled_from(TERMS), min_size=2, max_size=3, unique=True), SIGNED)
+def test_a_sum_of_products_that_is_a_square_has_a_root_without_a_power(terms, values) -> None:
+    square = " + ".join(f"{a}*{b}" for a in terms for b in terms)
+    root = node_of(f"sqrt({square})")
+    for node in reachable([root]):  # what is positive is its own absolute value
+        assert node.kind is not Kind.PRODUCT or all(isinstance(e, int) for e in node.data)
+    value = known(f"abs({' + '.join(terms)})", values)
+    assume(value is not None and value > 1e-3)
+    assert close(root, value, values)
+
+
+@pytest.mark.parametrize(
+    ("text", "other"),
+    [
+        ("sqrt(1 + x**4) - x**2", "1/(sqrt(1 + x**4) + x**2)"),
+        ("2*x**2 - sqrt(4*x**4 + 3)", "-3/(sqrt(4*x**4 + 3) + 2*x**2)"),
+        (
+            "sqrt(1 + ((x - 0.3)/1e-5)**4) - ((x - 0.3)/1e-5)**2",
+            "1/(sqrt(1 + ((x - 0.3)/1e-5)**4) + ((x - 0.3)/1e-5)**2)",
+        ),
+    ],
+)
+def test_a_root_minus_what_is_nearly_as_large_is_a_fraction(text: str, other: str) -> None:
+    algebra = GraphAlgebra()
+    assert node_of(text, algebra) is node_of(other, algebra)
+
+
+def test_what_is_nearly_a_square_is_none() -> None:
+    for text in (
+        "1 - (1 - 1e-13)*cos(x)",
+        "1.0000000000001 - sin(x)",
+        "x**2 + 1e-20*y",
+        "1 - 2*x + x**2 + 1e-9",
+        "1 + 1e20*(x - 0.3)**4",
+        "1 + (x - 1e9)**2",
+    ):
+        assert not any(node.kind is Kind.SWITCH for node in reachable([node_of(f"sqrt({text})")]))
 
 
 @pytest.mark.parametrize(

@@ -330,3 +330,13 @@ def test_a_ball_rests_however_long_the_run_is():
     motion = follow(ball(1.0, 0.0, 0.5), 1e8, 3)
     assert np.abs(motion["q/y"][1:]).max() < 1e-14
     assert motion.outcome.happened["floor"].accumulations == 1
+
+
+@pytest.mark.parametrize("when", ["(1 + x**2)*x**{n}", "x**{n} + x**{m}", "x_dot**2*x**{n} + x**{m}/3"])
+def test_multiple_zeros_are_found_as_exactly_as_simple_ones(when, source):
+    """x = a sin(t + b) is 0 at t = k pi - b."""
+    a, b, n = source.uniform(1, 2), source.uniform(0.5, 2.5), source.choice((3, 5, 9))
+    motion = follow(oscillator(a * math.sin(b), a * math.cos(b), when.format(n=n, m=n + 2)), 30.0, 11)
+    times = motion["events/crossing/t"]
+    assert np.max(np.abs(times - (np.arange(1, len(times) + 1) * math.pi - b))) <= 1e-13
+    assert len(times) == int((30 + b) / math.pi)

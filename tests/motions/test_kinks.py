@@ -189,3 +189,48 @@ def test_a_motion_ends_at_a_pole_in_time_that_is_no_double(force):
     motion = follow(FORCED.format(initial=1, velocity=0, force=force.replace("a*", f"{a!r}*")), 5.0, 2)
     assert motion.outcome.ending is not Ending.COMPLETE
     assert motion.outcome.t == pytest.approx(math.pi / 2 / a, rel=1e-12)
+
+
+WAVES = {
+    "asin(sin({w}*t))": lambda u: mpmath.asin(mpmath.sin(u)),
+    "acos(cos({w}*t))": lambda u: mpmath.acos(mpmath.cos(u)),
+    "asin(2*sin({w}*t/2)*cos({w}*t/2))": lambda u: mpmath.asin(mpmath.sin(u)),
+    "acos(1 - 2*sin({w}*t/2)**2)": lambda u: mpmath.acos(mpmath.cos(u)),
+    "asin(2*({w}*t - 3)/(1 + ({w}*t - 3)**2))": lambda u: mpmath.asin(2 * (u - 3) / (1 + (u - 3) ** 2)),
+    "sqrt(1 - sin({w}*t))": lambda u: mpmath.sqrt(1 - mpmath.sin(u)),
+    "sqrt(abs(sin({w}*t)))": lambda u: mpmath.sqrt(abs(mpmath.sin(u))),
+}
+"""Forces of the time with kinks at multiples of a quarter period, or at u = 2 and u = 4."""
+
+
+@pytest.mark.parametrize("force", WAVES)
+def test_triangle_waves_are_followed_to_rounding_however_they_are_written(force, request):
+    w = round(random.Random(request.config.option.seed).uniform(1, 3), 4)
+    print("w =", w)
+    motion = follow(FORCED.format(initial=0, velocity=0, force=force.format(w=w)), 5.0, 2)
+    assert motion.outcome.ending is Ending.COMPLETE
+    with mpmath.workdps(25):
+        kinks = sorted(
+            {*(k * mpmath.pi / (2 * mpmath.mpf(w)) for k in range(40)), *(mpmath.mpf(k) / w for k in (2, 4))}
+        )
+        places = [k for k in kinks if k < 5] + [mpmath.mpf(5)]
+        wave = WAVES[force]
+        x = mpmath.quad(lambda t: (5 - t) * wave(w * t), places)
+        v = mpmath.quad(lambda t: wave(w * t), places)
+    assert abs(motion["q/x"][-1] - x) <= 1e-13 * (1 + abs(x))
+    assert abs(motion["v/x"][-1] - v) <= 1e-13 * (1 + abs(v))
+
+
+def test_a_potential_with_arccosines_has_wedges_and_passes_them():
+    """U = acos(cos(x)) is |x| up to |x| = pi, where its slope turns round."""
+    text = LINE.format(initial=0, velocity=3, potential="acos(cos(p.x))")
+    motion = follow(text, 10.0, 101)
+    up = (3 - math.sqrt(9 - 2 * math.pi)) / 1  # x = 3 t - t^2/2 to pi, and down as long
+    left = np.mod(motion.t, 2 * up)
+    rise = np.minimum(left, 2 * up - left)
+    within = 3 * rise - rise**2 / 2
+    place = 2 * math.pi * np.floor(motion.t / (2 * up)) + np.where(left <= up, within, 2 * math.pi - within)
+    assert motion.outcome.ending is Ending.COMPLETE
+    assert np.max(np.abs(motion["q/x"] - place)) <= 1e-12
+    assert motion.outcome.h_drift <= 1e-14
+    assert motion.outcome.steps <= 25

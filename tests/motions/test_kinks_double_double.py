@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import itertools
 import json
+import random
 
 import h5py
 import numpy as np
@@ -214,3 +216,31 @@ def test_a_barrier_that_is_next_to_nothing_at_first(tmp_path, width):
     attributes, found = solved(tmp_path, text, *LONG, "--stop", "2.9375", "--samples", "3")
     assert abs(found["v/x"][-1] + MP.mpf("1.7314")) < 1e-28
     assert attributes["steps"] < 100
+
+
+@pytest.mark.parametrize("power", ["0.5", "1.5"])
+def test_a_force_of_the_time_without_a_series_is_passed_to_all_digits(tmp_path, power, request):
+    """Its root lies between two doubles; the low part of the time tells where."""
+    source = random.Random(request.config.option.seed)
+    w, b = (f"{source.uniform(*ends):.4f}" for ends in ((1, 2), (0.1, 3)))
+    print("w, b =", w, b)
+    system = f"""
+coordinates: {{x: {{initial: 0, velocity: 0}}}}
+lagrangian: x_dot**2/2
+generalized_forces: {{x: "abs(sin({w}*t + {b}))**{power}"}}
+"""
+    _, found = solved(tmp_path, system, *LONG, "--stop", "4", "--samples", "5")
+    places = [
+        MP.mpf(0),
+        *(t for k in range(1, 5) if 0 < (t := (k * MP.pi - MP.mpf(b)) / MP.mpf(w)) < 4),
+        MP.mpf(4),
+    ]
+    v = MP.mpf(0)
+    for start, end in itertools.pairwise(places):  # t = start + (end - start) s^2 (3 - 2 s)
+
+        def rate(s, start=start, long=end - start):
+            t = start + long * s * s * (3 - 2 * s)
+            return abs(MP.sin(MP.mpf(w) * t + MP.mpf(b))) ** MP.mpf(power) * long * 6 * s * (1 - s)
+
+        v += MP.quad(rate, [0, MP.mpf("0.25"), MP.mpf("0.5"), MP.mpf("0.75"), 1])
+    assert abs(found["v/x"][-1] - v) <= 1e-28

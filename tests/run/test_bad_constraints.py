@@ -36,6 +36,7 @@ BAD = [
     ("nonholonomic: {c: x_dot**3}", "x_dot**3", "'c' is not linear in the velocities", "linear"),
     ("nonholonomic: {c: abs(x_dot)}", "abs(x_dot)", "'c' is not linear in the velocities", "linear"),
     ("nonholonomic: {c: sqrt(x_dot)}", "sqrt(x_dot)", "'c' is not linear in the velocities", "linear"),
+    ("constraints: {c: y - acos(cos(t))}", "acos(cos(t))", "asin and acos have no slope at 1", "another way"),
     ("constraints: {c: y}\nnonholonomic: {c: y_dot}", "c", "'c' is the name of another constraint", "rename"),
     ("constraints: {c: z}", "z", "unknown name 'z' in constraint 'c'", "bob.z"),
     ("constraints: {c: bob}", "bob", "expected a scalar in constraint 'c'", "bob.x"),

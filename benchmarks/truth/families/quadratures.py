@@ -169,7 +169,8 @@ def ledgers_of_a_pulse(d: Draw) -> Case:
     def reference(p: Numbers, times: Sequence[Number]) -> Truth:
         truth = of(p, times)
         size = truth.sizes["v/x"] + abs(p.v0)
-        return balanced(truth, size**2 + p.A * (1 + abs(p.x0) + 10 * size), size)
+        work = p.A * (1 + abs(p.x0) + 10 * size)  # of dL/dt, which is as steep as the pulse
+        return balanced(truth, size**2 + work * (1 + ROUNDED * p.T / p.w), size)
 
     return line(d, reference, far, outputs=("q", "v", "ledger"), **push(d, force))
 

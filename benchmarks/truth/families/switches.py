@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
 from benchmarks.truth.families.friction import cosine
 from benchmarks.truth.families.line import force_or_potential, in_pieces, line
+from benchmarks.truth.families.pulses import push, pushed
 from benchmarks.truth.families.walls import above, below
 from benchmarks.truth.reference import Exit, Linear, pieces, to
 
@@ -305,6 +306,33 @@ def product_of_roots(d: Draw) -> Case:
     return line(d, reference, 4, h=True, potential=[f"{k}*{u}"])
 
 
+TRIANGLES: dict[str, Callable[[Number], Number]] = {
+    "asin(sin({u}))": lambda u: MP.asin(MP.sin(u)),
+    "acos(cos({u}))": lambda u: MP.acos(MP.cos(u)),
+    "asin(2*sin(({u})/2)*cos(({u})/2))": lambda u: MP.asin(MP.sin(u)),
+    "acos(1 - 2*sin(({u})/2)**2)": lambda u: MP.acos(MP.cos(u)),
+    "acos(cos({u})**2 - sin({u})**2)": lambda u: MP.acos(MP.cos(2 * u)),
+    "sqrt(1 + sin({u}))": lambda u: MP.sqrt(1 + MP.sin(u)),
+    "sqrt(1 - sin({u})**2)": lambda u: abs(MP.cos(u)),
+    "sqrt(abs(sin({u})))": lambda u: MP.sqrt(abs(MP.sin(u))),
+}
+"""Waves with kinks at some multiples of a quarter period, as functions of the phase."""
+
+
+def triangle_wave(d: Draw) -> Case:
+    """A force of the time with kinks that stand in arcsines, arccosines and roots."""
+    A, w, b = d.uniform("A", 0.5, 2), d.uniform("w", 0.5, 2), d.uniform("b", -3, 3)
+    d.uniform("x0", -1, 1)
+    d.uniform("v0", -1, 1)
+    text = d.choice(*TRIANGLES)
+    wave = TRIANGLES[text]
+    reference = pushed(
+        lambda p: lambda t: p.A * wave(p.w * t + p.b),
+        lambda p: [(k * MP.pi / 2 - p.b) / p.w for k in range(-2, 12)],
+    )
+    return line(d, reference, 6, **push(d, f"{A}*{text.format(u=f'{w}*t + {b}')}"))
+
+
 KINDS = (
     on_from_a_place,
     window_in_space,
@@ -323,4 +351,5 @@ KINDS = (
     rectified,
     braking_zone,
     product_of_roots,
+    triangle_wave,
 )

@@ -38,6 +38,8 @@ where u = 0 is."""
 FAR, GROWS, SEVERAL = 2.0**12, 4.0, 64.0
 """An acceleration grows without bound if, this much nearer to u = 0, it is so many times as large; a few
 times what is not felt may be rounding."""
+LATER = [2.0**k for k in range(0, -28, -4)]
+"""Parts of the time after which it is looked for a force where none acts yet."""
 NODES, POWER = 16, 6
 """Of Gauss's rule, and of s in the time."""
 QUADRATURE = 2.0**-46
@@ -50,6 +52,9 @@ class Crossing(Modes):
     def __init__(self, machine: Machine, constants: Array, memory: Array, work: Array) -> None:
         super().__init__(machine, constants, memory, work)
         self._crossed: tuple[float, ...] = ()
+        self.span = 0.0
+        """How long the motion is to take: what measures times where it begins at rest, at t = 0. (Nothing
+        much shorter can: coefficients of series would overflow.)"""
 
     def cross(self) -> bool:
         """Take the motion a little way across u = 0; whether that could be done with an error that is not
@@ -84,16 +89,18 @@ class Crossing(Modes):
         self.modes[j] = begin
         self._series()
         v = max(v, self._speed())
-        if not v > 0.0:
-            self.memory[:] = memory
-            return False
-        usual = max(q / v, abs(memory[layout.time]) * BRIEF)
-        if left > usual * NEAR:
+        usual = float(max(q / v if v > 0.0 else 0.0, abs(memory[layout.time]) * BRIEF)) or self.span
+        rates = self._rates_of_rows()
+        for later in (usual * part for part in LATER if not v > 0.0):  # from rest, where no force acts yet
+            found = later * np.max(np.abs(self._accelerations(memory, rates, later, mode, j)))
+            v = found if found < np.inf else v
+        self.memory[:] = memory
+        if not v > 0.0 or left > usual * NEAR:
             return False
         for way in WAYS[parts - 1]:
             self.memory[:] = memory
             self.modes[j] = begin
-            if self._moved(left, left + float(usual) * way, begin, mode, j):
+            if self._moved(left, left + usual * way, begin, mode, j, (usual, float(v))):
                 self.marks[:] = 0.0
                 for number in BEGINNING:
                     self.memory[layout.at(number)] = 0.0
@@ -101,9 +108,12 @@ class Crossing(Modes):
         self.memory[:] = memory
         return False
 
-    def _moved(self, left: float, length: float, begin: float, mode: float, j: int) -> bool:
+    def _moved(
+        self, left: float, length: float, begin: float, mode: float, j: int, scales: tuple[float, float]
+    ) -> bool:
         """Move by about this ``length``, with u = 0 after the time ``left``, where the mode to ``begin`` with
-        is changed; whether the other one is right then, and the error small."""
+        is changed; whether the other one is right then, and the error small. The ``scales`` of times and
+        velocities are those before."""
         layout, own = self._layout, self._layout.degrees
         length = ldexp(1.0, frexp(length)[1])  # so that velocities times it are exact
         self._series()
@@ -142,24 +152,27 @@ class Crossing(Modes):
         bend = float(np.max(np.where(bends < 1.0, bends, 1.0)))
         error = felt * length * (bend + QUADRATURE)
         high = self.memory[layout.part(0)]
-        least = FELT[self.machine.program.parts - 1] * max(np.max(np.abs(high[layout.v])), self._speed())
+        speed = max(np.max(np.abs(high[layout.v])), self._speed()) if np.any(start[layout.v]) else scales[1]
+        least = FELT[self.machine.program.parts - 1] * speed
         if not np.all(error <= least):
             return False
         reached = self.memory.copy()
-        unbounded = self._unbounded(start, rates, [(left, begin, -1.0), (left, mode, 1.0)], j, float(least))
+        both = [(left, begin, -1.0), (left, mode, 1.0)]
+        unbounded = self._unbounded(start, rates, both, j, float(least), scales)
         self.memory[:] = reached
         return not unbounded
 
     def _unbounded(
-        self, start: Array, rates: Array, sides: Sequence[tuple[float, float, float]], j: int, least: float
-    ) -> bool:
+        self, start: Array, rates: Array, sides: Sequence[tuple[float, float, float]], j: int, least: float,
+        scales: tuple[float, float],
+    ) -> bool:  # fmt: skip
         """Whether an acceleration grows without bound, as 1/sqrt(u) does: velocities get more than the
         ``least`` that is felt while rounding decides where u = 0 is. A side is the time when u = 0, a mode,
         and the sign of times on that side."""
         layout = self._layout
         q, v = (np.max(np.abs(start[layout.part(0)][one])) for one in (layout.q, layout.v))
-        v = max(v, self._speed())
-        usual = max(abs(float(start[layout.time])), float(q / v) if v > 0.0 else 0.0)
+        v = max(v, self._speed(), scales[1])
+        usual = max(abs(float(start[layout.time])), float(q / v)) or scales[0]
         unsure = UNSURE[self.machine.program.parts - 1] * usual
         for root, side, sign in sides:
             near, far = np.abs([

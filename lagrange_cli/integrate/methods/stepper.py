@@ -90,6 +90,7 @@ class Stepper:
             from lagrange_cli.integrate.methods.settling import Settling
 
             self._settling = Settling(machine, self._constants, self._memory, self._work)
+            self._settling.span = abs(times.stop - times.start)
             self._settling.begin(parameters)
             if self._settling.begins_beyond():
                 from lagrange_cli.integrate.methods.happenings import Finished

@@ -185,11 +185,12 @@ class DoubleDoubleSteps(Steps):
 
     def accelerate(self) -> Function:
         """``@accelerate(constants, t, state, work, rates)``: the accelerations as doubles; whether the mass
-        matrix is regular."""
+        matrix is regular. The low part of t is that of the state."""
         f = Function(
             "define i64 @accelerate(ptr %constants, double %t, ptr %state, ptr %work, ptr %rates) #0"
         )
-        regular = self.series(f, Real(f, "%t"), f.constant(0.0), f.constant(1.0))
+        low = f.load("%state", self.state.at(Clock.TIME_LOW))
+        regular = self.series(f, Real(f, "%t"), low, f.constant(1.0))
         with self.lengths.velocities(f) as row:
             row.put(row.series()[1], "%rates", -self.lengths.degrees)
         f.give(regular.to_integer())

@@ -20,7 +20,7 @@ from math import log
 from typing import TypeAlias
 
 from lagrange_cli.expression.node import Node, reachable
-from lagrange_cli.mechanics.cancellation import rooted, squared_tanh
+from lagrange_cli.mechanics.cancellation import squared_tanh
 from lagrange_cli.mechanics.defect import Defect
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
@@ -189,13 +189,9 @@ class Proof:
         return known
 
     def _without_cancelling(self, disks: Disks, terms: list[Node], known: dict[Node, Disk | None]) -> None:
-        """What cancels in another form: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2, and sqrt(P) - B is
-        (P - B^2) / (sqrt(P) + B). The difference of disks knows nothing of what they have in common."""
+        """What cancels in another form: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. The difference of
+        disks knows nothing of what they have in common."""
         for node in reachable(terms):
-            root = rooted(node)
-            if root is not None and node.symbols & self.residual.variables:
-                emit_values(disks, [root.above, root.below], known, self.constants)
-                known[node] = disks.div(known[root.above], known[root.below])
             u = squared_tanh(node)
             if u is not None and u.symbols & self.residual.variables:
                 emit_values(disks, [u], known, self.constants)
