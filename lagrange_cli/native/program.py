@@ -173,29 +173,37 @@ def batched(equations: Equations) -> Motion | None:
     try:
         blocks = arrange(residual, series, order)
         tables = Tables(equations.constants)
-        jet, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
+        jet, work, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
     except Misfit:
         return None
     degrees = equations.state.degrees
-    parts, work = [*numbers("", order + 4), jet], blocks.doubles
+    parts = [*numbers("", order + 4), jet]
     if equations.collocated:
         from lagrange_cli.native.stepping.radau import on_rates
 
         work, steps = on_rates(lengths_of(blocks, degrees), given_of(equations, work))
         parts.append(steps)
     elif order >= STEPPING:
-        parts.append(stepper(blocks, given_of(equations, work)))
+        project = ""
+        if residual.multipliers:
+            from lagrange_cli.native.stepping.projection_batches import in_batches
+
+            project = in_batches(residual, equations.state, tables)
+        parts.append(stepper(blocks, given_of(equations, work, project)))
     parts.append(accelerate(blocks, degrees))
     return Motion(parts, work, operations, (0, 0, 0), tables)
 
 
 def suits_batches(equations: Equations) -> bool:
-    """Whether the series of a system are many, and its masses constant and diagonal."""
-    proven = any(provings_of(equations))
+    """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
+    ones with constraints."""
+    from lagrange_cli.native.recurrences.saddle_batches import elimination_of
+
+    residual = equations.residual
     return (
         equations.series.convolutions >= BATCHED
-        and equations.residual.separate
-        and not (equations.guards or equations.in_two or proven)
+        and not (equations.guards or equations.in_two or any(provings_of(equations)))
+        and (residual.separate or elimination_of(residual) is not None)
     )
 
 
@@ -330,12 +338,11 @@ def write_program(
         rows = interface.rows
         return write_values(name, kind(), model.time, symbols, rows, [*nodes], constants, **more)
 
-    batches, scratch = made.tables, None
+    batches = made.tables
     if batches is not None and unknowns is None:
-        from lagrange_cli.native.observation_batches import Scratch, batched_values
+        from lagrange_cli.native.observation_batches import batched_values
 
-        scratch = Scratch()
-        observe, operations = batched_values("observe", model.time, symbols, quantities, batches, scratch)
+        observe, operations = batched_values("observe", model.time, symbols, quantities, batches)
     else:
         observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]
@@ -360,10 +367,10 @@ def write_program(
     modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
     modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
-    if scratch is not None and batches is not None:
+    if batches is not None:
         from lagrange_cli.native.observation_batches import batched_prepare
 
-        prepare, size = batched_prepare(set_ones, batches, scratch)
+        prepare, size = batched_prepare(set_ones, batches)
     elif factor is None:
         prepare, size = write_prepare(kind(), constants, set_ones)
     else:
