@@ -467,6 +467,7 @@ potential: x
     ("given", "instead", "message"),
     [
         ("[1, 2, 2.5]", "[1, 2, 3.5]", "the value 3.5 exceeds 1 + 2 in inertia of body 'top'"),
+        ("[1, 2, 2.5]", "[1, 1, 2.0000001]", "the value 2.0000001 exceeds 1 + 1 in inertia of body 'top'"),
         ("[1, 2, 2.5]", "[1, -2, 2]", "the value -2 is not positive in inertia"),
         ("[1, 2, 2.5]", "[[1, 0.1, 0], [0.2, 1, 0], [0, 0, 1]]", "not symmetric: I12 = 0.1, but I21 = 0.2"),
         ("[1, 2, 2.5]", "[[1, 0, 0], [0, 1, 2], [0, 2, 1]]", "not positive definite"),
