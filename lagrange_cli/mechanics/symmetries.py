@@ -356,9 +356,7 @@ class _Search:
             text = f"{each.quantity} = {each.expression}, of L without dF/dt"
             if each.quantity in lacks:
                 text = joined([each.quantity, text_of(lacks[each.quantity])])
-            because = (
-                f"without the terms of L that are a total time derivative dF/dt, {each.because}"
-            )
+            because = f"without the terms of L that are a total time derivative dF/dt, {each.because}"
             self._store(Conserved(self._free_name(f"{each.quantity}_0"), text, because), node)
 
     def _free_name(self, name: str) -> str:

@@ -38,6 +38,8 @@ RATES = 2
 """The order of q's series that gives the accelerations alone."""
 BATCHED = 100
 """Convolutions from which on series are computed in batches."""
+SOLVED = 3
+"""So many times as many must it be where a linear system has to be solved for the accelerations."""
 
 
 @dataclass(frozen=True)
@@ -201,7 +203,7 @@ def suits_batches(equations: Equations) -> bool:
 
     residual = equations.residual
     return (
-        equations.series.convolutions >= BATCHED
+        equations.series.convolutions >= BATCHED * (SOLVED if residual.multipliers else 1)
         and not (equations.guards or equations.in_two or any(provings_of(equations)))
         and (residual.separate or elimination_of(residual) is not None)
     )
