@@ -21,11 +21,11 @@ from functools import cached_property
 
 from lagrange_cli.errors import NotLinear
 from lagrange_cli.expression.graph import Graph
-from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import is_zero
-from lagrange_cli.mechanics.rows import Matrix
+from lagrange_cli.mechanics.rows import Matrix, Row
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import contract, graph_of, numbered, rate, variables
+from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
 from lagrange_cli.model.model import Constraint, Model
 from lagrange_cli.records import dataclass
 
@@ -39,6 +39,18 @@ class Constraints:
     @property
     def _graph(self) -> Graph:
         return graph_of(self.model)
+
+    @cached_property
+    def _places(self) -> Mapping[Node, int]:
+        return numbered(self.model.q)
+
+    @cached_property
+    def _rates(self) -> Mapping[Node, int]:
+        return numbered(self.model.v)
+
+    @cached_property
+    def _moving(self) -> int:
+        return variables(self.model)
 
     @cached_property
     def multipliers(self) -> tuple[Node, ...]:
@@ -56,10 +68,10 @@ class Constraints:
     def _slopes(self, one: Constraint[Node]) -> Mapping[int, Node]:
         graph, model = self._graph, self.model
         if one.holonomic:
-            return graph.gradient(one.expression, numbered(model.q))
-        slopes = graph.gradient(one.expression, numbered(model.v))
+            return graph.gradient(one.expression, self._places)
+        slopes = graph.gradient(one.expression, self._rates)
         for k, slope in slopes.items():
-            curving = [graph.diff(slope, v) for v in model.v if slope.symbols & v.symbols]
+            curving = [*graph.gradient(slope, self._rates).values()]
             if not all(map(is_zero, curving)):
                 raise NotLinear(one.name)
             if curving:
@@ -109,7 +121,7 @@ class Constraints:
         return tuple(map(self._equation, self.model.constraints))
 
     def _equation(self, one: Constraint[Node]) -> Node:
-        graph, moving = self._graph, variables(self.model)
+        graph, moving = self._graph, self._moving
         changing = rate(graph, one.expression, moving)
         return -(rate(graph, changing, moving) if one.holonomic else changing)
 
@@ -129,13 +141,14 @@ class Constraints:
         graph, model = self._graph, self.model
         terms: list[list[tuple[Node, float]]] = [[] for _ in model.q]
         rates = [*zip(model.q, model.v), (model.time, graph.one)]
+        places = {symbol.symbols: place for place, (symbol, _) in enumerate(rates)}
         for one, multiplier, slopes in zip(model.constraints, multipliers, self.slopes):
             for k, slope in slopes.items() if one.holonomic else ():
-                for symbol, speed in rates:
-                    if slope.symbols & symbol.symbols:
-                        terms[k].append((multiplier * graph.diff(slope, symbol) * speed, -1.0))
+                there = (places.get(1 << bit) for bit in bits(slope.symbols))
+                for symbol, speed in (rates[place] for place in sorted(p for p in there if p is not None)):
+                    terms[k].append((multiplier * graph.diff(slope, symbol) * speed, -1.0))
         for j, (momentum, move) in enumerate(zip(momenta, moves)):
-            for k, slope in graph.gradient(momentum, numbered(model.q)).items():
+            for k, slope in graph.gradient(momentum, self._places).items():
                 if k != j:
                     terms[k].append((move * slope, 1.0))
                     terms[j].append((moves[k] * slope, -1.0))
@@ -147,13 +160,15 @@ class Constraints:
         graph, size = self._graph, len(self.model.q)
         if not self.slopes:
             return matrix
-        rows = [
-            [-one if (one := slopes.get(k)) is not None else graph.zero for k in range(size)]
-            for slopes in self.slopes
+        upper: list[dict[int, Node]] = [
+            {k: row[k] for k in nonzero(row, graph.zero, j)} for j, row in enumerate(matrix)
         ]
-        right = [[other[k] for other in rows] for k in range(size)]
-        for own, force in zip(right, applied):
-            for i, push in graph.gradient(force, numbered(self.multipliers)).items():
-                own[i] = own[i] - push
-        upper = [(*row, *own) for row, own in zip(matrix, right)]
-        return (*upper, *((*row, *(graph.zero for _ in rows)) for row in rows))
+        lower: list[dict[int, Node]] = [{k: -slopes[k] for k in sorted(slopes)} for slopes in self.slopes]
+        for i, row in enumerate(lower):
+            for k, entry in row.items():
+                upper[k][size + i] = entry
+        multipliers = numbered(self.multipliers)
+        for row, force in zip(upper, applied):
+            for i, push in graph.gradient(force, multipliers).items():
+                row[size + i] = row.get(size + i, graph.zero) - push
+        return tuple(Row(row, size + len(lower), graph.zero) for row in (*upper, *lower))

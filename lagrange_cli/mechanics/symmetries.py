@@ -10,10 +10,13 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.zero import is_zero, zeros
-from lagrange_cli.mechanics.conservation import Conserved, broken
+from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
 from lagrange_cli.mechanics.embedding import Component, Embedding
+from lagrange_cli.mechanics.energetics import Energetics
+from lagrange_cli.mechanics.gauge import acting
 from lagrange_cli.mechanics.hidden import candidates, described, is_turning
 from lagrange_cli.mechanics.noether import Change, Noether
 from lagrange_cli.mechanics.reasons import (
@@ -57,7 +60,15 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
     search = _Search(model, known)
     work = graph_of(model).work
-    for stage in (search.displacements, search.combinations, search.parts, search.hidden, search.tops):
+    stages = (
+        search.displacements,
+        search.combinations,
+        search.parts,
+        search.hidden,
+        search.tops,
+        search.acting,
+    )
+    for stage in stages:
         work.attempt(WORTH, stage)
     return tuple(search.found)
 
@@ -318,6 +329,35 @@ class _Search:
         if found is not None:
             each, node = found
             self._store(replace(each, quantity=self._free_name(each.quantity)), node)
+
+    # ------------------------------------------------------------------ total time derivatives in L
+
+    def acting(self) -> None:
+        """What L conserves without its terms that are a total time derivative dF/dt, which act on nothing: in
+        place of h that is h + dF/dt, in place of p_k it is p_k - dF/dq_k (partial derivatives)."""
+        model, given = self.model, self.model.lagrangian
+        lagrangian = -model.potential if given is None else given
+        left = acting(model, self.graph, lagrangian)
+        if left is lagrangian:
+            return
+        other = replace(model, potential=-left) if given is None else replace(model, lagrangian=left)
+        energetics, (_, known) = Energetics(other), conservation(other)
+        plain = {f"p_{name}": p for name, p in zip(model.coordinates, energetics.momenta)}
+        nodes = [(each, {**plain, "h": energetics.energy_function}[each.quantity]) for each in known]
+        nodes += [(one.conserved, one.node) for one in symmetries(other, known)]
+        gone = lagrangian - left
+        lacks = {f"p_{name}": -self.graph.diff(gone, v) for name, v in zip(model.coordinates, model.v)}
+        (lacks["h"],) = substituted(self.graph, [gone], dict.fromkeys(model.v, self.graph.zero))
+        for each, node in nodes:
+            if self._is_known(
+                node, Change(time=self.graph.one), [*self.kept, *(one.node for one in self.found)]
+            ):
+                continue
+            text = f"{each.quantity} = {each.expression}, of L without dF/dt"
+            if each.quantity in lacks:
+                text = joined([each.quantity, text_of(lacks[each.quantity])])
+            because = f"without the terms of L that are a total time derivative dF/dt, {each.because}"
+            self._store(Conserved(self._free_name(f"{each.quantity}_0"), text, because), node)
 
     def _free_name(self, name: str) -> str:
         """The name, or the next one that nothing else has."""

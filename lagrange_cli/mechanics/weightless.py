@@ -7,11 +7,12 @@ coordinates are allowed if constraints determine them.
 from __future__ import annotations
 
 import random
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.residual import connected
+from lagrange_cli.mechanics.variables import nonzero
 
 NOTHING = 1e-10
 """A pivot that is no larger than this part of its diagonal entry is 0 at random states."""
@@ -20,21 +21,23 @@ DRAWS = 3
 
 def weightless(matrix: Sequence[Sequence[Node]]) -> frozenset[int]:
     """The coordinates whose pivots vanish as a positive mass matrix is eliminated at random states."""
-    entries = [entry for row in matrix for entry in row]
+    places = [nonzero(row, row[j].graph.zero, j) for j, row in enumerate(matrix)]
+    entries = [row[k] for row, some in zip(matrix, places) for k in some]
     names = [str(node.data) for node in reachable(entries) if node.kind is Kind.SYMBOL]
+    blocks = connected(matrix)
     source, found = random.Random(1), list[frozenset[int]]()
     for _ in range(DRAWS):
         values, _ = evaluate(entries, {name: source.uniform(0.3, 1.3) for name in names})
-        numbers = [[float(values[entry]) for entry in row] for row in matrix]
-        found.append(frozenset(k for block in connected(matrix) for k in _vanishing(numbers, block)))
+        numbers = [{k: float(values[row[k]]) for k in some} for row, some in zip(matrix, places)]
+        found.append(frozenset(k for block in blocks for k in _vanishing(numbers, block)))
     return min(found, key=len)
 
 
-def _vanishing(matrix: Sequence[Sequence[float]], block: Sequence[int]) -> list[int]:
-    rows = [[matrix[j][k] for k in block] for j in block]
+def _vanishing(matrix: Sequence[Mapping[int, float]], block: Sequence[int]) -> list[int]:
+    rows = [[matrix[j].get(k, 0.0) for k in block] for j in block]
     found = []
     for p, place in enumerate(block):
-        if not abs(rows[p][p]) > NOTHING * abs(matrix[place][place]):
+        if not abs(rows[p][p]) > NOTHING * abs(matrix[place].get(place, 0.0)):
             found.append(place)
             continue
         for i in range(p + 1, len(block)):

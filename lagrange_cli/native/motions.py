@@ -27,6 +27,8 @@ RATES = 2
 """The order of q's series that gives the accelerations alone."""
 BATCHED = 100
 """Convolutions from which on series are computed in batches."""
+SOLVED = 3
+"""So many times as many must it be where a linear system has to be solved for the accelerations."""
 
 
 @dataclass(frozen=True)
@@ -147,11 +149,15 @@ def batched(equations: Equations) -> Motion | None:
     try:
         blocks = arrange(residual, series, order)
         tables = Tables(equations.constants)
-        jet, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
+        jet, work, operations = write_batched_jet(residual, blocks, tables, equations.state.width)
     except Misfit:
         return None
-    lengths = lengths_of(blocks, equations.state.degrees)
-    work, steps = with_steps(equations, lengths, BatchSteps, blocks.doubles)
+    lengths, project = lengths_of(blocks, equations.state.degrees), ""
+    if residual.multipliers and equations.steps and not equations.collocated:
+        from lagrange_cli.native.stepping.projection_batches import in_batches
+
+        project = in_batches(residual, equations.state, tables)
+    work, steps = with_steps(equations, lengths, BatchSteps, work, project)
     return Motion([*numbers("", order + 4), jet, *steps], work, operations, (0, 0, 0), tables)
 
 
@@ -174,12 +180,15 @@ def with_steps(
 
 
 def suits_batches(equations: Equations) -> bool:
-    """Whether the series of a system are many, and its masses constant and diagonal."""
-    proven = any(provings_of(equations))
+    """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
+    ones with constraints."""
+    from lagrange_cli.native.recurrences.saddle_batches import elimination_of
+
+    residual = equations.residual
     return (
-        equations.series.convolutions >= BATCHED
-        and equations.residual.separate
-        and not (equations.guards or equations.in_two or proven)
+        equations.series.convolutions >= BATCHED * (SOLVED if residual.multipliers else 1)
+        and not (equations.guards or equations.in_two or any(provings_of(equations)))
+        and (residual.separate or elimination_of(residual) is not None)
     )
 
 

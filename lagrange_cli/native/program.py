@@ -151,12 +151,11 @@ def write_program(
         rows = interface.rows
         return write_values(name, kind(), model.time, symbols, rows, [*nodes], constants, **more)
 
-    batches, scratch = made.tables, None
+    batches = made.tables
     if batches is not None and unknowns is None:
-        from lagrange_cli.native.observation_batches import Scratch, batched_values
+        from lagrange_cli.native.observation_batches import batched_values
 
-        scratch = Scratch()
-        observe, operations = batched_values("observe", model.time, symbols, quantities, batches, scratch)
+        observe, operations = batched_values("observe", model.time, symbols, quantities, batches)
     else:
         observe, operations = values("observe", symbols, quantities, unknowns=unknowns)
     texts = [*made.parts, observe]
@@ -181,10 +180,10 @@ def write_program(
     modes += [residual.graph.symbol(f"event {i}") for i in range(len(interface.events))]
     modes += [one.mode for one in smooth.rests]
     set_ones = {**model.parameters, **{str(mode.data): mode for mode in modes}}
-    if scratch is not None and batches is not None:
+    if batches is not None:
         from lagrange_cli.native.observation_batches import batched_prepare
 
-        prepare, size = batched_prepare(set_ones, batches, scratch)
+        prepare, size = batched_prepare(set_ones, batches)
     elif factor is None:
         prepare, size = write_prepare(kind(), constants, set_ones)
     else:

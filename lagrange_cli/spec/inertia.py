@@ -27,10 +27,19 @@ def flaw(entries: Sequence[float]) -> Flaw | None:
                 )
         largest = max(entries)
         if 2 * largest > sum(entries) + ROUNDING * largest:
-            others = " + ".join(f"{one:.15g}" for one in sorted(entries)[:2])
-            return entries.index(largest), f"the value {largest:.15g} exceeds {others}", TRIANGLE
+            least, middle, most = apart(*sorted(entries))
+            return entries.index(largest), f"the value {most} exceeds {least} + {middle}", TRIANGLE
         return None
     return tensor_flaw(entries)
+
+
+def apart(*numbers: float) -> list[str]:
+    """The numbers with so many digits, six or more, that each one is within a thousandth of how far they are
+    from being as they should: from each other, or the last one from the sum of the others."""
+    *others, last = numbers
+    off = abs(last - sum(others)) or abs(last)
+    digits = next((n for n in range(6, 17) if 10.0 ** (1 - n) * max(map(abs, numbers)) <= 1e-3 * off), 17)
+    return [f"{one:.{digits}g}" for one in numbers]
 
 
 def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
@@ -40,7 +49,8 @@ def tensor_flaw(entries: Sequence[float]) -> Flaw | None:
         upper, lower = entries[3 * i + j], entries[3 * j + i]
         if abs(upper - lower) > ROUNDING * scale:
             row, column = f"{i + 1}{j + 1}", f"{j + 1}{i + 1}"
-            message = f"not symmetric: I{row} = {upper:.15g}, but I{column} = {lower:.15g}"
+            above, below = apart(upper, lower)
+            message = f"not symmetric: I{row} = {above}, but I{column} = {below}"
             return 3 * j + i, message, "moments of inertia are a symmetric matrix"
     half = sum(entries[::4]) / 2
     second = [(half if k % 4 == 0 else 0.0) - one for k, one in enumerate(entries)]

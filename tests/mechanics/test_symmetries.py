@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import random
+
 import numpy as np
 import pytest
 
@@ -215,6 +217,10 @@ CASES = {
     "another power": (PLANE.format("-k*m/norm(p)**1.5"), {"L_z"}),
     "two fixed centres": (PLANE.format("k/sqrt((x - a)**2 + y**2) + 2*k/sqrt((x + a)**2 + y**2)"), {"I_1"}),
     "Stark's effect": (SPACE.format("-q/norm(p) - B*z"), {"L_z", "A_z"}),
+    "a planet in a gauge": (
+        PLANE.format("-k*m/norm(p) + a*(x*y_dot + y*x_dot)*cos(w*t) - a*w*x*y*sin(w*t)"),
+        {"h_0", "L_z_0", "A_x_0", "A_y_0"},
+    ),
     "a planet with a kink": (PLANE.format("-k*m/norm(p) + abs(x - 9)"), set()),
 }
 
@@ -238,6 +244,30 @@ def test_what_is_conserved(case):
         for name in names & lasting:
             series = motion[f"diagnostics/conserved/{name}"]
             assert np.ptp(series) < 4e-13 * max(1, np.abs(series).max()), name
+
+
+@pytest.mark.parametrize("case", range(3))
+def test_what_is_conserved_but_for_a_total_time_derivative(case):
+    """h + dF/dt and p_x - dF/dx of L + dF/dt, F = c f(u), u = a x y + b x + w t**2."""
+    source = random.Random(f"gauge {case}")
+    a, b, w, c = (round(source.uniform(0.2, 1.5), 3) for _ in range(4))
+    f, slope = source.choice([("sin", "cos({})"), ("exp", "exp({})"), ("atan", "1/(1 + ({})**2)")])
+    u = f"{a}*x*y + {b}*x + {w}*t**2"
+    rate = f"({a}*y + {b})*x_dot + {a}*x*y_dot + 2*{w}*t"
+    text = f"""
+    coordinates: {{x: {{initial: 0.1, velocity: 0.3}}, y: {{initial: 0.4, velocity: -0.2}}}}
+    lagrangian: >-
+      x_dot**2/2 + y_dot**2/2 - y**4 + {c}*{slope.format(u)}*({rate})
+    """
+    residual = residual_of(text)
+    found = {one.conserved.quantity for one in symmetries(residual.model, residual.conserved)}
+    assert {"h_0", "p_x_0"} <= found, (f, u)
+    motion = follow(text, 3.0, 31, outputs=("conserved", "v", "q"))
+    for name, expected in (
+        ("h_0", (motion["v/x"] ** 2 + motion["v/y"] ** 2) / 2 + motion["q/y"] ** 4),
+        ("p_x_0", motion["v/x"]),
+    ):
+        np.testing.assert_allclose(motion[f"diagnostics/conserved/{name}"], expected, rtol=0, atol=1e-10)
 
 
 def test_they_are_given_in_formulas_and_words():

@@ -21,8 +21,9 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batched import Everywhere, gathered, places_at
+from lagrange_cli.native.recurrences.batched import Everywhere
 from lagrange_cli.native.recurrences.evaluation import emit_values
+from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
 from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.records import dataclass, field
 
@@ -164,9 +165,7 @@ class Writer:
         if np.all(values == values[0]):
             return self.f.count(int(values[0]))
         first = self.evaluation.tables.of_places(values.tolist())
-        place = self.f.place("@places", r + first if first else r, "i32")
-        loaded = self.f.define(f"load i32, ptr {place.name}, align 4")
-        return Integer(self.f, self.f.define(f"zext i32 {loaded} to i64"), 1)
+        return place_at(self.f, r + first if first else r)
 
     def row(self, bases: Sequence[Integer], length: Integer, r: Integer) -> None:
         """The members of row number ``r``."""

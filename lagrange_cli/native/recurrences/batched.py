@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cached_property
 from typing import cast
 
 from lagrange_cli.expression.node import Kind, Node
@@ -23,6 +24,7 @@ from lagrange_cli.native.numbers.lanes import VECTOR, LaneEmitter
 from lagrange_cli.native.recurrences.convolution_batches import dot_products
 from lagrange_cli.native.recurrences.evaluation import Constants
 from lagrange_cli.native.recurrences.expansion import Expansion
+from lagrange_cli.native.recurrences.gathering import gathered, places_at
 from lagrange_cli.native.recurrences.layout_batches import (
     BEFORE,
     CHANGE,
@@ -33,7 +35,15 @@ from lagrange_cli.native.recurrences.layout_batches import (
     Tables,
     count,
 )
-from lagrange_cli.native.recurrences.tables_batches import Column, Quotient, View, quotient
+from lagrange_cli.native.recurrences.saddle_batches import Tabled, at_the_start
+from lagrange_cli.native.recurrences.tables_batches import (
+    Column,
+    Moving,
+    Quotient,
+    View,
+    grouped,
+    quotient,
+)
 from lagrange_cli.native.recurrences.vector_stage import VectorStage, rests
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.program import Op, Series
@@ -53,6 +63,13 @@ class Jet:
     f: Function
     emitter: LaneEmitter
     time: Operand = ""
+    saddle: Tabled | None = None
+    """The equations, if they have constraints."""
+
+    @cached_property
+    def groups(self) -> list[list[int]]:
+        """Batches that one loop computes, in the order of their loops."""
+        return grouped(self.blocks)
 
     @contextmanager
     def members(self, batch: int, k: int | Integer, executed: int) -> Iterator[BatchStage]:
@@ -297,30 +314,33 @@ class BatchStage(VectorStage):
         self.put(self.emitter.add(self.at(index, one.level), change), one.level, relative=True)
         self.put(change, CHANGE)
 
-    def accelerate(self, velocity: BatchStage, root: int) -> None:
-        """The newest coefficients of coordinates and velocities, from the equations' residual."""
+    def acceleration(self, one: Moving) -> Value:
+        """The newest coefficients of the accelerations."""
+        if self.jet.saddle is not None:
+            return self.unknown(one.rows)
         scale = self.vector(self.batch, INVERSE)
-        value = self.emitter.neg(self.emitter.mul(self.vector(root, 0, relative=True), scale))
-        value = self.integrated(value, 1)
+        return self.emitter.neg(self.emitter.mul(self.vector(one.root, 0, relative=True), scale))
+
+    def unknown(self, rows: tuple[int, ...]) -> Value:
+        """What the solution has for each member."""
+        assert self.jet.saddle is not None
+        places = self.places(self.jet.saddle.table(rows))
+        return self.emitter.neg(gathered(self.emitter, "%work", places))
+
+    def multiply(self, rows: tuple[int, ...]) -> None:
+        """The newest coefficients of multipliers."""
+        value = self.unknown(rows)
+        self.put(value, 0, relative=True)
+        self.put(value, CHANGE)
+
+    def accelerate(self, velocity: BatchStage, one: Moving) -> None:
+        """The newest coefficients of coordinates and velocities."""
+        value = self.integrated(self.acceleration(one), 1)
         velocity.put(value, 1, relative=True)
         velocity.put(value, CHANGE)
         value = self.integrated(value, 2)
         self.put(value, 2, relative=True)
         self.put(value, CHANGE)
-
-
-def places_at(f: Function, at: Integer, *, aligned: bool = True) -> Operand:
-    """Eight places of the table, from the ``at``-th on."""
-    place = f.place("@places", at, "i32")
-    return f.define(f"load <{LANES} x i32>, ptr {place.name}, align {4 * LANES if aligned else 4}")
-
-
-def gathered(emitter: LaneEmitter, base: Operand, places: Operand) -> Operand:
-    """The doubles at these places from ``base`` on."""
-    many = f"<{LANES} x ptr>"
-    listed = emitter.define(f"getelementptr inbounds double, ptr {base}, <{LANES} x i32> {places}")
-    given = f"{many} {listed}, i32 8, <{LANES} x i1> {emitter.true}, {VECTOR} poison"
-    return emitter.define(f"call {VECTOR} @llvm.masked.gather.v{LANES}f64.v{LANES}p0({given})")
 
 
 def column_at(
@@ -347,8 +367,8 @@ class Everywhere(Constants):
         return cast("V", kind.everywhere("%constants", "0", self.slot(node)))
 
 
-def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> tuple[str, int]:
-    """The text of ``@jet`` and of what it calls, and the number of its operations.
+def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> tuple[str, int, int]:
+    """The text of ``@jet`` and of what it calls, its doubles of ``%work``, and the number of its operations.
 
     Remainders of the state are ``low`` behind its numbers. Raises ``Misfit`` if the system is of another
     kind.
@@ -360,6 +380,8 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
     emitter.lines = f.sink
     jet = Jet(residual, quotient(residual, blocks, tables, low), blocks, tables, f, emitter)
     jet.time = f.splat(Real(f, "%t", 1), LANES).name
+    if residual.multipliers:
+        jet.saddle = Tabled(f, emitter, residual, tables, "%work", blocks.doubles)
     last = blocks.order - 2
     rolled = max(1, BEGINNING - min(one.level for one in blocks.program.series))
     regular = f.variable(Bit(f, "true", 1))
@@ -377,23 +399,33 @@ def write_batched_jet(residual: Residual, blocks: Blocks, tables: Tables, low: i
         *dot_products(),
         f.text(),
     ]
-    return "\n".join(parts), emitter.operations
+    work = blocks.doubles if jet.saddle is None else jet.saddle.end
+    return "\n".join(parts), LANES * -(-work // LANES), emitter.operations
 
 
 def stage(jet: Jet, k: int | Integer, executed: int) -> None:
     """All batches in stage ``k``, then the accelerations, and what depends on them."""
     series = jet.quotient.program.series
-    for batch in range(len(jet.blocks.batches)):
-        if not isinstance(k, int) or k + series[batch].level >= 0:
-            with jet.members(batch, k, executed) as one:
-                one.write()
+    for group in jet.groups:
+        begun = [i for i in group if not isinstance(k, int) or k + series[i].level >= 0]
+        if begun:
+            with jet.members(begun[0], k, executed) as one:
+                for batch in begun:
+                    BatchStage(jet, k, batch, one.b).write()
     if isinstance(k, int) and k < 0:
         return
     moved = set[int]()
-    for coordinate, velocity, root, _ in jet.quotient.motion:
-        with jet.members(coordinate, k, executed) as one:
-            one.accelerate(BatchStage(jet, k, velocity, one.b), root)
-        moved |= {coordinate, velocity}
+    if jet.saddle is not None:
+        blocks, base = jet.blocks, jet.f.place("%work", k * LANES, "double")
+        jet.saddle.solve(base, [blocks.offsets[i] for i in blocks.program.residual], blocks.zero)
+    for moving in jet.quotient.motion:
+        with jet.members(moving.coordinate, k, executed) as one:
+            one.accelerate(BatchStage(jet, k, moving.velocity, one.b), moving)
+        moved |= {moving.coordinate, moving.velocity}
+    for batch, rows in jet.quotient.multipliers:
+        with jet.members(batch, k, executed) as one:
+            one.multiply(rows)
+        moved.add(batch)
     for batch in range(len(jet.blocks.batches)):
         if series[batch].corrected and batch not in moved and batch in jet.quotient.read:
             with jet.members(batch, k, executed) as one:
@@ -401,11 +433,17 @@ def stage(jet: Jet, k: int | Integer, executed: int) -> None:
 
 
 def factor(jet: Jet, regular: Variable[Bit]) -> None:
-    """The reciprocals of the masses, and whether these are regular."""
+    """The matrix of the equations, and whether it is regular."""
     f, emitter = jet.f, jet.emitter
-    for coordinate, _, _, masses in jet.quotient.motion:
-        with jet.members(coordinate, 0, 1) as one:
-            mass = column_at(f, emitter, masses, one.b * LANES, one.places)
+    if jet.saddle is not None:
+        nodes = [node for each in jet.saddle.nodes.values() for node in each]
+        given = f, emitter, jet.residual, jet.blocks, nodes, jet.tables, jet.time
+        jet.saddle.factor(at_the_start(*given), regular)
+        return
+    for moving in jet.quotient.motion:
+        with jet.members(moving.coordinate, 0, 1) as one:
+            assert moving.masses is not None
+            mass = column_at(f, emitter, moving.masses, one.b * LANES, one.places)
             one.put(emitter.div(emitter.one, mass), INVERSE)
             size = mass if jet.residual.definite else emitter.magnitude(mass)
             good = Bit(f, emitter.compare("ogt", size, None), LANES)

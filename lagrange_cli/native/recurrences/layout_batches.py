@@ -85,12 +85,14 @@ def count(members: Sequence[object]) -> int:
 
 @dataclass
 class Tables:
-    """Constant tables of the code: places in ``%work`` and ``%constants``, and numbers."""
+    """Constant tables of the code: places in ``%work`` and ``%constants``, and numbers; and how many doubles
+    of ``@scratch`` it takes."""
 
     constants: Constants
     places: array[int] = field(default_factory=lambda: array("i"))
     numbers: array[float] = field(default_factory=lambda: array("d"))
     seen: dict[tuple[object, ...], int] = field(default_factory=dict)
+    scratch: int = 0
 
     def of_places(self, listed: Sequence[int]) -> int:
         """Where the table has these places, in whole vectors: the last one is repeated."""

@@ -53,13 +53,25 @@ class LongSum:
 
 
 @dataclass(frozen=True)
+class Moving:
+    """A batch of coordinates and that of their velocities, with the view of the residuals and the masses.
+    With constraints the ``rows`` of the equations say which unknowns the accelerations are."""
+
+    coordinate: int
+    velocity: int
+    root: int
+    masses: Column | None
+    rows: tuple[int, ...]
+
+
+@dataclass(frozen=True)
 class Quotient:
     """``program`` has a series for each batch, then those of views; ``views`` are where each of them is.
 
     ``columns`` are factors that differ between members, by what stands for them in the program, ``given`` the
     tables of rows of the state by batches of coordinates and of velocities, ``low`` is where their remainders
-    begin. ``motion`` has the batches of coordinates, each with that of the velocities, the view of the
-    residuals, and the masses. ``read`` are those that another one, or the state, reads.
+    begin. ``multipliers`` has the batches of multipliers with their rows of the equations. ``read`` are those
+    that another one, or the state, reads.
     """
 
     program: SeriesProgram
@@ -68,7 +80,8 @@ class Quotient:
     given: Mapping[int, int]
     sums: Mapping[int, LongSum]
     low: int
-    motion: Sequence[tuple[int, int, int, Column]]
+    motion: Sequence[Moving]
+    multipliers: Sequence[tuple[int, tuple[int, ...]]]
     read: frozenset[int]
 
 
@@ -139,6 +152,34 @@ def aligned(where: Mapping[int, tuple[int, int]], row: Sequence[int]) -> bool:
     return first % LANES == 0 and all(where[i] == (batch, first + j) for j, i in enumerate(row))
 
 
+def grouped(blocks: Blocks) -> list[list[int]]:
+    """Batches that one loop may compute, in the order of the loops.
+
+    They have as many members, and what one takes from another one is that of the same member: eight of them
+    are finished, one batch after the other, while their coefficients are in the cache.
+    """
+    where, series = places_of(blocks.batches), blocks.program.series
+    groups: list[list[int]] = []
+    place: dict[int, int] = {}
+    for number, batch in enumerate(blocks.batches):
+        least, one = 0, batch.one
+        ahead = {Op.DERIVATIVE: 1, Op.PRIMITIVE: -1}.get(one.op, 0)
+        rows = [(ahead, row) for row in batch.operands]
+        for p in range(len(one.sources)):
+            rows.append((0, tuple(series[i].sources[p] for i in batch.members)))
+        for ahead, row in rows:
+            fresh = [place[where[i][0]] for i in row if series[i].level == one.level + ahead]
+            beside = not batch.long and where[row[0]][1] == 0 and aligned(where, row)
+            least = max(least, max(fresh, default=-1) + (0 if beside and fresh else 1))
+        size = count(batch.members)
+        fits = (g for g in range(least, len(groups)) if count(blocks.batches[groups[g][0]].members) == size)
+        place[number] = chosen = next(fits, len(groups))
+        if chosen == len(groups):
+            groups.append([])
+        groups[chosen].append(number)
+    return groups
+
+
 def quotient(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> Quotient:
     """The program of the batches."""
     maker = _Maker(residual, blocks, tables)
@@ -146,7 +187,7 @@ def quotient(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> Qu
     for number, batch in enumerate(blocks.batches):
         series.append(maker.series(number, batch))
     motion = [maker.motion(number) for number, one in enumerate(series) if one.op is Op.COORDINATE]
-    coordinates = tuple(one[0] for one in motion)
+    coordinates = tuple(one.coordinate for one in motion)
     program = SeriesProgram((*series, *maker.further), coordinates, (), (), ())
     own = [
         View(first, 0, maker.is_moving(batch.members[0]))
@@ -155,6 +196,7 @@ def quotient(residual: Residual, blocks: Blocks, tables: Tables, low: int) -> Qu
     read = {i for batch in blocks.batches for row in batch.operands for i in row} | {*blocks.program.state}
     return Quotient(
         program, (*own, *maker.views), maker.columns, maker.given, maker.sums, low, motion,
+        [maker.multipliers(number) for number, one in enumerate(series) if one.op is Op.MULTIPLIER],
         frozenset(maker.where[i][0] for i in read),
     )  # fmt: skip
 
@@ -187,7 +229,7 @@ class _Maker:
     def series(self, number: int, batch: Batch) -> Series:
         """The series that stands for a batch."""
         one = batch.one
-        if one.op in (Op.SELECT, Op.MULTIPLIER):
+        if one.op is Op.SELECT:
             raise Misfit
         if batch.members[0] in self.moving and one.op in (Op.COORDINATE, Op.DERIVATIVE):
             program = self.blocks.program
@@ -261,7 +303,13 @@ class _Maker:
         first = self.tables.of_places(places)
         return LongSum(terms, first, self.table(factors), self.table(changing), remainders)
 
-    def motion(self, number: int) -> tuple[int, int, int, Column]:
+    def multipliers(self, number: int) -> tuple[int, tuple[int, ...]]:
+        """A batch of multipliers with its rows of the equations."""
+        program = self.blocks.program
+        rows = {i: len(program.coordinates) + row for row, i in enumerate(program.multipliers)}
+        return number, tuple(rows[i] for i in self.blocks.batches[number].members)
+
+    def motion(self, number: int) -> Moving:
         """A batch of coordinates with its velocities, residuals and masses."""
         program, residual = self.blocks.program, self.residual
         rows = [self.blocks.program.series[i].data for i in self.blocks.batches[number].members]
@@ -269,6 +317,8 @@ class _Maker:
         velocities = self.blocks.batches[self.where[program.velocities[numbers[0]]][0]].members
         if velocities != tuple(program.velocities[row] for row in numbers):
             raise Misfit
+        velocity, own = self.where[velocities[0]][0], tuple(numbers)
+        if program.multipliers:
+            return Moving(number, velocity, 0, None, own)
         masses = self.table([residual.mass_matrix[row][row] for row in numbers])
-        root = self.view([program.residual[row] for row in numbers])
-        return number, self.where[velocities[0]][0], root, masses
+        return Moving(number, velocity, self.view([program.residual[row] for row in numbers]), masses, own)

@@ -143,14 +143,7 @@ class Projection(Generic[V, C]):
     ) -> tuple[list[V | None], list[V | None]]:
         """What goes to the velocities with ``changes`` of coordinates and their multipliers, and by how much
         what should be 0 of the velocities changes."""
-        graph, model = self.residual.graph, self.residual.model
-        symbols = [graph.symbol(f"change {i}") for i in range(len(changes))]
-        moves, size = symbols[: len(model.q)], len(model.q)
-        kicks = constraints.transport(tuple(symbols[size:]), tuple(moves), Energetics(model).momenta)
-        later = []
-        for speed in constraints.speeds:
-            slopes = graph.gradient(speed, numbered(model.q))
-            later.append(graph.sum([(slope * moves[k], 1.0) for k, slope in slopes.items()]))
+        symbols, kicks, later = afterwards(self.residual, constraints, len(changes))
         values = {**known, **dict(zip(symbols, changes))}
         emit_values(self.numbers.kind, [*kicks, *later], values, self.constants)
         return [values[node] for node in kicks], [values[node] for node in later]
@@ -173,6 +166,22 @@ class Projection(Generic[V, C]):
                 bound = kind.mul(kind.number(LOOSE * kind.unit), size)
                 fine = kind.both(fine, kind.compare("ole", kind.magnitude(residual), bound))
         return fine
+
+
+def afterwards(
+    residual: Residual, constraints: Constraints, many: int
+) -> tuple[list[Node], Sequence[Node], Sequence[Node]]:
+    """Symbols of changes of coordinates and of their multipliers, ``many`` in all; what goes to the
+    velocities with them, and by how much what should be 0 of the velocities changes."""
+    graph, model = residual.graph, residual.model
+    symbols, size = [graph.symbol(f"change {i}") for i in range(many)], len(model.q)
+    moves = symbols[:size]
+    kicks = constraints.transport(tuple(symbols[size:]), tuple(moves), Energetics(model).momenta)
+    places, later = numbered(model.q), []
+    for speed in constraints.speeds:
+        slopes = graph.gradient(speed, places)
+        later.append(graph.sum([(slope * moves[k], 1.0) for k, slope in slopes.items()]))
+    return symbols, kicks, later
 
 
 def in_doubles(residual: Residual, layout: StateLayout, constants: Constants, emitter: Emitter) -> str:

@@ -19,6 +19,7 @@ from lagrange_cli.native import motions
 from lagrange_cli.native.compilation.machine import QUICK, compile_object
 from lagrange_cli.native.program import Program, write_program
 from lagrange_cli.native.recurrences import tables_batches
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.series.batches import batches
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
@@ -41,12 +42,37 @@ generalized_forces: {"x[i in range(N)]": "sin(w*t + i) - 0.01*x_dot[i]"}
 """Rings, pairs, springs, functions, parameters and numbers that differ from member to member, and t."""
 
 
-def program_and_motion(text: str, count: int) -> tuple[Program, Mapping[str, NDArray[np.float64]]]:
+NET = """
+sizes: {N: 3}
+parameters: {g: 9.81, w: 2.0, "l[i in range(N)]": "1 + i/9", "m[i in range(N)]": "1 + i/7"}
+coordinates:
+  x[i in range(N)]: {initial: "sum(l[j]*cos(0.3*j) for j in range(i + 1))", velocity: "0"}
+  y[i in range(N)]: {initial: "sum(l[j]*sin(0.3*j) for j in range(i + 1))", velocity: "0"}
+  z[i in range(N)]: {initial: "0.2*i", velocity: 0.1}
+  s: {initial: 0}
+masses: {"bob[i in range(N)]": "m[i]", slider: 2}
+positions: {"bob[i in range(N)]": ["x[i]", "y[i]", "z[i]"], slider: "s"}
+potential: sum(m[i]*g*y[i] + z[i]**2/2 for i in range(N)) + x[0]*x[N - 1]/9
+constraints:
+  rod[0]: (x[0] - 0.1*sin(w*t)**2)**2 + y[0]**2 - l[0]**2
+  rod[i in range(1, N)]: (x[i] - x[i - 1])**2 + (y[i] - y[i - 1])**2 - l[i]**2
+  all: s - sum(y[i] for i in range(N)) + sum(l[j]*sin(0.3*j) for i in range(N) for j in range(i + 1))
+nonholonomic:
+  roll[i in range(N - 1)]: z_dot[i + 1] - 0.5*z_dot[i] + 0.1*x[i]*y_dot[i] - 0.05*cos(t)
+"""
+"""Rods from a moving pivot, a constraint of many terms, and some on velocities."""
+
+
+def program_and_motion(
+    text: str, count: int, *more: str
+) -> tuple[Program, Mapping[str, NDArray[np.float64]]]:
     """The program of the system with so many members, and a short motion."""
     spec = read_spec(dedent(text), "system.yaml", {"N": str(count)} if "sizes" in text else None)
     residual = derive(build_model(spec, GraphAlgebra()))
-    ready = prepare(residual, Compilation("taylor", 2.0**-52, frozenset(["q", "v", "h", "p", "observables"])))
-    motion = run(ready, resolve_values(spec, {}), 0.0, 1.5, 4)
+    outputs = frozenset(["q", "v", "h", "p", "observables", *more])
+    ready = prepare(residual, Compilation("taylor", 2.0**-52, outputs))
+    _, values, _ = consistent_values(spec, resolve_values(spec, {}), 0.0, {}, forced=True)
+    motion = run(ready, values, 0.0, 1.5, 4)
     program = ready.machine.program
     assert isinstance(program, Program)
     return program, motion.data
@@ -73,6 +99,23 @@ def test_batches_follow_the_same_motion_as_straight_code(
     for path, values in expected.items():
         size = np.max(np.abs(values), initial=1.0)
         assert np.max(np.abs(found[path] - values)) <= 2.0**-46 * size, path
+
+
+@pytest.mark.exhaustive(keep=2)
+@pytest.mark.parametrize("count", [2, 3, 5, 9, 17])
+def test_constraints_in_batches_are_those_of_straight_code(
+    count: int, monkeypatch: pytest.MonkeyPatch, always_in_batches: None
+) -> None:
+    rolled, found = program_and_motion(NET, count, "constraints")
+    monkeypatch.setattr(motions, "BATCHED", 10**9)
+    straight, expected = program_and_motion(NET, count, "constraints")
+    assert rolled.tables > 0
+    assert straight.tables == 0
+    for path, values in expected.items():
+        size = np.max(np.abs(values), initial=1.0)
+        assert np.max(np.abs(found[path] - values)) <= 2.0**-42 * size, path
+        if "constraints" in path:
+            assert np.max(np.abs(found[path])) <= 1e-14 * count, path
 
 
 def test_a_family_has_the_code_of_its_unrolled_twin(always_in_batches: None) -> None:
