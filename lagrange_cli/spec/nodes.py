@@ -23,6 +23,7 @@ from lagrange_cli.spec.source import WHOLE_FILE, Passage, Place, Source
 MAX_BYTES = whole("bytes")
 MAX_NODES = whole("values")
 MAX_DEPTH = 20
+TOO_DEEP = f"the file is nested more than {MAX_DEPTH} deep", "no section needs that"
 _EXAMPLE = "'lagrange systems pendulum' shows an example"
 _NOT_YAML = "[^\t\x20-\x7e\xa0-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]"
 """Compiled only for files that have characters that do not print: it takes longer than to read most files."""
@@ -123,7 +124,7 @@ def compose(source: Source, problems: Problems) -> Node:
     except yaml.YAMLError as error:
         from lagrange_cli.spec.yaml_errors import translated
 
-        raise translated(source, error) from error
+        raise translated(source, error, TOO_DEEP) from error
 
 
 class _Composer:
@@ -156,9 +157,7 @@ class _Composer:
 
     def _node(self, event: Any, depth: int) -> Node:
         if depth > MAX_DEPTH:
-            raise self._error(
-                event, f"the file is nested more than {MAX_DEPTH} deep", "no section needs that"
-            )
+            raise self._error(event, *TOO_DEEP)
         if isinstance(event, yaml.AliasEvent):
             node = self.anchors.get(str(event.anchor))
             if node is None:

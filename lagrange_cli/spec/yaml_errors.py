@@ -44,8 +44,8 @@ _HINTS: tuple[tuple[str, str], ...] = (
 )
 
 
-def translated(source: Source, error: yaml.YAMLError) -> SpecError:
-    """The error of YAML's parser as that of a system file."""
+def translated(source: Source, error: yaml.YAMLError, too_deep: tuple[str, str]) -> SpecError:
+    """The error of YAML's parser as that of a system file; what to say of a file ``too_deep`` for it."""
     mark = getattr(error, "problem_mark", None)
     problem = getattr(error, "problem", None)
     if mark is None or problem is None:
@@ -78,6 +78,8 @@ def translated(source: Source, error: yaml.YAMLError) -> SpecError:
     if colour := _COMMENTED.search(line_of_it[:_LONGEST]):
         hint = f"put '{colour[1]}' in quotes: without them a # begins a comment"
     message = f"YAML syntax error: {context + ', ' if context else ''}{problem}"
+    if "maximum nesting depth" in problem:  # libyaml from 0.2.6 on
+        message, hint = too_deep
     return source.error(Place(line + 1, column + 1), message, hint)
 
 

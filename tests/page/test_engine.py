@@ -165,6 +165,8 @@ def test_graphs_of_whatever_has_ticks_and_an_end():
     assert engine.run("span([[0, 0]], 0.06)") == [-1, 1]
     assert engine.run("span([[NaN, Infinity]], 0.06)") == [0, 0]
     assert engine.run("pretty('theta12')") == "θ₁₂"
+    names = ["constructor", "toString", "__proto__", "valueOf", "hasOwnProperty"]
+    assert engine.run(f"{names}.map((name) => pretty(name))") == names
     numbers = "[0, -0.5, 62.831853, 1.25e-6, -3.14159265e-5, 6.02214076e23, 36525, 1234567]"
     assert engine.run(f"{numbers}.map(boxed)") == [
         "0", "-0.5", "62.8319", "1.25e-6", "-3.14159e-5", "6.02214e23", "36525", "1234570",

@@ -8,7 +8,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map
 from lagrange_cli.run.plot import Asked, page_of
 from lagrange_cli.run.plots import reading
-from lagrange_cli.run.plots.quantities import quantities, unit_text
+from lagrange_cli.run.plots.quantities import Quantity, quantities, unit_text
 from lagrange_cli.store.result import Result
 from tests.support.command import SYSTEMS, lagrange
 
@@ -57,11 +57,18 @@ def test_drift_is_the_distance_from_the_first_value(folder):
 
 def test_the_usual_page_and_every_word(folder):
     assert [panel.title for panel in panels(folder, "run.h5")] == [
-        "coordinates", "phase portrait of theta", "path in space", "drift of h",
+        "coordinates", r"phase portrait of $\theta$", "path in space", "drift of $h$",
     ]  # fmt: skip
     words = ("v", "p", "positions", "energy", "ledger", "spectrum", "reactions")
     found = panels(folder, "run.h5", *words)
     assert len(found) >= len(words) and all(panel.items for panel in found)
+
+
+def test_a_long_name_has_room_beside_an_axis():
+    short, long = (
+        Quantity(name, f"q/{name}", (), "m").symbol for name in ("stretch", "a" * 50 + "_" + "b" * 50)
+    )
+    assert "stretch" in short and len(long) < 60 and "\N{HORIZONTAL ELLIPSIS}" in long
 
 
 def test_what_rests_is_left_out_unless_it_is_asked_for(tmp_path):
@@ -70,7 +77,7 @@ def test_what_rests_is_left_out_unless_it_is_asked_for(tmp_path):
     lagrange(*rest, "--outputs", "q,v,positions", "-o", "rest.h5", cwd=tmp_path)
     assert [panel.title for panel in panels(tmp_path, "rest.h5")] == ["coordinates"]
     asked = panels(tmp_path, "rest.h5", "phase", "path")
-    assert [panel.title for panel in asked] == ["phase portrait of x", "path in space"]
+    assert [panel.title for panel in asked] == ["phase portrait of $x$", "path in space"]
 
 
 def test_the_path_is_the_circle_of_the_pendulum(folder):
