@@ -66,8 +66,8 @@ def label_ticks(plotext: Any, panel: Panel) -> None:
         return
     low, high = min(map(np.nanmin, curves)), max(map(np.nanmax, curves))
     if high > low:
-        ticks = np.linspace(low, high, 5).tolist()
-        plotext.yticks(ticks, [f"{tick:.3g}" for tick in ticks])
+        ticks, grain = np.linspace(low, high, 5).tolist(), (high - low) / 500
+        plotext.yticks(ticks, [f"{0.0 if abs(tick) < grain else tick:.3g}" for tick in ticks])
 
 
 def draw(plotext: Any, curve: Curve, logarithmic: str) -> int:

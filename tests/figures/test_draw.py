@@ -50,6 +50,8 @@ def test_a_page_as_text_has_no_commands_for_the_terminal():
     text = as_text(PAGE, 80, colored=False)
     assert "\x1b" not in text and "theta" in text and "one" in text
     assert max(map(len, text.splitlines())) <= 100
+    swing = Panel("", "t", "x", (Curve(X, np.cos(np.pi * X) * np.linspace(1, 1 + 1e-7, 11)),))
+    assert "e-0" not in as_text(Page("", (swing,)), 80, colored=False)
 
 
 def only(*curves, **more):
