@@ -95,8 +95,8 @@ def range_of(scene: Scene, place: Place, k: int) -> tuple[float, float] | None:
 
 
 def _plane(scene: Scene, place: Place) -> bool:
-    """Whether a place in space does not leave the plane z = 0."""
-    return place[-1].is_zero or steady(scene.at(place)[-1])
+    """Whether a place in space does not leave a plane along two axes: the ground, or that of a throw."""
+    return any(one.is_zero or steady(values) for one, values in zip(place, scene.at(place)))
 
 
 def _mark(scene: Scene, track: Track) -> Array:
@@ -112,7 +112,7 @@ def _mark(scene: Scene, track: Track) -> Array:
 
 def _of_constraints(scene: Scene, held: set[str]) -> Iterator[Track]:
     """The curve or surface that a constraint keeps a particle on, or where an event changes how it moves (a
-    floor), if it can be solved for a component."""
+    floor), if it can be solved for a component, or is an ellipse or an ellipsoid."""
     walls = [scene.scope.scalar(one) for one in scene.spec.constraints.values()]
     walls += [scene.scope.scalar(one.when) for one in scene.spec.events.values() if one.changes]
     for name, place in scene.positions.items():
@@ -123,8 +123,9 @@ def _of_constraints(scene: Scene, held: set[str]) -> Iterator[Track]:
             if node.symbols & scene.moving & ~scene.symbols(place):
                 continue
             solved = _solved(scene, node, plain[::-1])
-            if solved is not None:
-                on = tuple(solved[1] if one is solved[0] else one for one in place)
+            there = dict([solved]) if solved is not None else _round(scene, node, plain)
+            if there:
+                on = tuple(there.get(one, one) for one in place)
                 along = scene.depends(on)
                 if 1 <= len(along) <= scene.dimension - 1:
                     yield Track(name, on, along, tuple(range_of(scene, on, k) for k in along))
@@ -145,6 +146,38 @@ def _solved(scene: Scene, node: Node, symbols: list[Node]) -> tuple[Node, Node] 
         if least > best and equal(*scene.probe([node, rest + slope * symbol])):
             best, found = least, (symbol, -rest / slope)
     return found
+
+
+def _round(scene: Scene, node: Node, symbols: list[Node]) -> dict[Node, Node]:
+    """The components of the points of an ellipse or an ellipsoid, where ``node`` is 0. Their angles have the
+    symbols of the first two of them. Empty where it is none along the axes, or not seen to be."""
+    graph = scene.graph
+    used = [one for one in symbols if node.symbols & one.symbols]
+    if len(used) < 2:
+        return {}
+    (constant,) = scene.without((node,), scene.symbols(used))
+    whole, rest = constant, -constant
+    found = []
+    for symbol in used:
+        slope = graph.diff(node, symbol)
+        curvature = graph.diff(slope, symbol)
+        (linear,) = scene.without((slope,), symbol.symbols)
+        if curvature.is_zero or (curvature.symbols | linear.symbols) & scene.moving:
+            return {}
+        whole = whole + symbol * (curvature * symbol / graph.constant(2) + linear)
+        rest = rest + linear * linear / (graph.constant(2) * curvature)
+        found.append((curvature, -linear / curvature))
+    squares = [graph.constant(2) * rest / curvature for curvature, _ in found]
+    if not equal(*scene.probe([node, whole])) or not min(scene.now(tuple(squares))) > 0:
+        return {}
+    turn, rise = used[:2]
+    level = graph.one if len(used) == 2 else graph.function("cos", [rise])
+    parts = [graph.function("cos", [turn]) * level, graph.function("sin", [turn]) * level]
+    parts += [graph.function("sin", [rise])]
+    return {
+        symbol: centre + graph.function("sqrt", [square]) * part
+        for symbol, (_, centre), square, part in zip(used, found, squares, parts)
+    }
 
 
 def floors_of(scene: Scene) -> Iterator[tuple[Place, Place]]:
