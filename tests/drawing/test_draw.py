@@ -284,18 +284,18 @@ def test_ellipses_and_ellipsoids_of_constraints(constraint, dimension, along):
 
 
 @pytest.mark.parametrize(
-    "constraint", ["x*y - 1", "x**2 - y**2 - 1", "x**2 + y**2 + 1", "x**4 + y**2 - 1", "x**2 + x_dot_0*y**2 - 1"]
+    "constraint", ["x*y - 1", "x**2 - y**2 - 1", "x**2 + y**2 + 1", "x**4 + y**2 - 1", "x**2 + k*y**2 - 1"]
 )
 def test_what_is_no_ellipse_is_not_drawn_as_one(constraint):
     drawing = drawn(
-        "parameters: {x_dot_0: -1}\ncoordinates: {x: {initial: 0.1}, y: {initial: 0.1}}\nmasses: {bead: 1}\n"
+        "parameters: {k: -1}\ncoordinates: {x: {initial: 0.1}, y: {initial: 0.1}}\nmasses: {bead: 1}\n"
         f"positions: {{bead: [x, y]}}\nconstraints: {{on: {constraint}}}\n"
     )
     assert drawing.curves == ()
 
 
 def test_a_throw_has_no_wall():
-    """A particle that moves in a plane along two axes moves on no surface that is drawn; on a slope it does."""
+    """Of a particle that moves in a plane along two axes no surface is drawn; of one on a slope it is."""
     text = "coordinates: {{x: {{initial: 0}}, z: {{initial: 0}}}}\nmasses: {{p: 1}}\npositions: {{p: {}}}\n"
     for place, curves in (("[x, 0, z]", 0), ("[2, x, z]", 0), ("[x, z, 3]", 0), ("[x, z, x/2]", 1)):
         assert len(drawn(text.format(place)).curves) == curves
