@@ -1,5 +1,7 @@
 """What plots show of outputs: the samples of the file, and what to ask for where they are missing."""
 
+import weakref
+
 import h5py
 import numpy as np
 import pytest
@@ -198,3 +200,31 @@ def test_a_long_motion_keeps_its_extremes(folder, monkeypatch):
 def test_units_are_written_as_they_are_read():
     assert unit_text("kg*m^2/s^2") == "kg\N{MIDDLE DOT}m$^{2}$/s$^{2}$"
     assert unit_text("$x$") == r"\$x\$"
+
+
+def test_a_long_output_is_not_kept_while_it_is_read(folder, monkeypatch):
+    """Of each part only the samples that are drawn stay in memory."""
+    monkeypatch.setattr(reading, "PIECE", 20)
+    monkeypatch.setattr(reading, "POINTS", 50)
+    monkeypatch.setattr(reading, "BUCKETS", 20)
+    read, seen, most = Result.read, [], 0
+
+    def counted(self, path, part=...):
+        nonlocal most
+        found = read(self, path, part)
+        seen.append(weakref.ref(found))
+        most = max(most, sum(one() is not None for one in seen))
+        return found
+
+    with Result(str(folder / "run.h5")) as result:
+        known = quantities(result)
+        monkeypatch.setattr(Result, "read", counted)
+        wanted = [known["theta"], known["theta_dot"], known["t"]]
+        columns, step = reading.together(result, wanted)
+        assert len(seen) > 20 and most <= 2 * len(wanted)
+        np.testing.assert_array_equal(columns[0], read(result, "q/theta")[::step])
+        seen.clear()
+        most = 0
+        reading.over_time(result, known["t"], known["theta"])
+        reading.extremes(result, known["theta"])
+        assert len(seen) > 20 and most <= 4
