@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias, runtime_checkable
 
 from lagrange_cli.api.kept import WORKING
 from lagrange_cli.errors import UsageError
-from lagrange_cli.figures.style import check_matplotlib
+from lagrange_cli.figures.style import check_matplotlib, plain
 from lagrange_cli.run.plot import Asked, check_format, page_of, write
 from lagrange_cli.store.find_target import find_target
 from lagrange_cli.store.result import Result
@@ -47,7 +47,7 @@ class Picture:
     @property
     def panels(self) -> tuple[str, ...]:
         """The titles of its panels."""
-        return tuple(panel.title or panel.y for panel in self._page.panels)
+        return tuple(plain(panel.title or panel.y) for panel in self._page.panels)
 
     def draw(self, format: str = ".png") -> bytes:
         """The picture as the content of a file.

@@ -15,7 +15,7 @@ from lagrange_cli.expression.arrays import Array
 from lagrange_cli.expression.node import Node
 from lagrange_cli.records import dataclass
 
-TURN = (0.0, 2 * math.pi)
+TURN, RISE = (0.0, 2 * math.pi), (-math.pi / 2, math.pi / 2)
 MOST = 8
 """Curves of one drawing; more of them would hide what moves."""
 
@@ -95,8 +95,8 @@ def range_of(scene: Scene, place: Place, k: int) -> tuple[float, float] | None:
 
 
 def _plane(scene: Scene, place: Place) -> bool:
-    """Whether a place in space does not leave the plane z = 0."""
-    return place[-1].is_zero or steady(scene.at(place)[-1])
+    """Whether a place in space does not leave a plane along two axes: the ground, or that of a throw."""
+    return any(one.is_zero or steady(values) for one, values in zip(place, scene.at(place)))
 
 
 def _mark(scene: Scene, track: Track) -> Array:
@@ -112,7 +112,7 @@ def _mark(scene: Scene, track: Track) -> Array:
 
 def _of_constraints(scene: Scene, held: set[str]) -> Iterator[Track]:
     """The curve or surface that a constraint keeps a particle on, or where an event changes how it moves (a
-    floor), if it can be solved for a component."""
+    floor), if it can be solved for a component, or is an ellipse or an ellipsoid."""
     walls = [scene.scope.scalar(one) for one in scene.spec.constraints.values()]
     walls += [scene.scope.scalar(one.when) for one in scene.spec.events.values() if one.changes]
     for name, place in scene.positions.items():
@@ -123,11 +123,16 @@ def _of_constraints(scene: Scene, held: set[str]) -> Iterator[Track]:
             if node.symbols & scene.moving & ~scene.symbols(place):
                 continue
             solved = _solved(scene, node, plain[::-1])
-            if solved is not None:
-                on = tuple(solved[1] if one is solved[0] else one for one in place)
+            there, rise = (dict([solved]), None) if solved is not None else _round(scene, node, plain)
+            if there:
+                on = tuple(there.get(one, one) for one in place)
                 along = scene.depends(on)
                 if 1 <= len(along) <= scene.dimension - 1:
-                    yield Track(name, on, along, tuple(range_of(scene, on, k) for k in along))
+                    angles = [scene.coordinates[k] for k in along]
+                    ranges = (
+                        RISE if one is rise else range_of(scene, on, k) for k, one in zip(along, angles)
+                    )
+                    yield Track(name, on, along, tuple(ranges))
 
 
 def _solved(scene: Scene, node: Node, symbols: list[Node]) -> tuple[Node, Node] | None:
@@ -145,6 +150,40 @@ def _solved(scene: Scene, node: Node, symbols: list[Node]) -> tuple[Node, Node] 
         if least > best and equal(*scene.probe([node, rest + slope * symbol])):
             best, found = least, (symbol, -rest / slope)
     return found
+
+
+def _round(scene: Scene, node: Node, symbols: list[Node]) -> tuple[dict[Node, Node], Node | None]:
+    """The components of the points of an ellipse or an ellipsoid, where ``node`` is 0, and the angle that
+    rises. Their angles have the symbols of the first two of them. Empty where it is none along the axes, or
+    not seen to be."""
+    graph = scene.graph
+    used = [one for one in symbols if node.symbols & one.symbols]
+    if len(used) < 2:
+        return {}, None
+    (constant,) = scene.without((node,), scene.symbols(used))
+    whole, rest = constant, -constant
+    found = []
+    for symbol in used:
+        slope = graph.diff(node, symbol)
+        curvature = graph.diff(slope, symbol)
+        (linear,) = scene.without((slope,), symbol.symbols)
+        if curvature.is_zero or (curvature.symbols | linear.symbols) & scene.moving:
+            return {}, None
+        whole = whole + symbol * (curvature * symbol / graph.constant(2) + linear)
+        rest = rest + linear * linear / (graph.constant(2) * curvature)
+        found.append((curvature, -linear / curvature))
+    squares = [graph.constant(2) * rest / curvature for curvature, _ in found]
+    if not equal(*scene.probe([node, whole])) or not min(scene.now(tuple(squares))) > 0:
+        return {}, None
+    turn, rise = used[:2]
+    level = graph.one if len(used) == 2 else graph.function("cos", [rise])
+    parts = [graph.function("cos", [turn]) * level, graph.function("sin", [turn]) * level]
+    parts += [graph.function("sin", [rise])]
+    there = {
+        symbol: centre + graph.function("sqrt", [square]) * part
+        for symbol, (_, centre), square, part in zip(used, found, squares, parts)
+    }
+    return there, rise if len(used) > 2 else None
 
 
 def floors_of(scene: Scene) -> Iterator[tuple[Place, Place]]:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
-from lagrange_cli.figures.style import COLORS, STYLE, rendered
+from lagrange_cli.figures.style import COLORS, formula, plain, rendered, styled
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -21,17 +21,24 @@ MOST_LABELS = 8
 VECTORS = 20_000
 """A curve of more points is a picture within the file, so that this stays small."""
 SHADES = "viridis"
+LETTERS_PER_INCH, KEY = 14.0, 6
+"""How many letters of a legend have room beside one another, and how many a key takes."""
+STEADY, AROUND = 1e-12, 0.1
+"""What varies by less than this part of it is drawn as a line in the middle of a range of that part of it."""
 TICKS, TICKS_IN_SPACE = 7, 4
 """Ticks along a horizontal axis, and along the longest one in space."""
+SLIM, ZOOM, CORNER = 0.5, 0.95, 0.15
+"""The shortest axis of a frame in space, as a part of the longest; how large the frame is, which leaves room
+for labels; and the part of an axis without any, where another one ends."""
+PAD, DISTANCE = 1.6, 4.6
+"""Points between the upright axis and its numbers, and its name, for each letter of a number."""
 STEPS = [1, 2, 5, 10]
 """Their distances, up to powers of ten: those with few digits, so that labels do not run into each other."""
 
 
 def draw(page: Page, suffix: str, creator: str = "", size: tuple[float, float] | None = None) -> bytes:
     """The picture of a page in the format ``suffix`` (.png, .svg, .pdf); ``size`` is in inches."""
-    import matplotlib
-
-    with matplotlib.rc_context(STYLE):
+    with styled():
         return rendered(figure_of(page, size), suffix, creator)
 
 
@@ -57,24 +64,24 @@ def figure_of(page: Page, size: tuple[float, float] | None = None) -> Figure:
 def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
     """Draw one frame into its place."""
     axes: Any = figure.add_subplot(*place, projection="3d" if panel.z else None)
-    axes.set_title(panel.title, loc="left", fontsize=10, parse_math=False)
-    axes.set_xlabel(panel.x)
-    axes.set_ylabel(panel.y)
+    axes.set_title(formula(panel.title), loc="left", fontsize=10)
+    axes.set_xlabel(formula(panel.x))
+    axes.set_ylabel(formula(panel.y))
     if panel.z:
-        axes.set_zlabel(panel.z)
+        axes.set_zlabel(formula(panel.z), labelpad=9)
     for item in panel.items:
         if isinstance(item, Curve):
             draw_curve(axes, item)
         elif isinstance(item, Band):
             axes.fill_between(
                 item.x, item.low, item.high, color=COLORS[item.color % len(COLORS)], alpha=0.2, lw=0,
-                label=item.label or None,
+                label=formula(item.label) or None,
             )  # fmt: skip
         elif isinstance(item, Map):
             mesh = axes.pcolormesh(
                 item.x, item.y, item.values, shading="nearest", cmap=SHADES, rasterized=True
             )
-            figure.colorbar(mesh, ax=axes, label=item.label)
+            figure.colorbar(mesh, ax=axes, label=formula(item.label))
             axes.grid(visible=False)
         elif isinstance(item, Histogram):
             values = item.values[np.isfinite(item.values)]
@@ -84,18 +91,18 @@ def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
                 bins="auto" if len(values) > 1 else 1,
                 color=color,
                 alpha=0.8,
-                label=item.label or None,
+                label=formula(item.label) or None,
             )
     if panel.z:
-        sparse_ticks(axes, panel.equal)
+        frame_space(axes, panel.equal)
     elif "x" not in panel.logarithmic:
         axes.xaxis.get_major_locator().set_params(nbins=TICKS, steps=STEPS)
     if "x" in panel.logarithmic:
         axes.set_xscale("log")
     if "y" in panel.logarithmic:
         axes.set_yscale("log")
-    if panel.equal:
-        axes.set_aspect("equal", adjustable="datalim" if not panel.z else "box")
+    if panel.equal and not panel.z:
+        axes.set_aspect("equal", adjustable="datalim")
     if panel.scale is not None:
         from matplotlib.cm import ScalarMappable
         from matplotlib.colors import Normalize
@@ -103,34 +110,68 @@ def draw_panel(figure: Figure, panel: Panel, place: tuple[Any, ...]) -> None:
 
         shades = ScalarMappable(Normalize(panel.scale.low, panel.scale.high), SHADES)
         ticks = MaxNLocator(nbins=TICKS, integer=True) if panel.scale.numbers else None
-        figure.colorbar(shades, ax=axes, label=panel.scale.label, ticks=ticks)
+        figure.colorbar(shades, ax=axes, label=formula(panel.scale.label), ticks=ticks)
+    if not panel.z:
+        steady(axes, panel)
     handles, _ = axes.get_legend_handles_labels()
     if 1 < len(handles) <= MOST_LABELS or (handles and any(isinstance(one, Band) for one in panel.items)):
-        axes.legend(
-            frameon=True, framealpha=0.8, edgecolor="none", fontsize=8, ncols=2 if len(handles) > 4 else 1
-        )
+        draw_legend(axes, panel.title)
 
 
-def sparse_ticks(axes: Any, equal: bool) -> None:
-    """As many ticks as have room along each axis in space; one, in the middle, where it is short."""
+def draw_legend(axes: Any, title: str) -> None:
+    """The names of curves: beside the title where they have room there, else where curves leave some."""
+    _, labels = axes.get_legend_handles_labels()
+    letters = 1.4 * len(plain(title)) + sum(len(plain(one)) + KEY for one in labels)
+    look: dict[str, Any] = {"edgecolor": "none", "fontsize": 8}
+    if letters <= LETTERS_PER_INCH * WIDTH and not hasattr(axes, "get_zlim"):
+        place = {"loc": "lower right", "bbox_to_anchor": (1.0, 1.0), "borderaxespad": 0.2}
+        axes.legend(ncols=len(labels), columnspacing=1.2, handlelength=1.5, frameon=False, **place, **look)
+    else:
+        axes.legend(framealpha=0.8, ncols=2 if len(labels) > 4 else 1, **look)
+
+
+def steady(axes: Any, panel: Panel) -> None:
+    """Show what is constant but for rounding as that, and not the rounding."""
+    curves = [one for one in panel.items if isinstance(one, Curve)]
+    if len(curves) < len(panel.items):
+        return
+    for name, set_limits in (("x", axes.set_xlim), ("y", axes.set_ylim)):
+        known = [values[np.isfinite(values)] for values in (getattr(one, name) for one in curves)]
+        values = np.concatenate([np.empty(0), *known])
+        if len(values) < 2 or name in panel.logarithmic:
+            continue
+        low, high = float(values.min()), float(values.max())
+        size = max(abs(low), abs(high))
+        if 0 < high - low <= STEADY * size:
+            set_limits(low - AROUND * size, high + AROUND * size)
+
+
+def frame_space(axes: Any, equal: bool) -> None:
+    """A frame in space that is no sliver where a path is one, with as many ticks as have room."""
     named = (axes.xaxis, axes.yaxis, axes.zaxis)
     ranges = [axis.get_view_interval() for axis in named]
-    spans = [float(high - low) for low, high in ranges]
-    for axis, span, (low, high) in zip(named, spans, ranges):
-        count = int(TICKS_IN_SPACE * (span / max(spans) if equal else 1))
-        if count:
-            axis.get_major_locator().set_params(nbins=count, steps=STEPS)
-        else:
-            middle = rounded_middle(low, high)
-            axis.set_ticks([middle], [f"{middle:g}"])
-
-
-def rounded_middle(low: float, high: float) -> float:
-    """About the middle of a range, with no more digits than tell a tenth of it."""
-    middle = (low + high) / 2
-    if not high > low:
-        return middle
-    return round(middle, 1 - math.floor(math.log10(high - low))) + 0.0  # not -0
+    longest = max(float(high - low) for low, high in ranges)
+    axes.tick_params(labelsize=8, pad=1)
+    spans = []
+    for axis, (low, high), set_limits in zip(named, ranges, (axes.set_xlim, axes.set_ylim, axes.set_zlim)):
+        share = 1.0
+        if equal:
+            share = max((high - low) / longest, SLIM)
+            middle, half = (low + high) / 2, share * longest / 2
+            set_limits(middle - half, middle + half)
+        spans.append(share)
+        locator = axis.get_major_locator()
+        locator.set_params(nbins=round(TICKS_IN_SPACE * share), steps=STEPS)
+        if axis is axes.yaxis:  # where it begins are the last numbers of x
+            first, last = axis.get_view_interval()
+            axis.set_ticks([one for one in locator() if first + CORNER * (last - first) < one <= last])
+    tall = spans[2] / math.hypot(*spans)
+    axes.set_box_aspect(spans, zoom=ZOOM * min(1.0, 3**-0.5 / tall))  # not taller than a cube
+    upright = axes.zaxis
+    ticks = upright.get_major_formatter().format_ticks(upright.get_major_locator()())
+    letters = max(map(len, ticks), default=0)
+    upright.set_tick_params(pad=PAD * letters)
+    upright.labelpad = DISTANCE * letters + 2
 
 
 def draw_curve(axes: Any, curve: Curve) -> None:
@@ -151,4 +192,4 @@ def draw_curve(axes: Any, curve: Curve) -> None:
         data = [each[part] for each in (curve.x, curve.y, curve.z) if each is not None]
         if len(data[0]) > (0 if alpha == 1.0 else 1) and (alpha == 1.0 or curve.faded is not None):
             label = curve.label if alpha == 1.0 or not count else ""
-            axes.plot(*data, alpha=alpha, label=label or None, **look)
+            axes.plot(*data, alpha=alpha, label=formula(label) or None, **look)

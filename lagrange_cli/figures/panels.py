@@ -68,8 +68,8 @@ class Scale:
 
 @dataclass(frozen=True)
 class Panel:
-    """One frame. Labels of the axes may hold formulas; ``title`` is plain text. With ``equal`` a length is
-    the same along both axes, ``logarithmic`` names the axes ("x", "y", "xy") that are."""
+    """One frame. ``title`` and the labels of the axes may hold formulas. With ``equal`` a length is the same
+    along both axes, ``logarithmic`` names the axes ("x", "y", "xy") that are."""
 
     title: str
     x: str

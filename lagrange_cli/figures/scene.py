@@ -12,7 +12,7 @@ import numpy as np
 from lagrange_cli.drawing.drawing import Drawing, Line, Locus
 from lagrange_cli.drawing.evaluate import locus, points, sizes
 from lagrange_cli.figures.solids import seen
-from lagrange_cli.figures.style import COLORS, STYLE
+from lagrange_cli.figures.style import COLORS, formula, styled
 from lagrange_cli.records import dataclass
 
 Array = np.ndarray
@@ -84,7 +84,6 @@ class Scene:
         self, drawing: Drawing, parameters: Mapping[str, float], title: str, width: int, height: int,
         sides: Sequence[Side] = (), unit: str = "",
     ) -> None:  # fmt: skip
-        import matplotlib
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
 
@@ -92,7 +91,7 @@ class Scene:
         self.sizes = sizes(drawing, parameters)
         self.middle: Array = np.zeros(drawing.dimension)
         self.view = View(drawing)
-        with matplotlib.rc_context(STYLE):
+        with styled():
             dpi = 100 * min(height, 0.75 * width) / HEIGHT
             figure = Figure(figsize=(width / dpi, height / dpi), dpi=dpi)
             self.canvas: Any = FigureCanvasAgg(figure)
@@ -174,12 +173,14 @@ class Scene:
             height = 0.9 / len(sides)
             place = (1 - SIDE + 0.09, 0.97 - height * (number + 1) + 0.08, SIDE - 0.11, height - 0.14)
             axes = figure.add_axes(place)
-            axes.set_title(side.title, loc="left", fontsize=9, parse_math=False)
-            axes.set_xlabel(side.x, fontsize=8)
-            axes.set_ylabel(side.y, fontsize=8)
+            axes.set_title(formula(side.title), loc="left", fontsize=9)
+            axes.set_xlabel(formula(side.x), fontsize=8)
+            axes.set_ylabel(formula(side.y), fontsize=8)
             axes.tick_params(labelsize=7)
             for k, (_, x, y, label) in enumerate(side.curves):
-                axes.plot(x, y, color=COLORS[k % len(COLORS)], lw=0.8, alpha=0.6, label=label or None)
+                axes.plot(
+                    x, y, color=COLORS[k % len(COLORS)], lw=0.8, alpha=0.6, label=formula(label) or None
+                )
             if 1 < len(side.curves) <= MOST_LABELS:
                 axes.legend(
                     fontsize=7, frameon=False, loc="lower right", bbox_to_anchor=(1, 0.98), ncols=4,

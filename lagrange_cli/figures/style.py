@@ -4,6 +4,11 @@ from __future__ import annotations
 
 import importlib.util
 import io
+import logging
+import re
+import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import MissingPackage
@@ -26,8 +31,27 @@ STYLE: Any = {
     "grid.color": "#e4e4e4",
     "grid.linewidth": 0.8,
     "axes.axisbelow": True,
+    "agg.path.chunksize": 10_000,  # a curve of very many points does not fit as a whole
 }
 DPI = 150
+COMMANDS = re.compile(r"\\([A-Za-z]+)")
+"""Those of formulas."""
+
+
+@contextmanager
+def styled() -> Iterator[None]:
+    """Draw so; boxes stand for the letters that fonts lack, without a word on standard error for each."""
+    import matplotlib
+
+    log = logging.getLogger("matplotlib.mathtext")
+    with matplotlib.rc_context(STYLE), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing from", UserWarning)
+        level = log.level
+        log.setLevel(logging.ERROR)
+        try:
+            yield
+        finally:
+            log.setLevel(level)
 
 
 def check_matplotlib(asked: str) -> None:
@@ -48,3 +72,21 @@ def rendered(figure: Figure, suffix: str, creator: str = "") -> bytes:
     drawn = io.BytesIO()
     figure.savefig(drawn, format=suffix[1:], dpi=DPI, metadata=notes or None)
     return drawn.getvalue()
+
+
+def formula(text: str) -> str:
+    """A text with formulas in it, as matplotlib can set it: as plain text where it cannot."""
+    from matplotlib.mathtext import MathTextParser
+
+    try:
+        MathTextParser("path").parse(text)
+    except ValueError:
+        return text.replace("$", r"\$")
+    return text
+
+
+def plain(text: str) -> str:
+    """A label without what only formulas have, and without control characters."""
+    text = COMMANDS.sub(lambda found: "" if found[1] in ("mathrm", "dot", "ddot") else found[1], text)
+    text = re.sub(r"[${}\\]", "", text)
+    return "".join(one if one.isprintable() else "?" for one in text)

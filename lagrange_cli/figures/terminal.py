@@ -3,18 +3,17 @@
 from __future__ import annotations
 
 import importlib.util
-import re
 from typing import Any
 
 import numpy as np
 
 from lagrange_cli.errors import MissingPackage
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
+from lagrange_cli.figures.style import plain
 
 HEIGHT = 18
 MOST_CURVES = 8
 MOST_POINTS = 2000
-LETTERS = re.compile(r"\\([A-Za-z]+)")
 
 
 def check_plotext(asked: str) -> None:
@@ -67,8 +66,8 @@ def label_ticks(plotext: Any, panel: Panel) -> None:
         return
     low, high = min(map(np.nanmin, curves)), max(map(np.nanmax, curves))
     if high > low:
-        ticks = np.linspace(low, high, 5).tolist()
-        plotext.yticks(ticks, [f"{tick:.3g}" for tick in ticks])
+        ticks, grain = np.linspace(low, high, 5).tolist(), (high - low) / 500
+        plotext.yticks(ticks, [f"{0.0 if abs(tick) < grain else tick:.3g}" for tick in ticks])
 
 
 def draw(plotext: Any, curve: Curve, logarithmic: str) -> int:
@@ -83,10 +82,3 @@ def draw(plotext: Any, curve: Curve, logarithmic: str) -> int:
     plot = plotext.scatter if curve.points else plotext.plot
     plot(x[known].tolist(), y[known].tolist(), label=plain(curve.label) or None)
     return 1
-
-
-def plain(text: str) -> str:
-    """A label without what only formulas have, and without control characters."""
-    text = LETTERS.sub(lambda found: "" if found[1] in ("mathrm", "dot", "ddot") else found[1], text)
-    text = re.sub(r"[${}\\]", "", text)
-    return "".join(one if one.isprintable() else "?" for one in text)

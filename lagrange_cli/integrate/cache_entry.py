@@ -37,7 +37,7 @@ def key_of(spec: Spec, compilation: Compilation) -> str | None:
             asked.portable,
             asked.order,
         ]
-        kind += [asked.proven, asked.section, asked.factor]
+        kind += [asked.proven, asked.unproven, asked.section, asked.factor]
     return json.dumps(
         [
             structure(spec),

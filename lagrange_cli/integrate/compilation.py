@@ -16,10 +16,10 @@ class Compilation:
     ``portable`` program computes the same bits on every machine, if the numbers in the equations are such.
     ``order`` is that of the Taylor series, if it is not to follow from the tolerance. Motions that stop
     before they start need a program that is compiled ``backward``. Steps are ``proven`` for every system, not
-    only where a force may hide. An ensemble's ``section`` is a kind of them (``native.interface``): what is
-    kept of its motions are not samples at given times. With a ``factor``, the program is that of a
-    companion (see ``native.numbers.beside``). Outputs that are ``optional`` are left out as far
-    as they are not defined.
+    only where a force may hide; in an ``unproven`` program, which is shorter, none is. An ensemble's
+    ``section`` is a kind of them (``native.interface``): what is kept of its motions are not samples at given
+    times. With a ``factor``, the program is that of a companion (see ``native.numbers.beside``). Outputs that
+    are ``optional`` are left out as far as they are not defined.
     """
 
     method: str
@@ -31,6 +31,7 @@ class Compilation:
     order: int | None = None
     backward: bool = False
     proven: bool = False
+    unproven: bool = False
     section: str = ""
     factor: int | None = None
     optional: frozenset[str] = frozenset()

@@ -128,6 +128,7 @@ def program_of(residual: Residual, plan: Plan, compilation: Compilation, observi
             tolerance=tolerance,
             store_momenta=True,
             proven=compilation.proven,
+            unproven=compilation.unproven,
             factor=compilation.factor,
             observing=observing,
         )

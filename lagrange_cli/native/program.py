@@ -52,6 +52,7 @@ def write_program(
     store_momenta: bool = False,
     kind: Callable[[], Written[Any]] = Emitter,
     proven: bool = False,
+    unproven: bool = False,
     factor: int | None = None,
     observing: Residual | None = None,
     collocated: bool = False,
@@ -61,11 +62,11 @@ def write_program(
     ``@linearize`` computes the nodes ``linearized``, functions of q, v and the symbols ``accelerations``, if
     there are any. Cyclic momenta are stored in rows of the state if ``store_momenta``. Steps are
     ``proven`` where a force may hide, and wherever that is asked for, unless forces are not linear in
-    multipliers. With a
-    ``factor`` the program is that of a companion (see ``numbers.beside``). Accelerations and multipliers in
-    what is ``observed`` are those of the equations ``observing``, by default ``residual``. Raises
-    ``TooLarge`` where the program has more instructions than can be compiled. Steps that are ``collocated``
-    are polynomials through rates, of that order, instead of series.
+    multipliers, or the program is to be ``unproven``. With a ``factor`` the program is that of a companion
+    (see ``numbers.beside``). Accelerations and multipliers in what is ``observed`` are those of the equations
+    ``observing``, by default ``residual``. Raises ``TooLarge`` where the program has more instructions than
+    can be compiled. Steps that are ``collocated`` are polynomials through rates, of that order, instead of
+    series.
     """
     emitter: Callable[[], Emitter] = Emitter if factor is None else partial(BesideEmitter, factor)
     kind = emitter if kind is Emitter else kind
@@ -86,7 +87,8 @@ def write_program(
     masses = masses_of(model) if stepping else {}
     closes = stepping and bool(changes) and bool(observing.multipliers)
     hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
-    provable = stepping and not residual.bent  # Newton's method does not tell how far multipliers may be off
+    # Newton's method does not tell how far multipliers may be off
+    provable = stepping and not (residual.bent or unproven)
     hiding = provable and hides
     proven = provable and (proven or may_hide(residual))
     followed = [*smooth.integrands.values()] if hiding else []

@@ -1,7 +1,7 @@
 """From what a page shows to the page: one file that needs nothing else.
 
 Texts of the user are in the data alone, which scripts put into the page as text; what stands in the HTML
-itself is escaped.
+itself, and in the equations, is escaped. Scripts and equations are packed, but for the one that unpacks them.
 """
 
 from __future__ import annotations
@@ -19,8 +19,10 @@ SCRIPTS = (
     "controls", "start", "player", "link", "save", "hand", "main",
 )  # fmt: skip
 """The scripts, in the order in which they are joined."""
+FIRST = "unpack"
+"""The script that adds the others."""
 STAGE, SPACE = "stage", ("three", "space")
-"""Pages in space have these, too: ``SPACE`` compressed."""
+"""Pages in space have these, too: ``SPACE`` on its own, for browsers that can show it."""
 TEMPLATE, STYLE = "page.html", "style.css"
 
 
@@ -32,14 +34,14 @@ def asset(name: str) -> str:
 def document(data: Mapping[str, Any], equations: str) -> str:
     """The page that shows ``data``; ``equations`` are HTML, in which all text is escaped."""
     space = data["drawing"] is not None and data["drawing"]["dimension"] == 3
-    if space:  # to make room for three.js
-        data = {**data, "equations": packed(equations.encode()), "space": packed(joined(SPACE).encode())}
+    texts = {"equations": equations, "script": scripts(space)}
+    if space:
+        texts["space"] = joined(SPACE)
     parts = {
         "title": escape(str(data["name"])),
         "style": asset(STYLE),
-        "equations": "" if space else equations,
-        "data": embedded(data),
-        "script": scripts(space),
+        "data": embedded({**data, **{name: packed(text.encode()) for name, text in texts.items()}}),
+        "script": joined([FIRST]),
     }
     page = asset(TEMPLATE)
     first, *others = page.split("{{")

@@ -21,7 +21,6 @@ from lagrange_cli.run.plots import motions, sections, sweeps
 from lagrange_cli.run.plots.motions import Run, What, opened
 from lagrange_cli.run.plots.quantities import look_up, output_of
 from lagrange_cli.run.request import HDF5, Request
-from lagrange_cli.run.settings import DEFAULT_SAMPLES
 from lagrange_cli.store.result import Result
 
 if TYPE_CHECKING:
@@ -39,6 +38,8 @@ WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
 """Of each kind of output the words of ``--what``, and those that are drawn unless others are asked for."""
 ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
 MOST_PANELS = 40
+SMOOTH = 4001
+"""Samples of a plotted motion: some hundred oscillations are curves, and no polygons."""
 MOST_NUMBERS = 1_000_000
 """Values of coordinates of a plotted motion, up to which it has more samples than its file asks for."""
 SAME = 1e-12
@@ -68,7 +69,7 @@ def finely_sampled(motion: Motion, request: Request) -> Request:
     curves are curves. The samples of the file are among them. What ``request`` says itself is kept."""
     asked, settings = request.options, motion.settings
     coordinates = max(1, len(motion.spec.coordinates))
-    wanted = min(DEFAULT_SAMPLES, MOST_NUMBERS // coordinates)
+    wanted = min(SMOOTH, MOST_NUMBERS // coordinates)
     factor = math.ceil((wanted - 1) / (settings.count - 1))
     if asked.samples is not None or "step" in request.times or factor <= 1:
         return request
@@ -195,7 +196,11 @@ def across(runs: Sequence[Run], asked: Asked) -> list[Panel]:
         elif kind == "section":
             panels.append(sections.across([each for each, *_ in own], one_name, other_name, ""))
         elif x == "t" and kind == "motion":
-            panels.append(motions.panel_over_time(other_name, [(run, run.known[n]) for run, _, n in own]))
+            panels.append(
+                motions.panel_over_time(
+                    run.known[other_name].symbol, [(run, run.known[n]) for run, _, n in own]
+                )
+            )
         else:
             panels.append(motions.across([each for each, *_ in own], one_name, other_name, ""))
     return panels

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.arrays import Array
     from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.native.program import Program
+    from lagrange_cli.outputs.recording import Recording
     from lagrange_cli.run.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.store.target import Target
@@ -45,6 +46,13 @@ READING = 8_000_000
 UNREADABLE = "The equations are too large to be shown here."
 LARGEST = 60_000
 """Lines of LLVM IR in a page's program: the page stays below 400 kB, and is written in less than a minute."""
+PROVEN = 20_000
+"""Lines of a program with the proofs of its steps, beyond which these are left out: with more of them, the
+page would no longer begin a motion within a frame."""
+UNPROVEN = (
+    "This page does not prove its steps, since its program would be too large: it may pass over a force that "
+    "acts for a very short time. lagrange solve does not."
+)
 DRAWN = 4_000
 """Nodes of all that is drawn: a thousand rods, whose code takes some 10 s."""
 UNDRAWN = "The drawing of this system is too large for a page."
@@ -116,19 +124,30 @@ def page(
             residual = derive_system(motion.spec, resting=True)
     why = obstacle(motion, residual)
     with stage("compile"):
-        from lagrange_cli.integrate.program import write_run
-
-        program, recording = write_run(residual, motion.settings.compilation())
+        program, recording, notice = programmed(motion, residual)
         drawing = drawn(motion, followed)
-        shown = {"members": [*members], "conserved": [*recording.conserved], "notice": ""}
+        shown = {"members": [*members], "conserved": [*recording.conserved], "notice": notice}
         why = why or too_large(program.text)
         if why and members:
             raise UsageError(f"the motions cannot be computed on a page: {why}")
-        notice = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
+        replays = why and f"{why} {REPLAYED}{cut_short(motion, followed)}"
         if why:
-            shown |= {"members": [recorded(followed)], "notice": notice}
+            shown |= {"members": [recorded(followed)], "notice": replays}
         text = assembled(motion, followed, drawing, None if why else program, shown, equations)
-    return Page(text, not why, notice)
+    return Page(text, not why, replays)
+
+
+def programmed(motion: Motion, residual: Residual) -> tuple[Program, Recording, str]:
+    """The program of a page, what becomes of its results, and what the page says of it: whether proofs of
+    steps were too long."""
+    from lagrange_cli.integrate.program import write_run
+
+    compilation = motion.settings.compilation()
+    program, recording = write_run(residual, compilation)
+    if program.text.count("\n") <= PROVEN:
+        return program, recording, ""
+    shorter, recording = write_run(residual, replace(compilation, proven=False, unproven=True))
+    return shorter, recording, UNPROVEN if shorter.text != program.text else ""
 
 
 def cut_short(motion: Motion, followed: Followed) -> str:

@@ -38,9 +38,14 @@ def read_text(node: Node, where: str, problems: Problems) -> str:
     return "" if node.empty else node.text.strip()
 
 
+BREAKS, TURNS = "\u2028\u2029", "\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069"
+"""Ends of lines, and what changes the direction of the text that follows, up to the end of the line."""
+
+
 def control_character(text: str) -> str:
     """The first character that a terminal would obey instead of showing it; empty where there is none."""
-    return next((c for c in text if (c < " " and c not in "\n\t") or "\x7f" <= c <= "\x9f"), "")
+    strange = ((c < " " and c not in "\n\t") or "\x7f" <= c <= "\x9f" or c in BREAKS + TURNS for c in text)
+    return next((c for c, one in zip(text, strange) if one), "")
 
 
 def read_scalar(node: Node, where: str, problems: Problems) -> Expression | None:

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import json
 import math
-import unicodedata
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from lagrange_cli.spec.fields import control_character
 from lagrange_cli.store.target import PARTS
 
 Check = Callable[[Any], bool]
@@ -100,7 +100,7 @@ def written(check: Check) -> Check:
 
 def shown(value: Any) -> bool:
     """A text that goes to a terminal: without control characters, but for line ends and tabs."""
-    return text(value) and not any(unicodedata.category(one) == "Cc" for one in value if one not in "\n\t")
+    return text(value) and not control_character(value)
 
 
 def state_of(check: Check) -> Check:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import FileError, UsageError
-from lagrange_cli.figures.style import COLORS, FORMATS, MARKERS, STYLE, check_matplotlib, rendered
+from lagrange_cli.figures.style import COLORS, FORMATS, MARKERS, check_matplotlib, rendered, styled
 from lagrange_cli.records import dataclass
 
 if TYPE_CHECKING:
@@ -69,11 +69,10 @@ def write_picture(name: str, *pictures: Picture) -> None:
 
     Raises ``FileError`` where it cannot be written.
     """
-    import matplotlib
     from matplotlib.figure import Figure
 
     path = Path(name)
-    with matplotlib.rc_context(STYLE):
+    with styled():
         width = 7.2 if len(pictures) == 1 else 2.0 + 4.3 * len(pictures)
         figure = Figure(figsize=(width, 4.6), layout="constrained")
         frames = figure.subplots(1, len(pictures), squeeze=False)[0]

@@ -26,11 +26,12 @@ def test_a_system_is_solved_and_drawn(tmp_path, capsys):
 @pytest.mark.parametrize(
     ("sampling", "options", "count"),
     [
-        ("samples: 7", (), 6 * 167 + 1),
-        ("step: 0.3", (), 953 + 2),
+        ("samples: 7", (), 6 * 667 + 1),
+        ("step: 0.3", (), 3813 + 2),
         ("samples: 7", ("--samples", "9"), 9),
         ("samples: 7", ("--step", "0.5"), 5),
-        ("samples: 1501", (), 1501),
+        ("samples: 1501", (), 1500 * 3 + 1),
+        ("samples: 4501", (), 4501),
     ],
 )
 def test_few_samples_of_a_file_make_no_polygon(tmp_path, monkeypatch, sampling, options, count):

@@ -253,3 +253,49 @@ def test_every_shipped_system_can_be_drawn(name):
     for curve in seen.curves:
         assert np.isfinite(locus(seen, curve, 0.0, q[0], values.parameters)).all()
     assert drawing.dots or drawing.solids or drawing.rods or drawing.curves
+
+
+@pytest.mark.parametrize(
+    "constraint, dimension, along",
+    [
+        ("(x/a)**2 + (y/b)**2 - 1", 2, (0,)),
+        ("3*x**2 + 5*y**2 - 2*x + 4*y - 7*a", 2, (0,)),
+        ("(x/a)**2 + (y/b)**2 + z**2/0.09 - 1", 3, (0, 1)),
+        ("1 + x - 2*(x**2 + 2*y**2 + 3*z**2)", 3, (0, 1)),
+        ("(x/a)**2 + (z/b)**2 - 1", 3, (0, 1)),
+    ],
+)
+def test_ellipses_and_ellipsoids_of_constraints(constraint, dimension, along):
+    """All points of the curve, or of the surface, satisfy the constraint, and they go all around."""
+    names = "xyz"[:dimension]
+    coordinates = ", ".join(f"{name}: {{initial: 0.1}}" for name in names)
+    drawing = drawn(
+        f"parameters: {{a: 1.2, b: 0.7}}\ncoordinates: {{{coordinates}}}\nmasses: {{bead: 1}}\n"
+        f"positions: {{bead: [{', '.join(names)}]}}\nconstraints: {{on: {constraint}}}\n"
+    )
+    (curve,) = drawing.curves
+    assert curve.along == along and drawing.trails == ()
+    parameters = {"a": 1.2, "b": 0.7}
+    drawing = fitted(drawing, extent(drawing, np.zeros(1), np.zeros((1, dimension)), parameters), parameters)
+    places = locus(drawing, drawing.curves[0], 0.0, np.zeros(dimension), parameters)
+    values = {name: places[k] for k, name in enumerate(names)} | parameters
+    assert np.abs(eval(constraint, {}, values)).max() < 1e-12
+    assert places[0].min() < 0 < places[0].max()
+
+
+@pytest.mark.parametrize(
+    "constraint", ["x*y - 1", "x**2 - y**2 - 1", "x**2 + y**2 + 1", "x**4 + y**2 - 1", "x**2 + k*y**2 - 1"]
+)
+def test_what_is_no_ellipse_is_not_drawn_as_one(constraint):
+    drawing = drawn(
+        "parameters: {k: -1}\ncoordinates: {x: {initial: 0.1}, y: {initial: 0.1}}\nmasses: {bead: 1}\n"
+        f"positions: {{bead: [x, y]}}\nconstraints: {{on: {constraint}}}\n"
+    )
+    assert drawing.curves == ()
+
+
+def test_a_throw_has_no_wall():
+    """Of a particle that moves in a plane along two axes no surface is drawn; of one on a slope it is."""
+    text = "coordinates: {{x: {{initial: 0}}, z: {{initial: 0}}}}\nmasses: {{p: 1}}\npositions: {{p: {}}}\n"
+    for place, curves in (("[x, 0, z]", 0), ("[2, x, z]", 0), ("[x, z, 3]", 0), ("[x, z, x/2]", 1)):
+        assert len(drawn(text.format(place)).curves) == curves

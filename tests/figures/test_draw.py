@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 
-from lagrange_cli.figures.draw import FADED, draw, figure_of, rounded_middle
+from lagrange_cli.figures.draw import FADED, draw, figure_of
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map, Page, Panel
+from lagrange_cli.figures.style import formula
 from lagrange_cli.figures.terminal import as_text
 
 X = np.linspace(0, 1, 11)
@@ -35,7 +36,7 @@ def test_texts_of_files_are_no_formulas():
     figure = figure_of(PAGE)
     assert figure.get_suptitle() == PAGE.title
     assert not figure._suptitle.get_parse_math()
-    assert not figure.axes[1]._left_title.get_parse_math()
+    assert figure.axes[1]._left_title.get_text() == r"\$b"
 
 
 @pytest.mark.parametrize(("suffix", "begins"), [(".png", b"\x89PNG"), (".svg", b"<?xml"), (".pdf", b"%PDF")])
@@ -49,22 +50,59 @@ def test_a_page_as_text_has_no_commands_for_the_terminal():
     text = as_text(PAGE, 80, colored=False)
     assert "\x1b" not in text and "theta" in text and "one" in text
     assert max(map(len, text.splitlines())) <= 100
+    swing = Panel("", "t", "x", (Curve(X, np.cos(np.pi * X) * np.linspace(1, 1 + 1e-7, 11)),))
+    assert "e-0" not in as_text(Page("", (swing,)), 80, colored=False)
+
+
+def only(*curves, **more):
+    """The axes of a figure with one panel."""
+    return figure_of(Page("page", (Panel("panel", "x", "y", curves, **more),))).axes[0]
+
+
+@pytest.mark.parametrize("slender", ["x", "y", "z"])
+def test_the_frame_of_a_slender_path_has_room_for_its_labels(slender):
+    """A length is the same along all axes, and none of them is short; one may not vary at all."""
+    path = {axis: 1e3 * X if axis == slender else 1 + 0 * X for axis in "xyz"}
+    axes = only(Curve(path["x"], path["y"], z=path["z"]), z="z", equal=True)
+    spans = [high - low for low, high in (axes.get_xlim(), axes.get_ylim(), axes.get_zlim())]
+    assert min(spans) >= 0.49 * max(spans) >= 490
+    aspect = axes.get_box_aspect()
+    np.testing.assert_allclose(aspect / max(aspect), np.array(spans) / max(spans), rtol=1e-9)
+    ticks = [axis.get_major_locator()() for axis in (axes.xaxis, axes.yaxis, axes.zaxis)]
+    assert all(1 <= len(one) <= 7 for one in ticks)
+
+
+def test_what_is_constant_but_for_rounding_is_a_straight_line():
+    """In a range about it, without an offset; what varies has its own."""
+    noise = np.array([0.0, 1, -1, 2, 0, 1, 0, -2, 1, 0, 1]) * 2.0**-52
+    low, high = only(Curve(X, 9.81 + 9.81 * noise)).get_ylim()
+    assert low < 9 and high > 10
+    low, high = only(Curve(9.81 + 9.81 * noise, X)).get_xlim()
+    assert low < 9 and high > 10
+    low, high = only(Curve(X, 1 + 1e-9 * X)).get_ylim()
+    assert high - low < 2e-9
+    low, high = only(Curve(X, noise)).get_ylim()
+    assert high - low < 1e-15
+    low, high = only(Curve(X, 0 * X)).get_ylim()
+    assert low < 0 < high
+
+
+def test_a_legend_is_beside_the_title_where_it_has_room():
+    """There it hides no curve."""
+    few = only(*(Curve(X, X * k, f"$q_{k}$", k) for k in range(4)))
+    many = only(*(Curve(X, X * k, f"a_long_name_of_a_curve_{k}", k) for k in range(4)))
+    for axes, above in ((few, True), (many, False)):
+        axes.figure.canvas.draw()
+        box = axes.get_legend().get_window_extent()
+        assert (box.y0 >= axes.bbox.y1 - 1) == above
+        assert box.x1 <= axes.bbox.x1 + 1
 
 
 @pytest.mark.parametrize(
-    ("low", "high", "middle"),
-    [(-1.0, 1.0 + 1.3e-6, 0.0), (2.0, 2.0, 2.0), (1.234, 1.236, 1.235), (-31000.0, 9000.0, -11000.0)],
+    "text", ["$%$", "$^$", "a $", "$\\frac{$", "$x_$", "#", "'", "\\x", "$\\theta_{1}$", "$x$ (m)"]
 )
-def test_the_middle_of_an_axis_is_a_number_with_few_digits(low, high, middle):
-    """That of a helix from -1 to 1 had been 6.34e-07."""
-    assert rounded_middle(low, high) == middle and rounded_middle(-high, -low) == -middle
-
-
-@pytest.mark.parametrize(("height", "ticks"), [(0.0, 1), (1e-9, 1), (0.1, 1), (1.0, 3)])
-def test_a_short_axis_in_space_has_one_tick_in_its_middle(height, ticks):
-    path = Panel("path", "x", "y", (Curve(X, X, z=2 + height * X),), z="z", equal=True)
-    (axes,) = figure_of(Page("", (path,))).axes
-    low, high = axes.get_zlim()
-    seen = [one for one in axes.get_zticks() if low <= one <= high]
-    assert len(seen) == ticks and len([one for one in axes.get_xticks() if 0 <= one <= 1]) == 3
-    assert ticks > 1 or seen == [pytest.approx(2 + height / 2)]
+def test_every_text_can_be_drawn(text):
+    """What is no formula is drawn as it is."""
+    panel = Panel(text, text, text, (Curve(X, X, text), Curve(X, X, text)))
+    assert draw(Page(text, (panel,), text), ".svg").startswith(b"<?xml")
+    assert formula(text) == text or text.replace("$", r"\$") == formula(text)

@@ -119,7 +119,11 @@ def test_a_part_of_a_motion_at_another_speed(folder):
     film = reel(folder, "run.h5", begin=0.45, end=0.75, speed=0.1, panels=("phase", "energy"))
     assert film.count == 31 and film.t[0] == 0.45 and film.t[-1] == pytest.approx(0.75)
     np.testing.assert_allclose(film.q[:, 1], 5 * film.t - 5 * film.t**2, atol=1e-13)
-    assert [side.title for side in film.sides] == ["phase portrait of x", "phase portrait of y", "energies"]
+    assert [side.title for side in film.sides] == [
+        "phase portrait of $x$",
+        "phase portrait of $y$",
+        "energies",
+    ]
     assert film.picture(film.scene(), 3).shape == (600, 1200, 3)
 
 

@@ -1,5 +1,7 @@
 """What plots show of outputs: the samples of the file, and what to ask for where they are missing."""
 
+import weakref
+
 import h5py
 import numpy as np
 import pytest
@@ -8,7 +10,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.figures.panels import Band, Curve, Histogram, Map
 from lagrange_cli.run.plot import Asked, page_of
 from lagrange_cli.run.plots import reading
-from lagrange_cli.run.plots.quantities import quantities, unit_text
+from lagrange_cli.run.plots.quantities import Quantity, quantities, unit_text
 from lagrange_cli.store.result import Result
 from tests.support.command import SYSTEMS, lagrange
 
@@ -57,11 +59,18 @@ def test_drift_is_the_distance_from_the_first_value(folder):
 
 def test_the_usual_page_and_every_word(folder):
     assert [panel.title for panel in panels(folder, "run.h5")] == [
-        "coordinates", "phase portrait of theta", "path in space", "drift of h",
+        "coordinates", r"phase portrait of $\theta$", "path in space", "drift of $h$",
     ]  # fmt: skip
     words = ("v", "p", "positions", "energy", "ledger", "spectrum", "reactions")
     found = panels(folder, "run.h5", *words)
     assert len(found) >= len(words) and all(panel.items for panel in found)
+
+
+def test_a_long_name_has_room_beside_an_axis():
+    short, long = (
+        Quantity(name, f"q/{name}", (), "m").symbol for name in ("stretch", "a" * 50 + "_" + "b" * 50)
+    )
+    assert "stretch" in short and len(long) < 60 and "\N{HORIZONTAL ELLIPSIS}" in long
 
 
 def test_what_rests_is_left_out_unless_it_is_asked_for(tmp_path):
@@ -70,7 +79,7 @@ def test_what_rests_is_left_out_unless_it_is_asked_for(tmp_path):
     lagrange(*rest, "--outputs", "q,v,positions", "-o", "rest.h5", cwd=tmp_path)
     assert [panel.title for panel in panels(tmp_path, "rest.h5")] == ["coordinates"]
     asked = panels(tmp_path, "rest.h5", "phase", "path")
-    assert [panel.title for panel in asked] == ["phase portrait of x", "path in space"]
+    assert [panel.title for panel in asked] == ["phase portrait of $x$", "path in space"]
 
 
 def test_the_path_is_the_circle_of_the_pendulum(folder):
@@ -191,3 +200,31 @@ def test_a_long_motion_keeps_its_extremes(folder, monkeypatch):
 def test_units_are_written_as_they_are_read():
     assert unit_text("kg*m^2/s^2") == "kg\N{MIDDLE DOT}m$^{2}$/s$^{2}$"
     assert unit_text("$x$") == r"\$x\$"
+
+
+def test_a_long_output_is_not_kept_while_it_is_read(folder, monkeypatch):
+    """Of each part only the samples that are drawn stay in memory."""
+    monkeypatch.setattr(reading, "PIECE", 20)
+    monkeypatch.setattr(reading, "POINTS", 50)
+    monkeypatch.setattr(reading, "BUCKETS", 20)
+    read, seen, most = Result.read, [], 0
+
+    def counted(self, path, part=...):
+        nonlocal most
+        found = read(self, path, part)
+        seen.append(weakref.ref(found))
+        most = max(most, sum(one() is not None for one in seen))
+        return found
+
+    with Result(str(folder / "run.h5")) as result:
+        known = quantities(result)
+        monkeypatch.setattr(Result, "read", counted)
+        wanted = [known["theta"], known["theta_dot"], known["t"]]
+        columns, step = reading.together(result, wanted)
+        assert len(seen) > 20 and most <= 2 * len(wanted)
+        np.testing.assert_array_equal(columns[0], read(result, "q/theta")[::step])
+        seen.clear()
+        most = 0
+        reading.over_time(result, known["t"], known["theta"])
+        reading.extremes(result, known["theta"])
+        assert len(seen) > 20 and most <= 4

@@ -158,6 +158,8 @@ BAD = [
     ("unit: m", 'unit: "\\0"', [(4, "\\", "contains the character NUL", "leave it out")]),
     ("unit: m", 'unit: "\\e[31m"', [(4, "\\e[31m", "contains the control character U+001B", "leave it out")]),
     ("unit: m", 'unit: "\\x9b"', [(4, "\\", "contains the control character U+009B", "leave it out")]),
+    ("unit: m", 'unit: "\\u202E"', [(4, "\\", "contains the control character U+202E", "leave it out")]),
+    ("unit: m", "unit: \u2067m", [(4, "\u2067m", "contains the control character U+2067", "leave it out")]),
     ("name: pendulum", "solv: {stop: 0}", [(1, "solv", "unknown", ""), (1, "0", "stops where", "")]),
     ("name: pendulum", "solve: {stoop: 0}", [(1, "stoop", "unknown key", ""), (1, "0", "stops", "")]),
     ("name: pendulum", "time: s\nsolve: {unti: d}", [(2, "unti", "unknown", ""), (2, "d", "'d' in", "")]),

@@ -286,18 +286,11 @@ class App {
   }
 }
 
-async function main() {
-  const data = JSON.parse(document.getElementById("data").textContent);
+async function main(data) {
   const code = await unpacked(data.engine.code), module = await WebAssembly.compile(code);
   const tables = await Promise.all(data.members.filter((one) => one.rows).map(async (one) => new Float64Array((await unpacked(one.rows)).buffer)));
   const engine = new Engine(data.engine, module);
   await engine.load();
-  if (data.equations) document.querySelector(".equations").innerHTML = new TextDecoder().decode(await unpacked(data.equations));
+  document.querySelector(".equations").innerHTML = await unpackedText(data.equations);
   window.app = new App(data, engine, tables, data.space ? await inSpace(data) : Scene);
 }
-
-main().catch((error) => {
-  document.getElementById("notice").hidden = false;
-  document.getElementById("notice").textContent = `This browser cannot run the page: ${error.message}`;
-  console.error(error);
-});

@@ -1,12 +1,5 @@
 // A motion that was computed before: the samples of a file.
 
-// Bytes that were packed as text (`page/engine.py`).
-async function unpacked(text) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("deflate-raw"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
 class Recorded {
   // `table` has the rows t, q, v and what was observed, `count` numbers each.
   constructor(engine, member, table, parameters) {

@@ -9,8 +9,6 @@ async function inSpace(data) {
     data.notice = [data.notice, NO_WEBGL].filter(Boolean).join(" ");
     return Scene;
   }
-  const script = document.createElement("script");
-  script.textContent = new TextDecoder().decode(await unpacked(data.space));
-  document.head.append(script);
+  await addScript(data.space);
   return Space;
 }

@@ -103,8 +103,11 @@ def panel_over_time(title: str, pairs: Sequence[tuple[Run, Quantity]], logarithm
 
 def phase(runs: Sequence[Run]) -> list[Panel]:
     """Velocities over coordinates."""
-    names = [one.name for one in runs[0].of("q/") if dotted(one.name) in runs[0].known]
-    return [across(runs, name, dotted(name), f"phase portrait of {name}") for name in names[:MOST_PHASES]]
+    found = [one for one in runs[0].of("q/") if dotted(one.name) in runs[0].known]
+    return [
+        across(runs, one.name, dotted(one.name), f"phase portrait of {one.symbol}")
+        for one in found[:MOST_PHASES]
+    ]
 
 
 def dotted(name: str) -> str:
@@ -187,7 +190,7 @@ def drift(runs: Sequence[Run]) -> list[Panel]:
             items = before.items if before else (*([band] if largest else []),)
             label = with_unit(f"${symbol} - {symbol}(0)$", one.unit)
             x_label = with_unit("$t$", run.time.unit)
-            found[one.name] = Panel(f"drift of {one.name}", x_label, label, (*items, curve))
+            found[one.name] = Panel(f"drift of {one.symbol}", x_label, label, (*items, curve))
     return list(found.values())
 
 

@@ -32,6 +32,8 @@ FOLDERS = {
 """How datasets of a folder are called, and the output that they belong to."""
 MOST_MEMBERS = 10_000
 """Members of a family that are told apart by name."""
+LONGEST = 28
+"""Letters of a name in labels; a longer one is shortened."""
 SAFE_UNIT = re.compile(r"[\w%°·*/^ ().-]+")
 
 
@@ -51,7 +53,7 @@ class Quantity:
 
         name, dot, component = self.name.partition(".")
         error = name.startswith("error_")
-        made = Latex().symbol(name.removeprefix("error_"))
+        made = Latex().symbol(shortened(name.removeprefix("error_")))
         if dot:
             made = f"{component}_{{{made}}}"
         return f"error of ${made}$" if error else f"${made}$"
@@ -60,6 +62,13 @@ class Quantity:
     def label(self) -> str:
         """Its symbol with its unit."""
         return with_unit(self.symbol, self.unit)
+
+
+def shortened(name: str) -> str:
+    """A name that has room beside an axis."""
+    if len(name) <= LONGEST:
+        return name
+    return f"{name[: LONGEST - 8]}\N{HORIZONTAL ELLIPSIS}{name[-7:]}"
 
 
 def with_unit(text: str, unit: str) -> str:

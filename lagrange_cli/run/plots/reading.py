@@ -57,7 +57,8 @@ def together(result: Result, wanted: Sequence[Quantity]) -> tuple[list[Array], i
     """Several quantities at the same samples: every k-th, and k."""
     step = max(1, -(-rows_of(result, wanted[0]) // POINTS))
     parts = [
-        [each[::step] for each in piece] for piece in pieces(result, wanted, max(PIECE // step, 1) * step)
+        [each[::step].copy() for each in piece]  # which does not keep all that was read
+        for piece in pieces(result, wanted, max(PIECE // step, 1) * step)
     ]
     return [np.concatenate(each) for each in zip(*parts)], step
 

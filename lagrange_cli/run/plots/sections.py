@@ -27,7 +27,10 @@ def crossings(runs: Sequence[Run]) -> list[Panel]:
     ranges = {name: extent(runs[0], name) for name in names}
     most = max(ranges.values(), default=0.0)
     varying = [name for name in names if ranges[name] > 1e-9 * most] or names
-    return [wrapped(across(runs, name, dotted(name), f"section, {name}")) for name in varying[:MOST_PHASES]]
+    return [
+        wrapped(across(runs, name, dotted(name), f"section, {runs[0].known[name].symbol}"))
+        for name in varying[:MOST_PHASES]
+    ]
 
 
 def many(run: Run) -> bool:
@@ -101,7 +104,7 @@ def diagram(runs: Sequence[Run]) -> list[Panel]:
             rows = [of_member(run, one, member, most) for member in members]
             x = np.concatenate([np.full(len(row), axes[0].values[m[0]]) for m, row in zip(members, rows)])
             points = Curve(x, np.concatenate(rows), points=True)
-            panel = Panel(f"crossings over {axes[0].name}", axes[0].label, one.label, (points,))
+            panel = Panel(f"crossings over {axes[0].symbol}", axes[0].label, one.label, (points,))
             panels.append(wrapped(panel, "y"))
     return panels
 

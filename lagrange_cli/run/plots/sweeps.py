@@ -21,9 +21,9 @@ QUANTILES = (0.05, 0.25, 0.5, 0.75, 0.95)
 
 @dataclass(frozen=True)
 class Axis:
-    """A swept parameter: its name, its label and its values."""
+    """A swept parameter: its symbol, its label and its values."""
 
-    name: str
+    symbol: str
     label: str
     values: np.ndarray
 
@@ -45,7 +45,7 @@ def swept(run: Run) -> list[Axis]:
         if values.dtype.kind not in "fiu":
             return []
         start = f"{label.symbol.strip('$')}(0)" if name.endswith("_0") else label.symbol.strip("$")
-        found.append(Axis(name, with_unit(f"${start}$", held.unit), values.astype(float)))
+        found.append(Axis(f"${start}$", with_unit(f"${start}$", held.unit), values.astype(float)))
     return found
 
 
@@ -92,7 +92,7 @@ def family(run: Run, one: Quantity) -> Panel:
         curves.append(Curve(times, finite(x), shade=shade))
     scale = Scale(axes[0].label if axes else "member", low, high) if high > low else None
     t = with_unit("$t$", run.time.unit)
-    return Panel(f"{one.name} of each member", t, one.label, tuple(curves), scale=scale)
+    return Panel(f"{one.symbol} of each member", t, one.label, tuple(curves), scale=scale)
 
 
 def bands(run: Run, one: Quantity) -> Panel:
@@ -108,7 +108,7 @@ def bands(run: Run, one: Quantity) -> Panel:
         Band(times, levels[1], levels[3], 0, "50 %"),
         Curve(times, levels[2], "median"),
     )
-    return Panel(f"{one.name}: quantiles of {len(rows)} members", t, one.label, items)
+    return Panel(f"{one.symbol}: quantiles of {len(rows)} members", t, one.label, items)
 
 
 def at_end(run: Run, one: Quantity) -> np.ndarray:
@@ -146,7 +146,7 @@ def over_members(run: Run, values: np.ndarray, title: str, label: str, logarithm
 def final(runs: Sequence[Run]) -> list[Panel]:
     """The final values of the coordinates."""
     return [
-        over_members(run, at_end(run, one), f"{one.name} at the end", one.label)
+        over_members(run, at_end(run, one), f"{one.symbol} at the end", one.label)
         for run in runs
         for one in run.of("q/")[:MOST_PHASES]
     ]
@@ -160,9 +160,10 @@ def drift(runs: Sequence[Run]) -> list[Panel]:
             held = run.result.held[path]
             if held.shape == shape_of(run):
                 values = np.asarray(run.result.read(path), float)
-                label = with_unit(f"drift of {name.replace('/', '_').replace('_', ' ')}", held.unit)
+                title = f"drift of {Quantity(name.replace('/', '_'), path, (), held.unit).symbol}"
                 logarithmic = bool((values > 0).any())
-                found.append(over_members(run, values, f"drift of {name}", label, logarithmic))
+                label = with_unit(title, held.unit)
+                found.append(over_members(run, values, title, label, logarithmic))
     return found
 
 
