@@ -93,7 +93,7 @@ FAMILY = rf"^\s*[^0-9{SIGNS}][^{SIGNS}]*\s*(\[[\s\S]+\])?\s*$"
 UNKNOWN: Schema = {}
 """Of a reader of which nothing is said here."""
 
-CONTROL_FREE = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f]*$"
+CONTROL_FREE = r"^[^\x00-\x08\x0b-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]*$"
 """Text without characters that a terminal would obey."""
 TEXT: Schema = {"type": ["string", "number", "boolean", "null"], "pattern": CONTROL_FREE}
 SCALAR: Schema = {"type": ["number", "string"], "pattern": r"\S"}

@@ -259,7 +259,7 @@ events: {impact: {when: z, direction: falling, action: {set: {z_dot: -0.5*z_dot}
 
 @pytest.mark.parametrize("text", [STICKING, RESTING])
 def test_what_holds_a_body_does_not_follow_from_its_state(text):
-    with pytest.raises(NotDefined, match="hold"):
+    with pytest.raises(NotDefined, match="at rest"):
         make_plan(residual_of(text), frozenset({"reactions"}))
 
 
