@@ -22,7 +22,7 @@ DEFAULTS = {
     "values": 50_000,  # in a system file, its aliases written out
     "members": 50_000,  # of all families
     "terms": 200_000,  # of all sums that are written out
-    "pairs": 2_000_000,  # terms of one sum that is not written out
+    "pairs": 2_000_000,  # of all sums that are not
     "size": 1_000_000,  # nodes of an expression, its definitions and powers written out
     "nodes": 750_000,  # of the equations: 20 s and 1.2 GB to derive
     "work": 20_000_000,  # steps of a derivation: some 20 s

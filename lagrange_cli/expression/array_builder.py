@@ -14,6 +14,7 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder
 from lagrange_cli.expression.index_arrays import (
+    MOST,
     Differ,
     Places,
     Unsuited,
@@ -39,7 +40,10 @@ class Members(dict[str, Any]):
 
 
 class ArrayBuilder(Builder):
-    """Raises ``Unsuited`` for what cannot be said of all members together."""
+    """Raises ``Unsuited`` for what cannot be said of all members together, and where all sums together have
+    more than ``most`` terms, of which so many have been ``used``."""
+
+    most, used = MOST, 0
 
     def domain(self, count: int) -> Any:
         """What so many members that are built together share."""
@@ -90,6 +94,9 @@ class ArrayBuilder(Builder):
     def terms(self, tree: Sum, members: Members) -> Iterator[tuple[Members, Value, Places]]:
         """The terms of a sum, of each kind by itself: their indices, values, and whose terms they are."""
         found, owners = inner(tree, members, members.count)
+        self.used += len(owners)
+        if self.used > self.most:
+            raise Unsuited
         pending = [np.arange(len(owners))] if len(owners) else []
         while pending:
             which = pending.pop()

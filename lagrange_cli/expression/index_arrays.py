@@ -34,7 +34,7 @@ Whole: TypeAlias = "int | Places"
 Indices: TypeAlias = "Mapping[str, Whole]"
 
 MOST = whole("pairs")
-"""Terms of one sum, all of its loops together."""
+"""Terms of all sums that are not written out."""
 
 
 class Unsuited(Exception):

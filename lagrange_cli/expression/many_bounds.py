@@ -129,6 +129,8 @@ class BoundsBuilder(ArrayBuilder):
 
     def bounds(self, tree: Sum, indices: Indices) -> Value | None:
         """The bounds of a sum; None where they cannot be found at once."""
+        if self.used > self.most:
+            return None
         try:
             return self.summed(tree, Members(None, 1, {**self._sizes, **indices}))
         except (Unsuited, Differ, ExpressionError, ArithmeticError):

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from functools import partial
-from typing import Any
+from functools import cached_property, partial
+from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.expression.bounds import Bounds, BoundsAlgebra
 from lagrange_cli.expression.build import Builder, NoMember
@@ -47,6 +47,9 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Family
 from lagrange_cli.spec.unknown import Unknown, end_of_differential, range_hint
+
+if TYPE_CHECKING:
+    from lagrange_cli.expression.many_bounds import BoundsBuilder
 
 MANY = 100
 """Terms of a sum from which on they are looked at together."""
@@ -217,6 +220,15 @@ class Names:
             self.problems.add_expression(expression, error, where)
             return kinds, None
 
+    @cached_property
+    def many(self) -> BoundsBuilder:
+        """What finds the bounds of all terms of a sum, or of all members of a family, together: one for the
+        file, which counts them."""
+        from lagrange_cli.expression.many_bounds import BoundsBuilder
+        from lagrange_cli.spec.members import bounds_of
+
+        return BoundsBuilder(partial(bounds_of, self), self.sizes)
+
     def _together(self, expression: Expression) -> Any:
         """The bounds of all members that share the expression's tree, where these are many and none is wrong;
         else None."""
@@ -224,12 +236,10 @@ class Names:
         if key not in self._of_siblings:
             self._of_siblings[key] = None
             if len(self.siblings.get(key, ())) >= MANY:
-                from lagrange_cli.expression.many_bounds import BoundsBuilder
-                from lagrange_cli.spec.members import bounds_of, indices_of
+                from lagrange_cli.spec.members import indices_of
 
                 members = indices_of(self.siblings[key])
-                builder = BoundsBuilder(partial(bounds_of, self), self.sizes)
-                self._of_siblings[key] = builder.of_members(expression.tree, members)
+                self._of_siblings[key] = self.many.of_members(expression.tree, members)
         return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
@@ -399,14 +409,11 @@ class SumBuilder(Builder):
 
     def __init__(self, names: Names, algebra: BoundsAlgebra, sizes: Mapping[str, int]) -> None:
         super().__init__(names.value, algebra, sizes)
-        self._table, self._at_once = names, None
+        self._table = names
 
     def _sum(self, tree: Sum, indices: Mapping[str, int]) -> Any:
         if len(counted(tree, indices)) >= MANY:
-            from lagrange_cli.expression.many_bounds import BoundsBuilder
-            from lagrange_cli.spec.members import bounds_of
-
-            found = BoundsBuilder(partial(bounds_of, self._table), self.sizes).bounds(tree, indices)
+            found = self._table.many.bounds(tree, indices)
             if found is not None:
                 return found
         return super()._sum(tree, indices)

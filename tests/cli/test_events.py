@@ -78,7 +78,7 @@ def test_a_motion_ends_before_an_event_that_leaves_no_mass(precision, tmp_path):
     ("options", "said"),
     [
         (["--method", "DOP853"], "a system with events needs method taylor"),
-        (["--start", "30", "--stop", "0"], "cannot be undone in a motion that is followed backward"),
+        (["--start", "30", "--stop", "0"], "cannot be undone in a motion that is integrated backward"),
     ],
 )
 def test_what_cannot_be_done_with_events(options, said, tmp_path):
