@@ -24,7 +24,7 @@ from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec, grouped
 
-FEWEST = 300
+FEWEST = 1000
 """Terms of all sums below which members are written out."""
 UNKNOWN = "constraints", "nonholonomic", "bodies", "events", "replaced"
 """Parts of a system that are derived member by member."""
