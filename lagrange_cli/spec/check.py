@@ -26,6 +26,9 @@ from lagrange_cli.spec.table import Row
 from lagrange_cli.spec.transformations import check_transformations
 from lagrange_cli.spec.unknown import range_hint
 
+FORCES_ON = {Kind.PARTICLE: "forces", Kind.BODY: "torques", Kind.COORDINATE: "generalized_forces"}
+"""The section for what acts on each."""
+
 
 def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     """The draft, its families written out, as a ``Spec``; what is wrong is added to ``problems``."""
@@ -294,13 +297,15 @@ class _Checker:
 
     def _no_owner(self, row: Row, entry: Entry, known: list[str]) -> None:
         """Note an entry for a particle or a coordinate that does not exist."""
-        hint = self._other_hint(entry.name, known)
+        meaning = self.names.table.get(family_name(entry.name))
+        where = FORCES_ON.get(meaning.what) if meaning is not None else None
+        if meaning is not None and where is not None and meaning.what is not row.of:
+            hint = f"'{entry.name}' is a {meaning.what.value}: forces on it are written under '{where}'"
+        else:
+            hint = self._other_hint(entry.name, known)
         if row.of is Kind.PARTICLE:
             hint = hint or "with a 'lagrangian', forces are written under 'generalized_forces'"
         if row.of is Kind.BODY:
-            meaning = self.names.table.get(family_name(entry.name))
-            if meaning is not None and meaning.what is Kind.PARTICLE:
-                hint = f"'{entry.name}' is a particle, on which 'forces' act"
             hint = hint or "bodies are declared under 'bodies'"
         assert row.of is not None
         message = f"unknown {row.of.value} '{entry.name}' in {row.key}"

@@ -30,9 +30,14 @@ def check_scalar(names: Names, expression: Expression, section: str, where: str)
     return kinds
 
 
-def vector_hint(names: Names, expression: Expression) -> str:
+def vector_hint(known: Names, expression: Expression) -> str:
     """How a scalar is made of the vectors of an expression."""
-    vectors = [one for one in plain_names(expression.tree) if isinstance(names.values.get(one), tuple)]
+    tree = expression.tree
+    vectors = [one for one in plain_names(tree) if isinstance(known.values.get(one), tuple)]
+    for one in sorted(vectors):
+        components = any(name.identifier.startswith(f"{one}.") for name in names(tree))
+        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first is meant as a mass
+            return f"{shown(one)} is a position: write its mass as a parameter M, with 'masses: {{{one}: M}}'"
     hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
     return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint
 

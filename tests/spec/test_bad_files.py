@@ -100,6 +100,9 @@ BAD = [
     (EMBEDDING, '["(1, 2)", 3]', [(11, "(1, 2)", "a component of a vector cannot be a vector", "")]),
     ("potential", "forces: {bob: [1]}\npotential", [(12, "1", "1 component, its position 2", "write 2 c")]),
     ("potential", "forces: {bop: [1, 2]}\npotential", [(12, "bop", "unknown particle 'bop'", "'bob'")]),
+    ("potential", "forces: {theta: 1}\npotential", [(12, "theta", "unknown", "'generalized_forces'")]),
+    ("potential", "generalized_forces: {bob: 1}\npotential", [(12, "bob", "unknown coordinate", "'forces'")]),
+    (POTENTIAL, "bob*g*bob.y", [(12, "bob*g*bob.y", "expected a scalar", "'masses: {bob: M}'")]),
     ("potential", "generalized_forces: {x: 1}\npotential", [(12, "x", "unknown coordinate 'x'", "theta")]),
     ("potential", "observables: {at: bob}\npotential", [(12, "bob", "expected a scalar", "")]),
     # expressions
