@@ -16,7 +16,9 @@ from lagrange_cli.integrate.compilation import Compilation
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 from lagrange_cli.integrate.ensemble.method import Section, Starts
-from lagrange_cli.integrate.ensemble.section import SectionOneByOne
+from lagrange_cli.integrate.ensemble.section import EVERY, SectionOneByOne
+from lagrange_cli.integrate.events import Crossings
+from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.run.derive import derive_system
@@ -252,6 +254,36 @@ def test_random_surfaces_have_the_crossings_that_events_have(seed):
         expected = batch.times[0, : batch.reached[0]]
         assert len(taken.of(member)) == len(expected), (where, states[member])
         assert np.allclose(taken.of(member), expected, rtol=0, atol=1e-8), (where, states[member])
+
+
+class Polled:
+    """A method that finds a crossing in each step of length 1, and is polled after every one."""
+
+    def follow(self, parameters, state, times, accept, interrupt, checkpoints, events):
+        for steps in range(1, 2 * EVERY):
+            found = np.array([0]), np.array([float(steps)]), np.zeros(1), state[None], np.array([False])
+            events.crossed(Crossings(*found))
+            due = checkpoints.due(steps)
+            if due or interrupt(float(steps)):
+                return End(Ending.INTERRUPTED, float(steps), state, steps, steps)
+        return End(Ending.COMPLETE, times.stop, state, steps, steps)
+
+
+@pytest.mark.parametrize("polls", [3, 5, 6, EVERY - 1, EVERY])
+def test_an_interrupted_motion_ends_where_it_does_otherwise_or_has_not_ended(polls):
+    """It has enough crossings after 5 steps, and is only asked about them at some later step."""
+    starts = Starts(
+        np.zeros((1, 0)), np.zeros((1, 2)), Times(0.0, math.inf, 2, math.inf), False,
+        section=Section(5, 1, None, 10**5),
+    )  # fmt: skip
+    left = iter([False] * (polls - 1) + [True] * EVERY)
+    batches = []
+    SectionOneByOne(Polled(), False, (SURFACE,)).follow(starts, batches.append, lambda done: next(left), 1)
+    if polls < EVERY:
+        assert batches[0].ending == [Ending.INTERRUPTED]
+    else:
+        assert (batches[0].ending, batches[0].steps.tolist()) == ([Ending.COMPLETE], [EVERY])
+        assert batches[0].times.tolist() == [[1.0, 2.0, 3.0, 4.0, 5.0]]
 
 
 def test_members_differ_in_their_periods():

@@ -128,19 +128,20 @@ class SectionOneByOne(OneByOne):
 
         def stop(t: float) -> bool:
             nonlocal cut
-            cut = interrupt(t)
+            cut = interrupt(t) and not log.over
             return cut or log.over
 
         times = until(starts.times)
         steps = CheckpointSink(self._begun(begin, times), log.stepped, keep, every=EVERY)
         given = starts.parameters[member], state, times, lambda when, chunk: None, stop
         end = self.method.follow(*given, steps, log)
+        cut = cut and end.ending is Ending.INTERRUPTED
         if cut and end.snapshot is not None:
             keep(end.snapshot)
         when, states = log.samples(len(state))
         endless = math.isinf(starts.times.stop)
         t, at, ending = end.t, end.state, end.ending
-        if log.enough:
+        if log.enough and not cut:  # else it has not come to the step at which it ends
             t, at, ending = float(when[-1]), states[:, -1], Ending.COMPLETE
         elif not cut and (ending is Ending.INTERRUPTED or (endless and ending is Ending.COMPLETE)):
             ending = Ending.NO_CROSSING
