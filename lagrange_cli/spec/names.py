@@ -46,7 +46,6 @@ from lagrange_cli.spec.order import Needs
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
 from lagrange_cli.spec.spec import Expression, Family
-from lagrange_cli.spec.unknown import Unknown, end_of_differential, range_hint
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.many_bounds import BoundsBuilder
@@ -163,14 +162,14 @@ class Names:
         if component == MULTIPLIER:
             family = self.bound[family_name(name)].family
             if family is not None and name not in family.members:
-                raise NoMember(range_hint(name, family))
+                raise NoMember(family.hint(name))
             return scalar()
         if name not in self.values:
             meaning = self.table[family_name(name)]
             if name in self._members:
                 raise Needs(name) if meaning.what in (Kind.PARAMETER, Kind.DEFINITION) else Unsound
             assert meaning.family is not None
-            raise NoMember(range_hint(name, meaning.family))
+            raise NoMember(meaning.family.hint(name))
         value = self.values[name]
         if value is None:
             raise Unsound
@@ -268,6 +267,8 @@ class Names:
             try:
                 meaning = self._look_up(name, section, expression)
             except ExpressionError as error:
+                from lagrange_cli.spec.unknown import end_of_differential
+
                 differential = end_of_differential(name, expression.text, self.table)
                 error.span = Span(error.span.start, max(error.span.stop, differential))
                 if (
@@ -318,6 +319,8 @@ class Names:
                 message = f"the constraint '{base}' has no component '{component}'"
             raise ExpressionError(name.span, message, hint)
         else:
+            from lagrange_cli.spec.unknown import Unknown
+
             unknown = Unknown(self.table, self.bound, self.rules[section].allowed, expression.indices)
             raise ExpressionError(name.span, *unknown.report(base))
         rule = self.rules[section]

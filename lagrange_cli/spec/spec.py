@@ -53,6 +53,13 @@ class Family:
         """The family as it is called in texts: ``u[i,j]``."""
         return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
 
+    def hint(self, name: str) -> str:
+        """Where its members are, for one who looked for another."""
+        if "-" in name:
+            return "indices count from 0; write u[(i - 1) % N] for a ring"
+        first, last = self.members[0], self.members[-1]
+        return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
+
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
     """What belongs to each name, or to the members of each family, in the file's order."""

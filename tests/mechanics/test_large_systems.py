@@ -15,7 +15,8 @@ from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.jumps import refuse_jumps
-from lagrange_cli.mechanics.residual import Residual, connected
+from lagrange_cli.mechanics.matrices import connected
+from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.saturation import saturated
 from lagrange_cli.mechanics.variables import graph_of, nonzero, variables
