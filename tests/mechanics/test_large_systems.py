@@ -72,6 +72,7 @@ def test_deriving_a_lattice_takes_work_in_proportion_to_its_size(system: str) ->
         assert amount <= 2.1 * small[name], name
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("system", ["n_pendulum", UNEQUAL], ids=["equal", "unequal"])
 def test_a_chain_takes_four_convolutions_and_some_additions_a_bob(system: str) -> None:
     for size in (10, 20):

@@ -116,10 +116,12 @@ def texts_of_tests() -> Iterator[str]:
                     yield text
 
 
-def test_the_files_of_the_tests_are_judged_as_by_the_reader():
+@pytest.mark.exhaustive(keep=1)
+@pytest.mark.parametrize("part", range(4))
+def test_the_files_of_the_tests_are_judged_as_by_the_reader(part):
     changed = [PENDULUM.replace(old, new) for old, new, _ in BAD]
-    found = [compare(text) for text in (*changed, *texts_of_tests())]
-    assert found.count(True) > 40 and found.count(False) > 200
+    found = [compare(text) for text in [*changed, *texts_of_tests()][part::4]]
+    assert found.count(True) > 10 and found.count(False) > 50
 
 
 def test_files_of_a_grammar_are_judged_as_by_the_reader():
