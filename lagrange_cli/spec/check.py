@@ -13,8 +13,9 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
 from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.moving import lacking
-from lagrange_cli.spec.names import Names, scalar
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar

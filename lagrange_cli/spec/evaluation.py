@@ -15,7 +15,7 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
-from lagrange_cli.spec.names import Unsound
+from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree
@@ -298,6 +298,18 @@ class Spec:
     def all_constraints(self) -> Mapping[str, Expression]:
         """Holonomic and nonholonomic ones."""
         return {**self.constraints, **self.nonholonomic}
+
+    @property
+    def moving(self) -> Iterator[Expression]:
+        """What the equations of motion and the events are made of."""
+        for section in (self.embedding, self.potential, *self.forces.values()):
+            yield from section.values()
+        for body in self.bodies.values():
+            yield from body.expressions
+        if self.lagrangian is not None:
+            yield self.lagrangian
+        for event in self.events.values():
+            yield from (event.when, *event.changes.values())
 
     @property
     def independent(self) -> Spec:
