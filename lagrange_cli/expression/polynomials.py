@@ -1,4 +1,4 @@
-"""Polynomials with complex coefficients, which may be fractions, and their square roots."""
+"""Polynomials with complex coefficients, which may be fractions, and their roots."""
 
 from __future__ import annotations
 
@@ -114,34 +114,52 @@ class Arithmetic:
 
 
 def root_of(
-    given: Mapping[tuple[int, ...], Complex], noise: Any
+    given: Mapping[tuple[int, ...], Complex], noise: Any, order: int
 ) -> tuple[Complex, dict[tuple[int, ...], Complex]] | None:
-    """A number and a polynomial with the number times its square ``given``; None where there is none.
+    """A number and a polynomial with the number times its power of that ``order`` ``given``; None where there
+    is none.
 
     It is found term by term from the leading one, as by long division.
     """
     lead = max(given)
-    if any(e % 2 for e in lead):
+    if any(e % order for e in lead):
         return None
-    first = tuple(e // 2 for e in lead)
+    first = tuple(e // order for e in lead)
     least = [min(one[k] for one in given) for k in range(len(lead))]
-    scale, start = scaled_square(given[lead])
+    scale, start = scaled_square(given[lead]) if order == 2 else (given[lead], (1, 0))
     root, total = {first: start}, Total(given)
     total.add(lead, (-given[lead][0], -given[lead][1]))
     while rest := total.cleaned(noise):
         place = max(rest)
-        monomial = tuple(a - b for a, b in zip(place, first))
-        if any(2 * e < low for e, low in zip(monomial, least)) or monomial >= min(root):
+        monomial = tuple(a - (order - 1) * b for a, b in zip(place, first))
+        if any(order * e < low for e, low in zip(monomial, least)) or monomial >= min(root):
             return None
-        value = over(rest[place], times(scale, (2 * start[0], 2 * start[1])))
-        for one, other in [*root.items(), (monomial, value)]:
-            re, im = times(scale, times(other, value))
-            twice = 1 if one == monomial else 2
-            total.add(tuple(a + b for a, b in zip(one, monomial)), (-twice * re, -twice * im))
+        slope = power_of(start, order - 1)
+        value = over(rest[place], times(scale, (order * slope[0], order * slope[1])))
+        lower: Mapping[tuple[int, ...], Complex] = {tuple(0 for _ in lead): (1, 0)}
+        for k in range(order):  # (root + value)**order - root**order
+            count, factor = math.comb(order, k), times(scale, power_of(value, order - k))
+            for one, other in lower.items():
+                re, im = times(factor, other)
+                at = tuple(a + (order - k) * b for a, b in zip(one, monomial))
+                total.add(at, (-count * re, -count * im))
+            if k + 1 < order:
+                lower = product_of(lower, root) if k else root
         root[monomial] = value
         if len(root) > len(given):
             return None
     return scale, root
+
+
+def product_of(
+    one: Mapping[tuple[int, ...], Complex], other: Mapping[tuple[int, ...], Complex]
+) -> dict[tuple[int, ...], Complex]:
+    """The product of two polynomials."""
+    total: Total[tuple[int, ...]] = Total()
+    for first, x in one.items():
+        for second, y in other.items():
+            total.add(tuple(a + b for a, b in zip(first, second)), times(x, y))
+    return total.values
 
 
 def scaled_square(value: Complex) -> tuple[Complex, Complex]:
@@ -181,7 +199,7 @@ def over(one: Complex, other: Complex) -> Complex:
     return (re / size, im / size)
 
 
-def power(one: Complex, exponent: int) -> Complex:
+def power_of(one: Complex, exponent: int) -> Complex:
     whole: Complex = (1, 0)
     for _ in range(exponent):
         whole = times(whole, one)

@@ -3,7 +3,7 @@
 A sum is written as a polynomial in its symbols, in e^(iu/2) for sines and cosines of u, and in e^(u/2) for
 exponentials (``polynomials``). It is a square if it has a square root there. With whole exponents and the
 rational arithmetic of complex numbers no identity between trigonometric functions is needed: cos(2u),
-1 - 2 sin(u)^2 and cos(u)^2 - sin(u)^2 are one polynomial.
+1 - 2 sin(u)^2 and cos(u)^2 - sin(u)^2 are one polynomial. Roots of higher order are found in the same way.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lagrange_cli.expression.polynomials import (
     TooLarge,
     multiplied,
     over,
-    power,
+    power_of,
     raised,
     root_of,
     times,
@@ -37,21 +37,34 @@ ATOM, TURN, GROWTH = range(3)
 
 
 @dataclass(frozen=True)
-class Square:
-    """``factor`` times the product of ``denominators``, with their even exponents, times ``root`` squared."""
+class Power:
+    """``factor`` times the product of ``denominators``, with their exponents, which are multiples of
+    ``order``, times ``root`` to that power."""
 
+    order: int
     factor: Node
     root: Node
     denominators: Sequence[tuple[Node, int]] = ()
 
 
-def square(graph: Table, node: Node) -> Square | None:
+def square(graph: Table, node: Node) -> Power | None:
     """A sum as a square and what else is its factor, if it is one."""
+    found = power(graph, node, 2)
+    if found is None or (found.factor.kind is Kind.NUMBER and found.factor.data < 0):
+        return None
+    return found
+
+
+def power(graph: Table, node: Node, *orders: int) -> Power | None:
+    """A sum as the power of one of these ``orders``, the first that is right, and what else is its factor, if
+    it is one."""
     if _apart(node):
         return None
     try:
         made = _Polynomials(graph, node)
-        return made.square(made.of(node))
+        polynomial = made.of(node)
+        tried = (made.power(polynomial, order) for order in orders)
+        return next((found for found in tried if found is not None), None)
     except TooLarge:
         return None
 
@@ -144,7 +157,7 @@ class _Polynomials:
     def _reciprocal(self, given: Polynomial, base: Node, exponent: int) -> Polynomial:
         if len(given) == 1:
             ((monomial, value),) = given.items()
-            return {raised(monomial, -exponent): power(over((1, 0), value), exponent)}
+            return {raised(monomial, -exponent): power_of(over((1, 0), value), exponent)}
         self.below[self._number(ATOM, base)] = given
         return self._atom(base, -exponent)
 
@@ -175,14 +188,14 @@ class _Polynomials:
 
     # ------------------------------------------------------------------ the root
 
-    def square(self, given: Polynomial) -> Square | None:
-        """A polynomial as a square and other factors."""
+    def power(self, given: Polynomial, order: int) -> Power | None:
+        """A polynomial as a power and other factors."""
         nodes = [*self.numbers]
         denominators = []
         for number, below in self.below.items():
             least = min((dict(one).get(number, 0) for one in given), default=0)
             if least < 0:
-                shift = -least + least % 2
+                shift = -least + least % order
                 denominators.append((nodes[number][1], -shift))
                 given = self._over_one(given, number, shift, below)
         if not given:
@@ -195,27 +208,27 @@ class _Polynomials:
                 given = {multiplied(one, frozenset({(number, -least)})): x for one, x in given.items()}
         names = sorted({number for monomial in given for number, _ in monomial})
         dense = {tuple(dict(one).get(name, 0) for name in names): value for one, value in given.items()}
-        found = root_of(dense, self.ring.noise)
+        found = root_of(dense, self.ring.noise, order)
         if found is None:
             return None
         scale, root = found
         turn = self._turn(root, [nodes[name][0] == TURN for name in names])
         if turn is None:
             return None
-        factor, rest = over(scale, times(turn, turn))
+        factor, rest = over(scale, power_of(turn, order))
         if not abs(rest) <= self.ring.noise * abs(factor):
             return None
         root = {monomial: times(value, turn) for monomial, value in root.items()}
         size, inner = self.graph.split_coefficient(self._node(root, [nodes[name] for name in names]))
         if inner.kind is Kind.SUM and inner.data[0] == 0 and len(inner.arguments) == 1:
             size, inner = size * inner.data[1][0], inner.arguments[0]
-        factor = factor * size * size
-        odd = [(node, 1) for node, least in outside if least % 2]
-        even = [(node, least // 2) for node, least in outside]
+        factor = factor * size**order
+        odd = [(node, least % order) for node, least in outside if least % order]
+        even = [(node, least // order) for node, least in outside]
         whole = self.graph.product([(inner, 1), *even])
-        if (factor < 0 and not odd) or (whole is self.graph.one and not denominators):
+        if whole is self.graph.one and not denominators:
             return None
-        return Square(factor * self.graph.product(odd), whole, denominators)
+        return Power(order, factor * self.graph.product(odd), whole, denominators)
 
     def _over_one(self, given: Polynomial, number: int, shift: int, below: Polynomial) -> Polynomial:
         """A polynomial times ``below``, which has this number, to the power ``shift``."""
