@@ -1,5 +1,6 @@
 """What holds for every test: one cache of compiled programs, random draws, no deadlines."""
 
+import gc
 import os
 import random
 import shutil
@@ -53,6 +54,13 @@ def pytest_collection_modifyitems(config, items):
     kept = set(chosen)
     config.hook.pytest_deselected(items=[item for item in items if item not in kept])
     items[:] = chosen
+
+
+def pytest_collection_finish(session):
+    """What has been imported and collected stays: it is not looked through for garbage again and again."""
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(100_000)  # as the command has it
 
 
 def pytest_terminal_summary(terminalreporter, config):

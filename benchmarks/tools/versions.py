@@ -69,6 +69,7 @@ def seconds_of(command: Command, processor: bool, root: Path, folder: Path) -> f
         "PYTHONPATH": str(root),
         "LAGRANGE_CACHE_DIR": str(folder / "cache"),
         "LAGRANGE_NO_CACHE": "",
+        "PYTHONDONTWRITEBYTECODE": "",  # to compile every module is not what an installed package does
     }
     ended = run_process((*OURS, *command.arguments), folder, environment)
     if ended.status:

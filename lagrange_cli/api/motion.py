@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import json
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.api.group import Group, folder, is_group
+from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.outputs.catalog import OUTPUTS
 
 if TYPE_CHECKING:
@@ -18,8 +19,6 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-    from lagrange_cli.api.animate import Film
-    from lagrange_cli.api.plot import Picture
     from lagrange_cli.api.view import Page
     from lagrange_cli.integrate.outcome import Estimated
     from lagrange_cli.run.memory import Followed
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     Array = NDArray[np.float64]
 
 
-class Motion:
+class Motion(Pictured):
     """A motion that was followed, with everything that was computed of it.
 
     Arrays have the n sample times along their first axis, in the units of the system file. They cannot be
@@ -227,60 +226,6 @@ class Motion:
         held.callback(folder.remove)
         self.save(folder.result)
         return folder.result
-
-    def plot(
-        self,
-        what: str | Iterable[str] | None = None,
-        *,
-        x: str | None = None,
-        y: str | Iterable[str] | None = None,
-        inches: tuple[float, float] | None = None,
-    ) -> Picture:
-        """Draw the motion. It needs the extra ``plot``.
-
-        Parameters
-        ----------
-        what : sequence of str, optional
-            The panels, of ``q``, ``v``, ``p``, ``phase``, ``path``, ``drift``, ``energy``, ``ledger``, ...;
-            by default what a physicist looks at first.
-        x, y : str, optional
-            In place of ``what``, quantities over another one: ``y=["theta", "h"]``.
-        inches : (float, float), optional
-            The size of the picture.
-
-        Returns
-        -------
-        Picture
-            A notebook shows it; ``save`` writes it to a file.
-
-        Raises
-        ------
-        UsageError
-            This cannot be drawn; the message says what to ask for.
-        MissingPackage
-            There is no matplotlib.
-        """
-        from lagrange_cli.api.plot import plot
-
-        return plot(self, what=what, x=x, y=y, inches=inches)
-
-    def animate(
-        self,
-        *,
-        speed: float | None = None,
-        fps: float = 30.0,
-        begin: float | None = None,
-        end: float | None = None,
-        trail: float | None = None,
-        panels: str | Iterable[str] | None = None,
-        size: tuple[int, int] | None = None,
-    ) -> Film:
-        """A film of the motion: see ``lagrange_cli.animate``. It needs the extra ``animate``."""
-        from lagrange_cli.api.animate import animate
-
-        return animate(
-            self, speed=speed, fps=fps, begin=begin, end=end, trail=trail, panels=panels, size=size
-        )
 
     def view(self) -> Page:
         """A web page that draws the system and computes this motion, and others, where it is read.

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.api.arrays import Arrays
 from lagrange_cli.api.folder import Folder
 from lagrange_cli.api.group import Group, folder, is_group
+from lagrange_cli.api.pictures import Pictured
 from lagrange_cli.errors import FileError, MissingPackage, UsageError
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.request import HDF5, format_of
@@ -26,14 +27,12 @@ if TYPE_CHECKING:
     import xarray
     from numpy.typing import NDArray
 
-    from lagrange_cli.api.animate import Film
-    from lagrange_cli.api.plot import Picture
     from lagrange_cli.api.view import Page
 
 PARSED = ("parameters", "sizes", "run", "p_drift", "events", "sweep")
 
 
-class Stored:
+class Stored(Pictured):
     """What the command writes to a file: a motion, many, or the crossings of a surface.
 
     Arrays are read when they are asked for, and cannot be written to.
@@ -167,37 +166,6 @@ class Stored:
     def _output(self, held: ExitStack) -> Path:
         """See ``plot.Drawable``."""
         return self._path
-
-    def plot(
-        self,
-        what: str | Iterable[str] | None = None,
-        *,
-        x: str | None = None,
-        y: str | Iterable[str] | None = None,
-        inches: tuple[float, float] | None = None,
-    ) -> Picture:
-        """Draw it: see ``lagrange_cli.plot``."""
-        from lagrange_cli.api.plot import plot
-
-        return plot(self, what=what, x=x, y=y, inches=inches)
-
-    def animate(
-        self,
-        *,
-        speed: float | None = None,
-        fps: float = 30.0,
-        begin: float | None = None,
-        end: float | None = None,
-        trail: float | None = None,
-        panels: str | Iterable[str] | None = None,
-        size: tuple[int, int] | None = None,
-    ) -> Film:
-        """A film of the motion: see ``lagrange_cli.animate``. It needs the extra ``animate``."""
-        from lagrange_cli.api.animate import animate
-
-        return animate(
-            self, speed=speed, fps=fps, begin=begin, end=end, trail=trail, panels=panels, size=size
-        )
 
     def view(self) -> Page:
         """A web page that replays the motion; that of a sweep has the members on a slider.

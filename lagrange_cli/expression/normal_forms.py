@@ -18,7 +18,6 @@ from lagrange_cli.expression.conjugates import conjugate
 from lagrange_cli.expression.node import Kind, Node, bits, in_order
 from lagrange_cli.expression.reals import real_function, real_power, tidy
 from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
-from lagrange_cli.expression.squares import square
 
 MAX_NODES = limits.whole("nodes")
 BITS_A_STEP = 9
@@ -243,6 +242,8 @@ class NormalForms:
         """The factors of a sum of which others are squares, with the exponents that they have; nothing where
         it is no such product."""
         if node not in self._squares:
+            from lagrange_cli.expression.squares import square  # few expressions have roots
+
             found = square(self, node)
             self._squares[node] = []
             if found is not None:

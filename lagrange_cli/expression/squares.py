@@ -1,60 +1,71 @@
 """Sums that are squares: sqrt(1 - sin(u)) has a kink where cos(u/2) = sin(u/2), and no other singularity.
 
 A sum is written as a polynomial in its symbols, in e^(iu/2) for sines and cosines of u, and in e^(u/2) for
-exponentials. If it has a square root there, this is found term by term from the leading one, as by long
-division. With whole exponents and the rational arithmetic of complex numbers no identity between
-trigonometric functions is needed: cos(2u), 1 - 2 sin(u)^2 and cos(u)^2 - sin(u)^2 are one polynomial.
+exponentials (``polynomials``). It is a square if it has a square root there. With whole exponents and the
+rational arithmetic of complex numbers no identity between trigonometric functions is needed: cos(2u),
+1 - 2 sin(u)^2 and cos(u)^2 - sin(u)^2 are one polynomial. Roots of higher order are found in the same way.
 """
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
-from types import MappingProxyType
-from typing import Any, Generic, TypeAlias, TypeVar
+from typing import Any
 
 from lagrange_cli.expression.node import Kind, Node, Table, reachable
+from lagrange_cli.expression.polynomials import (
+    NOISE,
+    Arithmetic,
+    Complex,
+    Polynomial,
+    TooLarge,
+    multiplied,
+    over,
+    power_of,
+    raised,
+    root_of,
+    times,
+)
 from lagrange_cli.records import dataclass
 
-MOST_TERMS = 40
-"""Longer polynomials are not looked at."""
-HIGHEST = 16
-"""Nor are higher powers of sums."""
 FINEST = 12
 """Frequencies of one angle are multiples of such a part of one of them."""
-NOISE, LONG_NOISE = 2.0**-46, Fraction(1, 10**60)
-"""What is left of the largest coefficient of doubles, and of fractions, is rounding."""
-ABSORBED = 2.0**-20
-"""A term that is so small beside others would not be known well."""
 TRIGONOMETRIC, EXPONENTIAL = ("sin", "cos", "tan"), ("sinh", "cosh", "tanh", "exp")
 
 ATOM, TURN, GROWTH = range(3)
 """What polynomials are in: a node u itself, e^(iku) or e^(ku), with a unit k."""
 
-Complex: TypeAlias = tuple[Any, Any]
-Monomial: TypeAlias = frozenset[tuple[int, int]]
-"""Numbers of what it is a product of, with their exponents."""
-Polynomial: TypeAlias = dict[Monomial, Complex]
-
 
 @dataclass(frozen=True)
-class Square:
-    """``factor`` times the product of ``denominators``, with their even exponents, times ``root`` squared."""
+class Power:
+    """``factor`` times the product of ``denominators``, with their exponents, which are multiples of
+    ``order``, times ``root`` to that power."""
 
+    order: int
     factor: Node
     root: Node
     denominators: Sequence[tuple[Node, int]] = ()
 
 
-def square(graph: Table, node: Node) -> Square | None:
+def square(graph: Table, node: Node) -> Power | None:
     """A sum as a square and what else is its factor, if it is one."""
+    found = power(graph, node, 2)
+    if found is None or (found.factor.kind is Kind.NUMBER and found.factor.data < 0):
+        return None
+    return found
+
+
+def power(graph: Table, node: Node, *orders: int) -> Power | None:
+    """A sum as the power of one of these ``orders``, the first that is right, and what else is its factor, if
+    it is one."""
     if _apart(node):
         return None
     try:
         made = _Polynomials(graph, node)
-        return made.square(made.of(node))
-    except _TooLarge:
+        polynomial = made.of(node)
+        tried = (made.power(polynomial, order) for order in orders)
+        return next((found for found in tried if found is not None), None)
+    except TooLarge:
         return None
 
 
@@ -68,38 +79,6 @@ def _apart(node: Node) -> bool:
     return len(node.arguments) > 1
 
 
-class _TooLarge(Exception):
-    """A polynomial that is not looked at."""
-
-
-M = TypeVar("M")
-
-
-class _Total(Generic[M]):
-    """A sum of terms, which knows how large those were that may have cancelled."""
-
-    def __init__(self, given: Mapping[M, Complex] = MappingProxyType({})) -> None:
-        self.values = dict(given)
-        self.sizes = {monomial: _size(value) for monomial, value in given.items()}
-        self.least = dict(self.sizes)
-
-    def add(self, monomial: M, value: Complex) -> None:
-        """Add one term."""
-        re, im = self.values.get(monomial, (0, 0))
-        self.values[monomial] = (re + value[0], im + value[1])
-        size = _size(value)
-        self.sizes[monomial] = self.sizes.get(monomial, 0) + size
-        self.least[monomial] = min(size or math.inf, self.least.get(monomial, math.inf))
-
-    def absorbs(self) -> bool:
-        """Whether a term has hardly been felt beside others, as 1 in 1 + (x - 1e6)**2 when multiplied out."""
-        return any(least < ABSORBED * self.sizes[at] for at, least in self.least.items())
-
-    def cleaned(self, noise: Any) -> dict[M, Complex]:
-        """The terms but for those that cancel, up to rounding."""
-        return {at: value for at, value in self.values.items() if not _size(value) <= noise * self.sizes[at]}
-
-
 class _Polynomials:
     """Expressions as polynomials."""
 
@@ -110,7 +89,7 @@ class _Polynomials:
         """What denominators are."""
         below = reachable([node])
         exact = any(isinstance(x, Fraction) for one in below for x in _numbers(one))
-        self.noise: Any = LONG_NOISE if exact else NOISE
+        self.ring = Arithmetic(exact, graph.work)
         self.units = self._units(below)
         self.made: dict[Node, Polynomial] = {}
 
@@ -133,7 +112,7 @@ class _Polynomials:
                     found[key] = unit / 2
                     break
             else:
-                raise _TooLarge
+                raise TooLarge
         return found
 
     def _number(self, kind: int, node: Node) -> int:
@@ -153,22 +132,19 @@ class _Polynomials:
 
     def _of(self, node: Node) -> Polynomial:
         if node.kind is Kind.NUMBER:
-            return self._constant(node.data)
+            return self.ring.constant(node.data)
         if node.kind is Kind.SUM:
             constant, coefficients = node.data
-            total = self._constant(constant)
+            total = self.ring.constant(constant)
             for argument, c in zip(node.arguments, coefficients):
-                total = self._plus(total, self.made[argument], (c, 0))
+                total = self.ring.plus(total, self.made[argument], (c, 0))
             return total
         if node.kind is Kind.PRODUCT:
-            whole = self._constant(1)
+            whole = self.ring.constant(1)
             for base, exponent in zip(node.arguments, node.data):
-                whole = self._times(whole, self._power(base, exponent))
+                whole = self.ring.times(whole, self._power(base, exponent))
             return whole
         return self._function(str(node.data), node.arguments[0])
-
-    def _constant(self, value: Any) -> Polynomial:
-        return {frozenset(): (value, 0)} if value != 0 else {}
 
     def _power(self, base: Node, exponent: Any) -> Polynomial:
         if not isinstance(exponent, int):
@@ -176,24 +152,12 @@ class _Polynomials:
         given = self.made[base]
         if exponent < 0:
             return self._reciprocal(given, base, -exponent)
-        return self._raised(given, exponent)
-
-    def _raised(self, given: Polynomial, exponent: int) -> Polynomial:
-        if exponent > HIGHEST and len(given) > 1:
-            raise _TooLarge
-        if len(given) == 1:
-            ((monomial, (re, im)),) = given.items()
-            if im == 0:
-                return {_raised(monomial, exponent): (re**exponent, 0)}
-        whole = self._constant(1)
-        for _ in range(exponent):
-            whole = self._times(whole, given)
-        return whole
+        return self.ring.raised(given, exponent)
 
     def _reciprocal(self, given: Polynomial, base: Node, exponent: int) -> Polynomial:
         if len(given) == 1:
             ((monomial, value),) = given.items()
-            return {_raised(monomial, -exponent): _power(_over((1, 0), value), exponent)}
+            return {raised(monomial, -exponent): power_of(over((1, 0), value), exponent)}
         self.below[self._number(ATOM, base)] = given
         return self._atom(base, -exponent)
 
@@ -202,12 +166,12 @@ class _Polynomials:
             sine, cosine = ("sin", "cos") if name == "tan" else ("sinh", "cosh")
             below = self._function(cosine, argument)
             base = self.graph.function(cosine, (argument,))
-            return self._times(self._function(sine, argument), self._reciprocal(below, base, 1))
+            return self.ring.times(self._function(sine, argument), self._reciprocal(below, base, 1))
         kind = TURN if name in TRIGONOMETRIC else GROWTH
         constant, parts = _linear(argument)
         exponents = ((self._number(kind, part), round(c / self.units[kind, part])) for part, c in parts)
         up = frozenset(exponents)
-        down = _raised(up, -1)
+        down = raised(up, -1)
         half = Fraction(1, 2) if isinstance(constant, Fraction) else 0.5
         if kind == TURN:
             cosine, sine = self._values(("cos", "sin"), constant)
@@ -222,42 +186,16 @@ class _Polynomials:
     def _values(self, names: Sequence[str], constant: Any) -> list[Any]:
         return [self.graph.function(name, (self.graph.lift(constant),)).data for name in names]
 
-    # ------------------------------------------------------------------ arithmetic
-
-    def _plus(self, one: Polynomial, other: Polynomial, scale: Complex) -> Polynomial:
-        total = _Total(one)
-        for monomial, value in other.items():
-            total.add(monomial, _times(value, scale))
-        return self._bounded(total)
-
-    def _times(self, one: Polynomial, other: Polynomial) -> Polynomial:
-        if len(one) * len(other) > MOST_TERMS**2:
-            raise _TooLarge
-        self.graph.work.charge(len(one) * len(other))
-        total: _Total[Monomial] = _Total()
-        for first, x in one.items():
-            for second, y in other.items():
-                total.add(_multiplied(first, second), _times(x, y))
-        return self._bounded(total)
-
-    def _bounded(self, total: _Total[Monomial]) -> Polynomial:
-        found = total.cleaned(self.noise)
-        if self.noise is NOISE and total.absorbs():
-            raise _TooLarge
-        if len(found) > MOST_TERMS or not all(map(_finite, found.values())):
-            raise _TooLarge
-        return found
-
     # ------------------------------------------------------------------ the root
 
-    def square(self, given: Polynomial) -> Square | None:
-        """A polynomial as a square and other factors."""
+    def power(self, given: Polynomial, order: int) -> Power | None:
+        """A polynomial as a power and other factors."""
         nodes = [*self.numbers]
         denominators = []
         for number, below in self.below.items():
             least = min((dict(one).get(number, 0) for one in given), default=0)
             if least < 0:
-                shift = -least + least % 2
+                shift = -least + least % order
                 denominators.append((nodes[number][1], -shift))
                 given = self._over_one(given, number, shift, below)
         if not given:
@@ -267,30 +205,30 @@ class _Polynomials:
             least = min(dict(one).get(number, 0) for one in given)
             if kind == ATOM and least:
                 outside.append((node, least))
-                given = {_multiplied(one, frozenset({(number, -least)})): x for one, x in given.items()}
+                given = {multiplied(one, frozenset({(number, -least)})): x for one, x in given.items()}
         names = sorted({number for monomial in given for number, _ in monomial})
         dense = {tuple(dict(one).get(name, 0) for name in names): value for one, value in given.items()}
-        found = _root(dense, self.noise)
+        found = root_of(dense, self.ring.noise, order)
         if found is None:
             return None
         scale, root = found
         turn = self._turn(root, [nodes[name][0] == TURN for name in names])
         if turn is None:
             return None
-        factor, rest = _over(scale, _times(turn, turn))
-        if not abs(rest) <= self.noise * abs(factor):
+        factor, rest = over(scale, power_of(turn, order))
+        if not abs(rest) <= self.ring.noise * abs(factor):
             return None
-        root = {monomial: _times(value, turn) for monomial, value in root.items()}
+        root = {monomial: times(value, turn) for monomial, value in root.items()}
         size, inner = self.graph.split_coefficient(self._node(root, [nodes[name] for name in names]))
         if inner.kind is Kind.SUM and inner.data[0] == 0 and len(inner.arguments) == 1:
             size, inner = size * inner.data[1][0], inner.arguments[0]
-        factor = factor * size * size
-        odd = [(node, 1) for node, least in outside if least % 2]
-        even = [(node, least // 2) for node, least in outside]
+        factor = factor * size**order
+        odd = [(node, least % order) for node, least in outside if least % order]
+        even = [(node, least // order) for node, least in outside]
         whole = self.graph.product([(inner, 1), *even])
-        if (factor < 0 and not odd) or (whole is self.graph.one and not denominators):
+        if whole is self.graph.one and not denominators:
             return None
-        return Square(factor * self.graph.product(odd), whole, denominators)
+        return Power(order, factor * self.graph.product(odd), whole, denominators)
 
     def _over_one(self, given: Polynomial, number: int, shift: int, below: Polynomial) -> Polynomial:
         """A polynomial times ``below``, which has this number, to the power ``shift``."""
@@ -299,7 +237,7 @@ class _Polynomials:
             exponents = dict(monomial)
             exponent = exponents.pop(number, 0) + shift
             rest: Polynomial = {frozenset(exponents.items()): value}
-            total = self._plus(total, self._times(rest, self._raised(below, exponent)), (1, 0))
+            total = self.ring.plus(total, self.ring.times(rest, self.ring.raised(below, exponent)), (1, 0))
         return total
 
     def _turn(self, root: Mapping[tuple[int, ...], Complex], turns: Sequence[bool]) -> Complex | None:
@@ -312,8 +250,8 @@ class _Polynomials:
         if opposite not in root:
             return None
         re, im = root[opposite]
-        re, im = _over((re, -im), root[lead])
-        return (0, 1) if abs(re + 1) + abs(im) <= self.noise else (1 + re, im)
+        re, im = over((re, -im), root[lead])
+        return (0, 1) if abs(re + 1) + abs(im) <= self.ring.noise else (1 + re, im)
 
     # ------------------------------------------------------------------ back to nodes
 
@@ -333,7 +271,7 @@ class _Polynomials:
                     (graph.function("cos", (angle,)), 2 * re),
                     (graph.function("sin", (angle,)), -2 * im),
                 ]
-                terms = [one for one in terms if abs(one[1]) > self.noise * max(abs(re), abs(im))]
+                terms = [one for one in terms if abs(one[1]) > self.ring.noise * max(abs(re), abs(im))]
             if turn >= tuple(-e for e in turn):
                 grouped.setdefault((atoms, growth), []).extend(terms)
         sums = {key: graph.sum(terms) for key, terms in grouped.items()}
@@ -381,83 +319,3 @@ def _numbers(node: Node) -> Iterator[Any]:
     if node.kind is Kind.SUM:
         yield node.data[0]
         yield from node.data[1]
-
-
-def _root(
-    given: Mapping[tuple[int, ...], Complex], noise: Any
-) -> tuple[Complex, dict[tuple[int, ...], Complex]] | None:
-    """A number and a polynomial with the number times its square ``given``."""
-    lead = max(given)
-    if any(e % 2 for e in lead):
-        return None
-    first = tuple(e // 2 for e in lead)
-    least = [min(one[k] for one in given) for k in range(len(lead))]
-    scale, start = _scale(given[lead])
-    root, total = {first: start}, _Total(given)
-    total.add(lead, (-given[lead][0], -given[lead][1]))
-    while rest := total.cleaned(noise):
-        place = max(rest)
-        monomial = tuple(a - b for a, b in zip(place, first))
-        if any(2 * e < low for e, low in zip(monomial, least)) or monomial >= min(root):
-            return None
-        value = _over(rest[place], _times(scale, (2 * start[0], 2 * start[1])))
-        for one, other in [*root.items(), (monomial, value)]:
-            re, im = _times(scale, _times(other, value))
-            twice = 1 if one == monomial else 2
-            total.add(tuple(a + b for a, b in zip(one, monomial)), (-twice * re, -twice * im))
-        root[monomial] = value
-        if len(root) > len(given):
-            return None
-    return scale, root
-
-
-def _scale(value: Complex) -> tuple[Complex, Complex]:
-    """A leading coefficient as a number and the square of one, which is exact."""
-    number, rest = value
-    if rest == 0 and number > 0:
-        root: Any = math.sqrt(number)
-        if isinstance(number, Fraction):
-            root = type(number)(math.isqrt(number.numerator), math.isqrt(number.denominator))
-        if root * root == number:
-            return (1, 0), (root, 0)
-    return value, (1, 0)
-
-
-def _multiplied(one: Monomial, other: Monomial) -> Monomial:
-    total = dict(one)
-    for generator, exponent in other:
-        total[generator] = total.get(generator, 0) + exponent
-    return frozenset(item for item in total.items() if item[1])
-
-
-def _raised(one: Monomial, exponent: int) -> Monomial:
-    return frozenset((generator, e * exponent) for generator, e in one if exponent)
-
-
-def _times(one: Complex, other: Complex) -> Complex:
-    (a, b), (c, d) = one, other
-    return (a * c - b * d, a * d + b * c)
-
-
-def _over(one: Complex, other: Complex) -> Complex:
-    c, d = other
-    if d == 0:
-        return (one[0] / c, one[1] / c)
-    size = c * c + d * d
-    re, im = _times(one, (c, -d))
-    return (re / size, im / size)
-
-
-def _power(one: Complex, exponent: int) -> Complex:
-    whole: Complex = (1, 0)
-    for _ in range(exponent):
-        whole = _times(whole, one)
-    return whole
-
-
-def _size(value: Complex) -> Any:
-    return max(abs(value[0]), abs(value[1]))
-
-
-def _finite(value: Complex) -> bool:
-    return all(map(math.isfinite, value))

@@ -9,19 +9,15 @@ vanishes identically: then no motion crosses a surface g = 0.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero
 from lagrange_cli.mechanics.explicit import write_out
+from lagrange_cli.mechanics.matrices import determinant
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
 
 WORTH = 300_000
 """Steps of work after which nothing is said."""
-
-Matrix = Sequence[Sequence[Node]]
 
 
 def is_constant(residual: Residual, node: Node) -> bool:
@@ -48,16 +44,3 @@ def _vanishes(residual: Residual, node: Node) -> bool:
             replaced = [[*row[:k], f, *row[k + 1 :]] for row, f in zip(matrix, forces)]
             terms.append((slope * determinant(graph, replaced), -1.0))
     return is_zero(graph.sum(terms))
-
-
-def determinant(graph: Graph, matrix: Matrix) -> Node:
-    """By its first column, of which zeros are left out."""
-    if not matrix:
-        return graph.one
-    terms = []
-    for i, row in enumerate(matrix):
-        if not row[0].is_zero:
-            rest = [other[1:] for j, other in enumerate(matrix) if j != i]
-            graph.work.charge(len(matrix))
-            terms.append((row[0] * determinant(graph, rest), 1.0 if i % 2 == 0 else -1.0))
-    return graph.sum(terms)

@@ -8,9 +8,8 @@ from functools import cached_property
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.zero import is_zero, zeros
-from lagrange_cli.mechanics.constancy import determinant
+from lagrange_cli.mechanics.matrices import connected, determinant
 from lagrange_cli.mechanics.relations import Relations
-from lagrange_cli.mechanics.residual import connected
 from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
@@ -67,6 +66,8 @@ class Embedding:
             asked = [displacements.get(one, self._graph.zero) for one in components]
             if all(one.is_zero for one in asked):
                 continue
+            if not self._is_possible(coordinates, components, asked):
+                return None
             changes = self._by_ansatz(coordinates, components, asked)
             if changes is None and len(coordinates) <= MOST_AT_ONCE:
                 changes = self._by_least_squares(coordinates, components, asked)
@@ -74,6 +75,15 @@ class Embedding:
                 return None
             found |= {k: change for k, change in changes.items() if not change.is_zero}
         return found
+
+    def _is_possible(
+        self, coordinates: Sequence[int], components: Sequence[Component], asked: Sequence[Node]
+    ) -> bool:
+        """Whether the displacements are a combination of dx/dq_k at a random state, as they would have to be
+        at every one."""
+        zero = self._graph.zero
+        columns = [[self.slopes[one].get(k, zero) for one in components] for k in coordinates]
+        return Relations(self._graph).may_combine(columns, asked)
 
     def _makes(
         self, changes: Mapping[int, Node], components: Sequence[Component], asked: Sequence[Node]

@@ -53,6 +53,15 @@ class Relations:
         numbers = [rational(-vector.get(i, 0.0)) for i in range(len(columns))]
         return None if None in numbers else [float(one) for one in numbers if one is not None]
 
+    def may_combine(self, columns: Sequence[Column], target: Column) -> bool:
+        """Whether ``target`` is a combination of ``columns`` at one random state, with whatever numbers; True
+        where none is found that has values."""
+        given = [*columns, target]
+        for rows in self._states(given, {}):
+            self.graph.work.charge(len(rows) * len(given) ** 2 // PRODUCTS)
+            return len(columns) in dependent(rows, len(given))
+        return True
+
     def relations(self, columns: Sequence[Column]) -> list[dict[int, Node]]:
         """Vectors c with sum_i c_i columns_i = 0, by the number i; each is rational, or monomials of
         parameters."""

@@ -14,6 +14,7 @@ from operator import or_
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.rows import Matrix
 from lagrange_cli.mechanics.variables import nonzero, variables
 from lagrange_cli.model.model import Model
@@ -149,24 +150,3 @@ class Residual:
     def constant_mass_matrix(self) -> bool:
         """Whether the mass matrix depends on nothing but parameters."""
         return all(not entry.symbols & self.variables for row in self.entries for entry in row.values())
-
-
-def connected(matrix: Sequence[Sequence[Node]]) -> tuple[tuple[int, ...], ...]:
-    """The index sets that a matrix's nonzero entries connect, each sorted, in order of first index."""
-    neighbours: list[set[int]] = [set() for _ in matrix]
-    for j, row in enumerate(matrix):
-        for k in nonzero(row, row[j].graph.zero, j):
-            neighbours[j].add(k)
-            neighbours[k].add(j)
-    blocks = []
-    done: set[int] = set()
-    for first in range(len(matrix)):
-        block: set[int] = set()
-        pending = set() if first in done else {first}
-        while pending:
-            block |= pending
-            pending = set[int]().union(*(neighbours[j] for j in pending)) - block
-        if block:
-            done |= block
-            blocks.append(tuple(sorted(block)))
-    return tuple(blocks)

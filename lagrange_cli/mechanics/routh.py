@@ -16,7 +16,8 @@ from collections.abc import Collection, Sequence
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.formulation import Formulation, divided, euler_lagrange, normalized
-from lagrange_cli.mechanics.residual import CyclicMomentum, connected
+from lagrange_cli.mechanics.matrices import connected
+from lagrange_cli.mechanics.residual import CyclicMomentum
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import numbered, rate, variables

@@ -31,7 +31,6 @@ from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.spins import spins
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.tops import kovalevskaya
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model, Particle
@@ -91,6 +90,7 @@ class _Search:
     def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
         self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
         self.embedding = Embedding(model)
+        self.shifts: dict[int, Mapping[int, Node] | None] = {}
         self.found: list[Symmetry] = []
         self.names = {each.quantity for each in known}
         nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
@@ -170,7 +170,7 @@ class _Search:
     def _translations(self) -> Iterable[Trial]:
         """Moving all particles along an axis."""
         for i, axis in enumerate(COMPONENTS[: self._axes]):
-            directions = self.embedding.change(self._shift(i, self.graph.one))
+            directions = self._shift(i)
             if directions:
                 text, how = momentum_text(self.model, axis), f"moving {self._everything} along {axis}"
                 yield Trial(f"P_{axis}", Change(directions), text, how)
@@ -193,18 +193,22 @@ class _Search:
 
     def _boosts(self) -> Iterable[Trial]:
         """The motion of the centre of mass, t P - M R; that of a single particle is plain."""
-        model = self.model
+        time = self.model.time
         for i, axis in enumerate(COMPONENTS[: self._axes]):
             places = [(one.mass * one.position[i], 1.0) for one in self._moving if len(one.position) > i]
-            directions = self.embedding.change(self._shift(i, model.time)) if len(places) > 1 else None
+            directions = self._shift(i) if len(places) > 1 else None
             if directions:
                 because = f"the centre of mass moves uniformly along {axis} (Galilean boosts)"
-                change = Change(directions, gain=self.graph.sum(places))
+                growing = {k: time * change for k, change in directions.items()}
+                change = Change(growing, gain=self.graph.sum(places))
                 yield Trial(f"K_{axis}", change, f"t*P_{axis} - sum of m*{axis}", because=because)
 
-    def _shift(self, i: int, by: Node) -> Mapping[Component, Node]:
-        """All components of one axis by as much."""
-        return {(one.name, i): by for one in self._moving if len(one.position) > i}
+    def _shift(self, i: int) -> Mapping[int, Node] | None:
+        """The change of the coordinates that moves everything by 1 along an axis, if there is one."""
+        if i not in self.shifts:
+            moved = [one.name for one in self._moving if len(one.position) > i]
+            self.shifts[i] = self.embedding.change({(name, i): self.graph.one for name in moved})
+        return self.shifts[i]
 
     @property
     def _moving(self) -> list[Particle[Node]]:
@@ -325,7 +329,11 @@ class _Search:
 
     def tops(self) -> None:
         """What no symmetry explains of a heavy top."""
-        found = kovalevskaya(self.model, self.noether) if "h" in self.names else None
+        if self.model.spec is None or not self.model.spec.bodies or "h" not in self.names:
+            return
+        from lagrange_cli.mechanics.tops import kovalevskaya  # and all about bodies
+
+        found = kovalevskaya(self.model, self.noether)
         if found is not None:
             each, node = found
             self._store(replace(each, quantity=self._free_name(each.quantity)), node)

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.evaluate import evaluate
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.mechanics.residual import connected
+from lagrange_cli.mechanics.matrices import connected
 from lagrange_cli.mechanics.variables import nonzero
 
 NOTHING = 1e-10

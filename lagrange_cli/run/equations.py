@@ -9,7 +9,7 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import LagrangeError
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import derive_system, located
 from lagrange_cli.run.monitor import Stage, untimed
 
@@ -68,13 +68,10 @@ def derive(
     """
     if coordinates:
         return derive_in(coordinates, spec, stage, overrides)
-    from dataclasses import replace
-
     from lagrange_cli.expression.exact import ExactGraphAlgebra
     from lagrange_cli.expression.graph_algebra import GraphAlgebra
     from lagrange_cli.expression.symbolic import SympyAlgebra
     from lagrange_cli.limits import Work
-    from lagrange_cli.mechanics.jumps import refuse_jumps
     from lagrange_cli.model.build import build_model
     from lagrange_cli.symbolic.derive import derive_equations
     from lagrange_cli.symbolic.work import counting
@@ -84,6 +81,8 @@ def derive(
     work = Work(most)
     with stage("derive"), located(spec), counting(work):
         if re.search(r"\b(where|sign|abs|min|max|sqrt|norm)\b", spec.text):
+            from lagrange_cli.mechanics.jumps import refuse_jumps
+
             refuse_jumps(build_model(spec, GraphAlgebra()))
         equations = derive_equations(build_model(spec, SympyAlgebra()))
         further = further_conserved(build_model(spec, ExactGraphAlgebra()), equations)
@@ -97,7 +96,6 @@ def derive(
 
 def derive_in(coordinates: str, spec: Spec, stage: Stage, overrides: Mapping[str, str]) -> Derived:
     """The equations of motion in the coordinates of a transformation, compared with those of the file."""
-    from lagrange_cli.records import replace
     from lagrange_cli.run.coordinates import covariance, in_coordinates
 
     spec = independent(spec, overrides)
@@ -128,11 +126,11 @@ def further_conserved(model: Model[Node], equations: Equations) -> list[Conserve
 def independent(spec: Spec, overrides: Mapping[str, str]) -> Spec:
     """The system with constraints left out that depend on others at the start; as it is where there is no
     consistent one."""
+    if not spec.all_constraints:
+        return spec
     from lagrange_cli.run.start import consistent_values
     from lagrange_cli.spec.values import resolve_values
 
-    if not spec.all_constraints:
-        return spec
     with suppress(LagrangeError):
         values = resolve_values(spec, dict(overrides))
         return consistent_values(spec, values, spec.solve.start or 0.0, overrides)[0]
@@ -180,10 +178,13 @@ def as_written(derived: Derived, format_: str, form: str, parameters: dict[str, 
             from lagrange_cli.symbolic.source import as_python
 
             return as_python(equations, form, parameters)
-        from lagrange_cli.symbolic.latex import as_latex
+        if format_ == "latex":
+            from lagrange_cli.symbolic.latex import as_latex
+
+            return as_latex(equations, form)
         from lagrange_cli.symbolic.layouts import as_text, as_unicode
 
-        return {"text": as_text, "unicode": as_unicode, "latex": as_latex}[format_](equations, form)
+        return {"text": as_text, "unicode": as_unicode}[format_](equations, form)
 
 
 def as_page(derived: Derived) -> str:
@@ -237,7 +238,6 @@ def along(spec: Spec, values: Values) -> list[tuple[float, tuple[float, ...], tu
     from lagrange_cli.errors import UsageError
     from lagrange_cli.integrate.run import integrate
     from lagrange_cli.integrate.times import Times
-    from lagrange_cli.records import replace
     from lagrange_cli.run.prepare import prepare_run
     from lagrange_cli.run.request import Request
     from lagrange_cli.spec.spec import SolveDefaults

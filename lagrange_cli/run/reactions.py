@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec

@@ -7,8 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from lagrange_cli.errors import FileError
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.request import HDF5
 
 if TYPE_CHECKING:
+    from lagrange_cli.run.monitor import Monitor
+    from lagrange_cli.run.request import Request
     from lagrange_cli.store.checkpoint import Checkpoint
     from lagrange_cli.store.resume import Earlier, Finished
     from lagrange_cli.store.target import Target
@@ -56,6 +59,14 @@ def signature(made_by: Mapping[str, Any]) -> dict[str, Any]:
     from lagrange_cli.native.compilation.fingerprint import machine
 
     return {**made_by, **({} if "portable" in made_by else {"machine": machine()})}
+
+
+def begun(target: Target, made_by: Mapping[str, Any], request: Request, monitor: Monitor) -> Start:
+    """How a run starts that writes to a target, which must be claimed, or to a table: see ``take_up``."""
+    with monitor.stage("import"):
+        if request.format != HDF5:
+            return Start(target, made_by)
+        return take_up(target, made_by, resume=request.resume, tell=monitor.tell)
 
 
 def take_up(

@@ -78,7 +78,7 @@ from lagrange_cli.spec.readers import (
 )
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.spec import SOLIDS
-from lagrange_cli.spec.table import Row, Table
+from lagrange_cli.spec.table import Rare, Row, Table
 from lagrange_cli.spec.transformations import read_transformations
 from lagrange_cli.spec.vanishing import read_vanishing
 
@@ -159,8 +159,11 @@ def plain(meaning: str) -> str:
 
 def of_reader(reader: Reader) -> Schema:
     """What a reader takes."""
+    if isinstance(reader, Rare):
+        return of_reader(reader.loaded())
     if isinstance(reader, partial):
-        return TABLES[reader.func](reader.args[0]) if reader.func in TABLES else UNKNOWN
+        read = reader.func.loaded() if isinstance(reader.func, Rare) else reader.func
+        return TABLES[read](reader.args[0]) if read in TABLES else UNKNOWN
     if isinstance(reader, Entries):
         return any_of(entries(of_reader(reader.value), reader), NOTHING)
     if isinstance(reader, Terms):

@@ -21,8 +21,8 @@ from lagrange_cli.run.ensemble import (
     told,
 )
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
-from lagrange_cli.run.request import CSV, HDF5
-from lagrange_cli.run.resume import Start, take_up
+from lagrange_cli.run.request import CSV
+from lagrange_cli.run.resume import Start, begun
 from lagrange_cli.run.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 from lagrange_cli.spec.spec import SURFACE
@@ -92,10 +92,7 @@ def take_section(
         )
     made_by = origin_of(ensemble)
     with nullcontext() if stream is not None else target.claimed():
-        with monitor.stage("import"):
-            start = Start(target, made_by)
-            if request.format == HDF5:
-                start = take_up(target, made_by, resume=request.resume, tell=monitor.tell)
+        start = begun(target, made_by, request, monitor)
         if start.finished is not None:
             return Crossed(ensemble, start)
         for note in ensemble.notes:

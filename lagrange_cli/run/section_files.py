@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Any, BinaryIO, Protocol
 
 from lagrange_cli.integrate.checkpoint import Checkpointing
@@ -115,7 +115,26 @@ class Grid:
         return self.output.target
 
 
-class Single:
+class OfOneMotion:
+    """Writes the crossings of one motion: ``append`` is what writes a chunk of them."""
+
+    def __init__(self, series: tuple[Series, ...], append: Callable[[dict[str, np.ndarray]], None]) -> None:
+        self._crossings, self._append = Crossings(series), append
+
+    def of_members(self, schedule: Schedule) -> None:
+        """See ``SectionFile``."""
+
+    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
+        """See ``SectionFile``."""
+        if self._crossings.take(values):
+            self._append(self._crossings.chunk)
+
+    def found(self) -> np.ndarray:
+        """See ``SectionFile``."""
+        return self._crossings.count
+
+
+class Single(OfOneMotion):
     """The file of one motion: like that of ``solve``, with its crossings as the samples."""
 
     def __init__(
@@ -128,7 +147,8 @@ class Single:
         layout = Layout(series_at(units, prepared), time_unit=units.get("t", ""))
         times = replace(ensemble.times, count=ensemble.cut.kept.count, step=0.0)
         self.output = Writer(start.target, layout, times)
-        self._start, self._crossings = start, Crossings(layout.series)
+        super().__init__(layout.series, self.output.append)
+        self._start = start
         self._last: Kept | None = None
 
     def of_motion(self, schedule: Schedule) -> Checkpointing[Kept]:
@@ -139,9 +159,6 @@ class Single:
             begin = {name.removeprefix(KEPT): one for name, one in arrays if name.startswith(KEPT)}
         return Checkpointing(begin, schedule, self._keep)
 
-    def of_members(self, schedule: Schedule) -> None:
-        """See ``SectionFile``."""
-
     def _keep(self, kept: Kept) -> None:
         self._last = kept
         self.output.keep(self._checkpoint(kept))
@@ -151,15 +168,6 @@ class Single:
 
         reached, arrays = reached_in(kept), {f"{KEPT}{name}": one for name, one in kept.items()}
         return self._start.checkpoint({"reached": reached, "crossings": reached}, arrays, inside=inside)
-
-    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
-        """See ``SectionFile``."""
-        if self._crossings.take(values):
-            self.output.append(self._crossings.chunk)
-
-    def found(self) -> np.ndarray:
-        """See ``SectionFile``."""
-        return self._crossings.count
 
     def close(
         self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome
@@ -172,7 +180,7 @@ class Single:
         return self.output.target
 
 
-class Table:
+class Table(OfOneMotion):
     """The crossings of one motion as CSV, in a file or a stream."""
 
     def __init__(
@@ -187,22 +195,10 @@ class Table:
 
         series = series_at(units, prepared)
         self.output = CsvFile(start.target if stream is None else None, series, stream)
-        self._crossings = Crossings(series)
+        super().__init__(series, self.output.append)
 
     def of_motion(self, schedule: Schedule) -> None:
         """See ``SectionFile``."""
-
-    def of_members(self, schedule: Schedule) -> None:
-        """See ``SectionFile``."""
-
-    def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
-        """See ``SectionFile``."""
-        if self._crossings.take(values):
-            self.output.append(self._crossings.chunk)
-
-    def found(self) -> np.ndarray:
-        """See ``SectionFile``."""
-        return self._crossings.count
 
     def close(
         self, attributes: dict[str, Any], endings: list[str], outcome: EnsembleOutcome

@@ -9,8 +9,8 @@ from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.attributes import origin, units_of
 from lagrange_cli.run.monitor import SILENT, Monitor
 from lagrange_cli.run.motion import Motion, Ready, certificate_of, initial_state, prepare_all
-from lagrange_cli.run.request import CSV, HDF5
-from lagrange_cli.run.resume import Start, take_up
+from lagrange_cli.run.request import CSV
+from lagrange_cli.run.resume import Start, begun
 from lagrange_cli.run.settings import tell_empty
 from lagrange_cli.run.writing import checkpoint, complete, layout_of
 
@@ -72,10 +72,7 @@ def solve(
     if demand is not None:
         made_by |= demand.attributes()
     with nullcontext() if stream is not None else target.claimed():
-        with monitor.stage("import"):
-            start = Start(target, made_by)
-            if request.format == HDF5:
-                start = take_up(target, made_by, resume=request.resume, tell=monitor.tell)
+        start = begun(target, made_by, request, monitor)
         if start.finished is not None:
             return Solved(motion, start)
         ready = prepare_all(motion, request, demand, monitor.stage)

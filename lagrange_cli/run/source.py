@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import os
 
 from lagrange_cli.errors import FileError, UsageError
 from lagrange_cli.limits import whole
@@ -26,12 +26,12 @@ def read_file(system: str) -> bytes:
     Raises ``FileError`` where it cannot be read, ``UsageError`` where this is not the name of a file.
     """
     try:
-        with Path(system).open("rb") as file:
+        with open(system, "rb") as file:
             return file.read(whole("bytes") + 1)
     except FileNotFoundError as error:
         raise FileError(f"{system}: no such file{shipped_hint(system)}") from error
     except OSError as error:
-        if Path(system).is_dir():  # no permission to read it is what Windows says
+        if os.path.isdir(system):  # no permission to read it is what Windows says
             raise FileError(f"{system} is a directory, not a system file") from error
         raise FileError(f"{system} could not be read: {error.strerror or error}") from error
     except ValueError as error:  # a NUL in the name
@@ -42,7 +42,7 @@ def shipped_hint(system: str) -> str:
     """How to get the shipped system that was perhaps meant, or an empty text."""
     from lagrange_cli.run import shipped
 
-    name = Path(system).stem
+    name = os.path.splitext(os.path.basename(system))[0]
     if name not in shipped.names():
         return ""
     return f"\n  there is an example system of that name: lagrange systems {name} > {name}.yaml"

@@ -21,7 +21,7 @@ from lagrange_cli.run.ensemble import (
 )
 from lagrange_cli.run.members_kept import MembersKept
 from lagrange_cli.run.monitor import SILENT, Monitor, watched
-from lagrange_cli.run.resume import Start, take_up
+from lagrange_cli.run.resume import Start, begun
 from lagrange_cli.run.settings import tell_empty
 from lagrange_cli.run.singular import in_words
 
@@ -67,8 +67,7 @@ def sweep(
         FileError: the output cannot be written, or an earlier run is in the way.
     """
     with target.claimed():
-        with monitor.stage("import"):
-            start = take_up(target, made_by(ensemble), resume=request.resume, tell=monitor.tell)
+        start = begun(target, made_by(ensemble), request, monitor)
         if start.finished is not None:
             return Swept(ensemble, start)
         for note in ensemble.notes:

@@ -10,21 +10,28 @@ from lagrange_cli.expression.near import known_hint, near_hint
 from lagrange_cli.expression.syntax import ExpressionError, Span
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, TIME, family_name
 from lagrange_cli.records import dataclass
-from lagrange_cli.spec.bodies import check_bodies, norms, with_families
 from lagrange_cli.spec.defaults import solve_defaults, time_unit
 from lagrange_cli.spec.draft import Declared, Draft, Entry, Written
-from lagrange_cli.spec.events import check_events
 from lagrange_cli.spec.kinds import Kind
+from lagrange_cli.spec.meanings import scalar
 from lagrange_cli.spec.moving import lacking
-from lagrange_cli.spec.names import Names, scalar
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS
 from lagrange_cli.spec.settling import Settling, check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE, Place
-from lagrange_cli.spec.spec import Coordinate, Expression, Family, Parameter, Spec, Wanted
+from lagrange_cli.spec.spec import (
+    Body,
+    Coordinate,
+    Event,
+    Expression,
+    Family,
+    Parameter,
+    Spec,
+    Transformation,
+    Wanted,
+)
 from lagrange_cli.spec.table import Row
-from lagrange_cli.spec.transformations import check_transformations
-from lagrange_cli.spec.unknown import range_hint
 
 FORCES_ON = {Kind.PARTICLE: "forces", Kind.BODY: "torques", Kind.COORDINATE: "generalized_forces"}
 """The section for what acts on each."""
@@ -40,7 +47,7 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
     checker.formulation()
     masses = checker.expressions("masses")
     embedding = checker.embedding()
-    bodies = check_bodies(draft, checker.names, problems)
+    bodies, norms, families = checker.bodies()
     for body in draft.bodies:
         if body.mass is not None and body.position is not None:
             masses[body.name], embedding[body.name] = body.mass, body.position
@@ -61,14 +68,14 @@ def check(draft: Draft, sizes: Mapping[str, int], problems: Problems) -> Spec:
         observables=checker.expressions("observables"),
         solve=solve_defaults(draft, checker.names, problems),
         sizes=sizes,
-        families=with_families(draft.families, bodies),
+        families=families,
         time_unit=time_unit(draft, problems),
-        events=check_events(draft, checker.names, problems),
-        constraints={**checker.expressions("constraints"), **norms(bodies)},
+        events=checker.events(),
+        constraints={**checker.expressions("constraints"), **norms},
         nonholonomic=checker.velocity_constraints(),
         bodies=bodies,
         draw=checker.draw(),
-        transformations=check_transformations(draft, checker.names, problems),
+        transformations=checker.transformations(),
     )
 
 
@@ -268,8 +275,35 @@ class _Checker:
                     self.problems.add_once(entry.value.place, message.format(entry.name), hint)
         return found
 
+    # What checks the sections that few files have is imported for those files.
+
+    def bodies(self) -> tuple[dict[str, Body], dict[str, Expression], Mapping[str, Mapping[str, Family]]]:
+        """The bodies by name, the norms of their quaternions, and all families with theirs."""
+        if not self.draft.bodies:
+            return {}, {}, self.draft.families
+        from lagrange_cli.spec.bodies import check_bodies, norms, with_families
+
+        found = check_bodies(self.draft, self.names, self.problems)
+        return found, norms(found), with_families(self.draft.families, found)
+
+    def events(self) -> dict[str, Event]:
+        """The section ``events``."""
+        if not self.draft.events:
+            return {}
+        from lagrange_cli.spec.events import check_events
+
+        return check_events(self.draft, self.names, self.problems)
+
+    def transformations(self) -> dict[str, Transformation]:
+        """The section ``transformations``."""
+        if not self.draft.transformations:
+            return {}
+        from lagrange_cli.spec.transformations import check_transformations
+
+        return check_transformations(self.draft, self.names, self.problems)
+
     def draw(self) -> Wanted | None:
-        """The section ``draw``, which few files have."""
+        """The section ``draw``."""
         if "draw" not in self.draft.sections:
             return None
         from lagrange_cli.spec.drawn import check_draw
@@ -327,7 +361,7 @@ class _Checker:
         if meaning is not None and meaning.family is not None and name not in self.names.values:
             if "[" not in name:
                 return f"write {meaning.family.label} for its members"
-            return range_hint(name, meaning.family)
+            return meaning.family.hint(name)
         return near_hint(name, known) or known_hint(known)
 
 

@@ -22,7 +22,6 @@ from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Course, Expression, Path, Range, View, Wanted, by_family
-from lagrange_cli.spec.unknown import range_hint
 
 SECTION = "draw"
 NUMBERS = "numbers of draw"
@@ -275,7 +274,7 @@ class _Checker:
         member = member_name(name.identifier, [integer(index, known) for index in name.indices])
         if member not in members:
             family = self.names.table[name.identifier].family
-            hint = range_hint(member, family) if family else f"write {name.identifier}"
+            hint = family.hint(member) if family else f"write {name.identifier}"
             raise ExpressionError(name.span, f"no member '{member}'", hint)
         return (member,)
 

@@ -53,13 +53,6 @@ def expressions(spec: Spec) -> Iterator[Expression]:
     yield from (one.value for one in spec.parameters)
     for one in spec.coordinates:
         yield from (given for given in (one.initial, one.velocity) if given is not None)
-    sections = (spec.definitions, spec.masses, spec.embedding, spec.potential, spec.observables)
-    for section in (*sections, *spec.forces.values()):
+    for section in (spec.definitions, spec.masses, spec.observables, spec.solve.times):
         yield from section.values()
-    for body in spec.bodies.values():
-        yield from body.expressions
-    if spec.lagrangian is not None:
-        yield spec.lagrangian
-    for event in spec.events.values():
-        yield from (event.when, *event.changes.values())
-    yield from spec.solve.times.values()
+    yield from spec.moving

@@ -15,13 +15,11 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Name, Span, Tree, names
 from lagrange_cli.expression.vocabulary import COMPONENTS, CONSTANTS, family_name, member_name, velocity_name
-from lagrange_cli.spec.inertia import flaw, size_flaw
-from lagrange_cli.spec.names import Unsound
+from lagrange_cli.spec.meanings import Unsound
 from lagrange_cli.spec.order import Needs, chain, on_demand
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Source
 from lagrange_cli.spec.spec import Expression, Inertia, Spec
-from lagrange_cli.spec.unknown import range_hint
 
 
 def evaluate_run(
@@ -184,6 +182,8 @@ class Evaluation:
 
     def _inertia(self, name: str, inertia: Inertia) -> None:
         """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
+        from lagrange_cli.spec.inertia import flaw, size_flaw
+
         where = f"{inertia.solid or 'inertia'} of body '{name}'"
         given = [self._value(one, where) for one in inertia.entries]
         if any(one is None for one in given):
@@ -224,7 +224,7 @@ class Evaluation:
         family = self.spec.families.get("parameters", {}).get(family_name(base))
         if base in self.names or family is None or self.problems.found:
             raise Unsound  # follows from a problem already noted
-        raise NoMember(range_hint(base, family))
+        raise NoMember(family.hint(base))
 
     def _override(self, name: str) -> Any:
         if name in self.given:

@@ -19,7 +19,6 @@ from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.spec import Event, Expression
-from lagrange_cli.spec.unknown import range_hint
 
 SETTABLE = frozenset({Kind.COORDINATE, Kind.VELOCITY, Kind.PARAMETER})
 _HINTS = {
@@ -113,7 +112,7 @@ class _Checker:
                 if self.names.table[base].value is None:
                     continue  # what is wrong with the family itself has been said
                 assert family is not None
-                raise ExpressionError(axes[0].span, f"no member '{member}'", range_hint(member, family))
+                raise ExpressionError(axes[0].span, f"no member '{member}'", family.hint(member))
             own = {axis.index: value for axis, value in zip(axes, place) if axis.index}
             yield member, {**around, **own}
 

@@ -8,14 +8,6 @@ from __future__ import annotations
 from functools import partial
 from typing import Any
 
-from lagrange_cli.spec.body_readers import read_bodies, read_inertia, read_orientation, read_solid
-from lagrange_cli.spec.event_readers import (
-    read_action,
-    read_changes,
-    read_direction,
-    read_events,
-    read_when,
-)
 from lagrange_cli.spec.fields import (
     Reader,
     read_count,
@@ -38,9 +30,17 @@ from lagrange_cli.spec.readers import (
     read_time,
 )
 from lagrange_cli.spec.spec import SOLIDS
-from lagrange_cli.spec.table import Row, Table
-from lagrange_cli.spec.transformations import read_transformations
-from lagrange_cli.spec.vanishing import read_vanishing
+from lagrange_cli.spec.table import Rare, Row, Table
+
+read_bodies, read_inertia, read_orientation, read_solid = (
+    Rare("body_readers", name) for name in ("read_bodies", "read_inertia", "read_orientation", "read_solid")
+)
+read_action, read_changes, read_direction, read_events, read_when = (
+    Rare("event_readers", name)
+    for name in ("read_action", "read_changes", "read_direction", "read_events", "read_when")
+)
+read_transformations = Rare("transformations", "read_transformations")
+read_vanishing = Rare("vanishing", "read_vanishing")
 
 
 def named(

@@ -11,7 +11,8 @@ from lagrange_cli.expression.vocabulary import family_name
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.spec.draft import Written
 from lagrange_cli.spec.kinds import Kind
-from lagrange_cli.spec.names import Names, scalar
+from lagrange_cli.spec.meanings import scalar
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.order import chain, dependency_order, on_demand
 from lagrange_cli.spec.spec import Expression, Family
 

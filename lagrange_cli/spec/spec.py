@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
 from lagrange_cli.expression.syntax import Span, Tree
@@ -52,6 +52,13 @@ class Family:
     def label(self) -> str:
         """The family as it is called in texts: ``u[i,j]``."""
         return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
+
+    def hint(self, name: str) -> str:
+        """Where its members are, for one who looked for another."""
+        if "-" in name:
+            return "indices count from 0; write u[(i - 1) % N] for a ring"
+        first, last = self.members[0], self.members[-1]
+        return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
 
 
 def by_family(pairs: Iterable[tuple[str, T]]) -> dict[str, list[T]]:
@@ -291,6 +298,18 @@ class Spec:
     def all_constraints(self) -> Mapping[str, Expression]:
         """Holonomic and nonholonomic ones."""
         return {**self.constraints, **self.nonholonomic}
+
+    @property
+    def moving(self) -> Iterator[Expression]:
+        """What the equations of motion and the events are made of."""
+        for section in (self.embedding, self.potential, *self.forces.values()):
+            yield from section.values()
+        for body in self.bodies.values():
+            yield from body.expressions
+        if self.lagrangian is not None:
+            yield self.lagrangian
+        for event in self.events.values():
+            yield from (event.when, *event.changes.values())
 
     @property
     def independent(self) -> Spec:

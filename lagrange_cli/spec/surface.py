@@ -12,7 +12,8 @@ from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec.event_readers import read_when
 from lagrange_cli.spec.kinds import Kind, comes_to
-from lagrange_cli.spec.names import Names, scalar
+from lagrange_cli.spec.meanings import scalar
+from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.nodes import Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.sections import SECTIONS

@@ -5,8 +5,9 @@ The tables themselves are in ``spec.sections``.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Collection, Mapping
 from functools import cached_property
+from importlib import import_module
 from typing import Any
 
 from lagrange_cli.expression.confusions import KINETIC, elsewhere
@@ -23,6 +24,23 @@ SHORTEST = 3
 """The letters of an abbreviation."""
 MISSPELT = 0.75
 """The part of its letters that a misspelt key has in common with the key: ``camera`` is no ``name``."""
+
+
+@dataclass(frozen=True)
+class Rare:
+    """The reader of what few files have: the function ``name`` of a ``module`` of this package, which is
+    imported when it reads."""
+
+    module: str
+    name: str
+
+    def loaded(self) -> Callable[..., Any]:
+        """The function itself."""
+        function: Callable[..., Any] = getattr(import_module(f"{__package__}.{self.module}"), self.name)
+        return function
+
+    def __call__(self, *given: Any) -> Any:
+        return self.loaded()(*given)
 
 
 @dataclass(frozen=True)

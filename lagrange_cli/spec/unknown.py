@@ -27,7 +27,6 @@ from lagrange_cli.expression.vocabulary import (
 )
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.kinds import Kind, Meaning
-from lagrange_cli.spec.spec import Family
 
 VELOCITY = "write {0}.vx, {0}.vy, ... for the components of the velocity of {0}"
 SHORT, LONGEST = 4, 12
@@ -100,7 +99,7 @@ class Unknown:
             if meaning.family and name.startswith(one):
                 index = name[len(one) :].lstrip("_")
                 if index.isdecimal():
-                    return range_hint(name, meaning.family)
+                    return meaning.family.hint(name)
                 if index in self.indices:
                     return f"write {one}[{index}]"
         for one, meaning in self.bound.items():
@@ -150,14 +149,6 @@ class Unknown:
             for name, one in self.table.items()
             if one.kinds <= frozenset(self.allowed)
         ]
-
-
-def range_hint(name: str, family: Family) -> str:
-    """Where the members of a family are, for one who looked for another."""
-    if "-" in name:
-        return "indices count from 0; write u[(i - 1) % N] for a ring"
-    first, last = family.members[0], family.members[-1]
-    return f"the only member is {first}" if first == last else f"the members are {first} to {last}"
 
 
 def end_of_differential(name: Name, text: str, table: Mapping[str, Meaning]) -> int:

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import sympy
 
 from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.model.events import between_events, changes_of
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import replace
 from lagrange_cli.symbolic.constraints import forces_of
 from lagrange_cli.symbolic.equations import Changing, Conserved, Constraint
 from lagrange_cli.symbolic.grouping import tidy

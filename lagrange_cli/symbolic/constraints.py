@@ -7,7 +7,6 @@ a_k = df/dq_k and b = df/dt, or a_k = dg/dq_dot_k and b the rest of g. Its gener
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Callable, Iterable, Sequence
 
 import sympy
@@ -117,7 +116,7 @@ def with_pushes(constraints: tuple[Constraint, ...], forces: Row, order: Order) 
     pushes = [tuple(tidy(force.diff(symbol), order) for force in forces) for symbol in symbols]
     linear = all(push.free_symbols.isdisjoint(symbols) for row in pushes for push in row)
     return tuple(
-        dataclasses.replace(each, pushes=row) if linear else dataclasses.replace(each, linear=False)
+        replace(each, pushes=row) if linear else replace(each, linear=False)
         for each, row in zip(constraints, pushes, strict=True)
     )
 

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import sympy
 
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.symbolic.order import Order
-from lagrange_cli.symbolic.reactions import Reaction
+
+if TYPE_CHECKING:
+    from lagrange_cli.symbolic.reactions import Reaction
 
 
 @dataclass(frozen=True)

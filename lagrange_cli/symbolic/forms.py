@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 import sympy
 
+from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.hamilton import Hamiltonian
+from lagrange_cli.symbolic.hamilton import hamilton_form
 from lagrange_cli.symbolic.reactions import Reaction
-from lagrange_cli.symbolic.render import Notation
 from lagrange_cli.symbolic.statements import (
     Section,
     Statement,
@@ -19,17 +19,17 @@ from lagrange_cli.symbolic.statements import (
     equation_statements,
     named_section,
 )
-from lagrange_cli.symbolic.vakonomic import REMARK, Vakonomic
+from lagrange_cli.symbolic.vakonomic import REMARK, vakonomic_form
 
 
-def hamilton_sections(equations: Equations, form: Hamiltonian, notation: Notation) -> list[Section]:
+def hamilton_sections(equations: Equations, momenta: Writer) -> list[Section]:
     """H and the canonical equations."""
-    writer = Writer(notation, form.order)
+    form = hamilton_form(equations)
+    writer = Writer(momenta.notation, form.order)
     canonical = [
         writer.statement(velocity_name(str(symbol)), value)
         for symbol, value in zip(form.p, form.rates, strict=True)
     ]
-    momenta = Writer(notation, equations.order)
     if not form.solved:
         title = "Momenta, which determine the velocities"
         return [
@@ -97,8 +97,9 @@ def matrix_sections(equations: Equations, writer: Writer) -> list[Section]:
     ]
 
 
-def vakonomic_sections(equations: Equations, form: Vakonomic, writer: Writer) -> list[Section]:
+def vakonomic_sections(equations: Equations, writer: Writer) -> list[Section]:
     """The equations of motion, and beside them what Hamilton's principle gives."""
+    form = vakonomic_form(equations)
     other = Writer(writer.notation, form.order)
     right = tuple(equation_statements(equations, equations.equations, writer))
     wrong = tuple(equation_statements(equations, form.equations, other))
@@ -115,7 +116,9 @@ def vakonomic_sections(equations: Equations, form: Vakonomic, writer: Writer) ->
 
 
 def reaction_sections(equations: Equations, writer: Writer) -> list[Section]:
-    """R = m a - F on each particle, and the multipliers."""
+    """R = m a - F on each particle, and the multipliers. Raises ``UsageError`` where none is known."""
+    if not equations.reactions:
+        raise UsageError("no --form reactions: no force on a particle is known")
     statements = [one for each in equations.reactions for one in reaction_statements(each, writer)]
     found = [Section("Forces of constraint, R = m a - F", tuple(statements))]
     if equations.unknown_reactions:
@@ -140,3 +143,12 @@ def reaction_statements(each: Reaction, writer: Writer) -> list[Statement]:
         size = writer.notation.call("abs", [writer.names(each.symbol)])
         found.append(Statement(size, writer.notation.call("abs", [writer.text(each.size)])))
     return found
+
+
+FORMS: Mapping[str, Callable[[Equations, Writer], list[Section]]] = {
+    "hamilton": hamilton_sections,
+    "matrix": matrix_sections,
+    "vakonomic": vakonomic_sections,
+    "reactions": reaction_sections,
+}
+"""The sections of each."""

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import sympy
 
 from lagrange_cli.errors import UsageError
+from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.constraints import forces_of
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.grouping import neat, tidy

@@ -5,7 +5,6 @@ Numerical Algorithms, section 3.3) of what doubles would have, in units of their
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 from functools import reduce
 from operator import add
 from typing import Any
@@ -14,6 +13,7 @@ import mpmath
 import numpy as np
 
 from lagrange_cli.expression.algebra import Decided
+from lagrange_cli.records import dataclass
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,12 @@ rest.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from enum import IntEnum
-from hashlib import sha256
 from typing import Any
 
 import sympy
 
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.symbolic.work import charge, folded, size_of
 
 STEPS_A_KEY = 5
@@ -133,6 +132,7 @@ def text_key(expression: sympy.Expr) -> str:
     """The expression's text, or where that is long what is found faster: a digest of its structure."""
     if size_of(expression) <= LONG:
         return str(expression)
+    from hashlib import sha256  # 2 ms, for few systems
 
     def digest(node: sympy.Expr, arguments: list[str]) -> str:
         name = type(node).__name__ if arguments else str(node)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
 from operator import mul
 from typing import Any
 
@@ -15,6 +14,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.build import build
 from lagrange_cli.expression.parse import parse
 from lagrange_cli.expression.syntax import ExpressionError, Tree
+from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.measured import Measured, MeasuredAlgebra, are_dependent, solve_measured

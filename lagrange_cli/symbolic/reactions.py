@@ -7,13 +7,13 @@ so, and the factor is the size of R but for its sign.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from fractions import Fraction
 from math import isqrt
 
 import sympy
 
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.canonical import contract, multiply, to_terms
 from lagrange_cli.symbolic.grouping import multiplied, tidy, with_leading_sign
 from lagrange_cli.symbolic.linear import HIGHEST_FRACTION, LARGEST_FRACTION, STEPS_TO_CANCEL, quotient

@@ -6,13 +6,6 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.model.events import HOW
 from lagrange_cli.symbolic.constraints import TOO_LONG
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equations, Event
-from lagrange_cli.symbolic.forms import (
-    hamilton_sections,
-    matrix_sections,
-    reaction_sections,
-    vakonomic_sections,
-)
-from lagrange_cli.symbolic.hamilton import hamilton_form
 from lagrange_cli.symbolic.render import Notation
 from lagrange_cli.symbolic.statements import (
     Section,
@@ -22,7 +15,6 @@ from lagrange_cli.symbolic.statements import (
     equation_statements,
     named_section,
 )
-from lagrange_cli.symbolic.vakonomic import vakonomic_form
 
 
 def sections(equations: Equations, form: str, notation: Notation) -> list[Section]:
@@ -32,18 +24,12 @@ def sections(equations: Equations, form: str, notation: Notation) -> list[Sectio
         if equations.accelerations is None:
             raise UsageError(f"{without_solution(equations)}: use --form matrix ({linear_system(equations)})")
         found = [*explicit_sections(equations, writer), *constraint_sections(equations, writer)]
-    elif form == "hamilton":
-        found = hamilton_sections(equations, hamilton_form(equations), notation)
-    elif form == "matrix":
-        found = matrix_sections(equations, writer)
-    elif form == "vakonomic":
-        found = vakonomic_sections(equations, vakonomic_form(equations), writer)
-    elif form == "reactions":
-        if not equations.reactions:
-            raise UsageError("no --form reactions: no force on a particle is known")
-        found = reaction_sections(equations, writer)
-    else:
+    elif form == "lagrange":
         found = lagrange_sections(equations, writer)
+    else:
+        from lagrange_cli.symbolic.forms import FORMS  # and what derives them
+
+        found = FORMS[form](equations, writer)
     events = tuple(event_statement(each, writer) for each in equations.events)
     if equations.replaced:
         given = tuple(writer.statement(name, value) for name, value in equations.replaced.items())

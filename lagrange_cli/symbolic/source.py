@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 
 import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, velocity_name
+from lagrange_cli.records import replace
 from lagrange_cli.symbolic.constraints import BENT
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.hamilton import hamilton_form

@@ -8,12 +8,11 @@ principle has no such forces. Only if the constraints can be integrated is the m
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import sympy
 
 from lagrange_cli.errors import UsageError
 from lagrange_cli.expression.vocabulary import velocity_name
+from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.constraints import along_motion, forces_of, multiplier_symbols
 from lagrange_cli.symbolic.equations import Equation, Equations
 from lagrange_cli.symbolic.grouping import neat

@@ -15,7 +15,6 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from functools import partial
 from itertools import chain
 from typing import Any
@@ -24,6 +23,7 @@ import mpmath
 
 from lagrange_cli.errors import SpecError, UsageError
 from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.records import dataclass, field
 from lagrange_cli.symbolic.direct import Direct
 from lagrange_cli.symbolic.equations import Equations
 from lagrange_cli.symbolic.measured import Measured

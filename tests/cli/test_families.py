@@ -154,14 +154,20 @@ def test_the_printed_equations_are_those_of_the_double_pendulum(tmp_path):
         "m": sympy.Symbol("m"),
     }
     equal = dict.fromkeys(("l1", "l2"), same["l"]) | dict.fromkeys(("m1", "m2"), same["m"])
+
+    def vanishes(expression: sympy.Expr) -> bool:
+        symbols = sorted(expression.free_symbols, key=str)
+        state = {one: sympy.Rational(2 * k + 3, 7) for k, one in enumerate(symbols)}
+        return abs(expression.subs(state).evalf(40)) < 1e-35
+
     for key in ("T", "U", "h"):
         left = sympy.sympify(chain[key], locals=same)
         right = sympy.sympify(double[key]).subs(equal)
-        assert sympy.simplify(left - right) == 0
+        assert vanishes(left - right) and not vanishes(left - 2 * right)
     for i in (0, 1):
         left = sympy.sympify(chain["accelerations"][f"theta[{i}]"], locals=same)
         right = sympy.sympify(double["accelerations"][f"theta{i + 1}"]).subs(equal)
-        assert sympy.simplify(left - right) == 0
+        assert vanishes(left - right)
 
 
 def test_every_string_of_the_json_is_read_back_by_sympy(tmp_path):

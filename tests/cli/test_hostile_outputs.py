@@ -131,7 +131,7 @@ def other_arrays(arrays: dict[str, Any]) -> Iterator[dict[str, Any]]:
     yield {**arrays, "more": np.zeros(3)}
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", RUNS)
 def test_a_record_of_other_contents_is_refused_or_harmless(folder, outputs, name, unopened, capsys):
     """Every part of it replaced by anything else, with the right digest."""
@@ -170,6 +170,7 @@ def moved(content: bytes, record: Checkpoint) -> bytes:
     return content[:place] + sealed(record.pack(), place)
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", RUNS)
 def test_a_damaged_output_is_refused_or_harmless(folder, outputs, name, unopened, capsys):
     """Bytes changed, cut off and added, most of them near the record."""
@@ -242,7 +243,7 @@ def structures(file: Any, pipe: str) -> Iterator[None]:
     yield
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", RUNS)
 def test_what_leads_out_of_an_output_is_not_followed(folder, outputs, name, capsys):
     """Links, virtual datasets and external storage that lead to a pipe, chunks of gigabytes, cycles."""

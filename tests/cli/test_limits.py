@@ -130,10 +130,10 @@ def test_a_motion_ends_when_its_time_is_over(tmp_path, monkeypatch, gravity):
 
 
 def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
-    with_limits(monkeypatch, "seconds=2")
+    with_limits(monkeypatch, "seconds=1")
     run = lagrange_process("check", SYSTEMS / "n_pendulum.yaml", "--size", "N=600", cwd=tmp_path)
     assert run.returncode == 130 and run.stderr.endswith(
-        "The time limit is reached: LAGRANGE_LIMITS=seconds=2\n"
+        "The time limit is reached: LAGRANGE_LIMITS=seconds=1\n"
     )
 
 
@@ -184,6 +184,7 @@ def test_an_output_that_leads_elsewhere_is_not_gone_on_with(tmp_path):
         assert (tmp_path / "secret.h5").read_bytes() == before
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("command", ["check", "solve"])
 def test_equations_that_grow_beyond_bounds_are_refused_with_the_way_out(tmp_path, command, monkeypatch):
     monkeypatch.setenv("LAGRANGE_LIMITS", "nodes=2000")
@@ -216,7 +217,7 @@ LARGE = {
 }
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(("text", "commands", "message"), LARGE.values(), ids=LARGE)
 def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands, message):
     """What is derived is derived by both; ``message`` is that of ``equations`` where it refuses."""
@@ -231,17 +232,17 @@ def test_what_is_short_and_grows_is_derived_or_refused(tmp_path, text, commands,
 
 
 def test_very_many_coordinates_are_refused_before_their_matrix_is_built(tmp_path, monkeypatch):
-    """Here a tenth of what may usually be done, and a tenth of the coordinates that would take it: all of
-    them are coupled."""
-    with_limits(monkeypatch, "work=2000000")
-    text = "sizes: {N: 450}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
+    """Here with a fraction of the work that is usually allowed. All of them are coupled."""
+    with_limits(monkeypatch, "work=500000")
+    text = "sizes: {N: 225}\ncoordinates:\n  x[i in range(N)]: {initial: 1}\n"
     energy = "lagrangian: sum(x_dot[i] for i in range(N))**2 - sum(x[i]**2 for i in range(N))\n"
     (tmp_path / "bad.yaml").write_text(text + energy)
     run = limited("check", "bad.yaml", cwd=tmp_path)
-    assert run.returncode == 3 and "a mass matrix of 450 coordinates takes more than" in run.stderr
+    assert run.returncode == 3 and "a mass matrix of 225 coordinates takes more than" in run.stderr
     assert "LAGRANGE_LIMITS=work=" in run.stderr
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("command", ["check", "solve", "equations"])
 def test_the_work_of_deriving_is_bounded(tmp_path, command, monkeypatch):
     with_limits(monkeypatch, "work=2000")

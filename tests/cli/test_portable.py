@@ -67,6 +67,7 @@ def test_another_processor_and_library_give_the_same_bits_of_shipped_systems(nam
     check_digests(cpu, features, [shipped(name)], tmp_path)
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", ["double_pendulum", "spherical_pendulum", "driven_damped_pendulum"])
 def test_it_is_the_same_motion(name, tmp_path):
     """Up to rounding: before chaos can show."""

@@ -67,12 +67,17 @@ def solve(*arguments: str) -> int:
     return main(["solve", *arguments])
 
 
+UNDISTURBED: dict[tuple[str, ...], bytes] = {}
+
+
 def whole(folder: Path, *arguments: str) -> bytes:
-    """What the run writes if nothing disturbs it; the output is removed."""
-    assert solve(*arguments) == 0
-    content = (folder / "out.h5").read_bytes()
-    (folder / "out.h5").unlink()
-    return content
+    """What the run writes if nothing disturbs it, computed once for all tests."""
+    if arguments not in UNDISTURBED:
+        command = arguments if arguments[0] == "sweep" else ("solve", *arguments)
+        assert main([*command, "-o", "whole.h5", "--quiet"]) == 0
+        UNDISTURBED[arguments] = (folder / "whole.h5").read_bytes()
+        (folder / "whole.h5").unlink()
+    return UNDISTURBED[arguments]
 
 
 KILLED = """
@@ -105,6 +110,7 @@ LONG = (DOUBLE, "--stop", "20000", "--samples", "200001", "-o", "out.h5")
 LEFT = [".out.h5.checkpoint", ".out.h5.lock", ".out.h5.part"]
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("patience", [1, 2, 3])
 def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_after, patience, capsys):
     run = (*RUN, *CONTINUED)
@@ -128,6 +134,7 @@ def test_what_ctrl_c_has_ended_goes_on_to_the_same_bytes(folder, interrupted_aft
     assert os.listdir(folder) == ["out.h5"]
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("method", [("--stop", "-800"), ("--stop", "-200", "--method", "ias15")])
 def test_a_run_backward_in_time_goes_on_to_the_same_bytes(folder, interrupted_after, method):
     run = (DOUBLE, *method, "--step", "0.01", "-o", "out.h5", *CONTINUED)
@@ -161,7 +168,7 @@ SWEEPS = {
 }  # fmt: skip
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("arguments", SWEEPS.values(), ids=SWEEPS)
 @pytest.mark.parametrize("patience", [2, 3])
 def test_an_interrupted_sweep_follows_only_the_members_that_are_missing(
@@ -203,10 +210,8 @@ def followed_members(monkeypatch) -> list[int]:
 
 
 def test_a_sweep_that_was_killed_is_kept_and_goes_on(folder, capsys):
-    sweep = ("sweep", DOUBLE, "--over", "theta1=0:2:2001", "--stop", "100", "-o", "out.h5")
-    assert main([*sweep]) == 0
-    expected = (folder / "out.h5").read_bytes()
-    (folder / "out.h5").unlink()
+    sweep = ("sweep", DOUBLE, "--over", "theta1=0:2:2001", "--stop", "40", "-o", "out.h5")
+    expected = whole(folder, *sweep)
     assert killed(folder, *sweep) == LEFT
     assert main([*sweep]) == 5
     assert main([*sweep, "--over", "m1=1,2", "--resume"]) == 5
@@ -298,6 +303,7 @@ def test_a_finished_output_is_left_alone(folder, capsys):
     assert "is finished already: reached the end" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("others", [False, True])
 def test_a_run_that_was_killed_when_its_output_had_just_got_its_name_is_finished(
     folder, remains, others, capsys
@@ -314,7 +320,7 @@ def test_a_run_that_was_killed_when_its_output_had_just_got_its_name_is_finished
         assert "out.h5 is newer than the interrupted run" in capsys.readouterr().err
         (folder / "out.h5").unlink()
         assert solve(*LONG, "--resume") == 0
-        assert (folder / "out.h5").read_bytes() == whole_long(folder)
+        assert (folder / "out.h5").read_bytes() == whole(folder, *LONG)
 
 
 def test_a_motion_that_could_not_be_followed_needs_nothing_more(folder, capsys):
@@ -426,6 +432,7 @@ def remains(tmp_path_factory):
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("name", LEFT[::2])
 @settings(max_examples=15, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(where=st.floats(0, 1), flip=st.integers(1, 255), cut=st.booleans())
@@ -444,19 +451,11 @@ def test_damage_is_found_and_nothing_is_lost(folder, remains, name, where, flip,
     assert "Traceback" not in error and "report it" not in error
     if status == 0:  # a byte of the part file that no sample is made of
         assert name == ".out.h5.part"
-        assert (folder / "out.h5").read_bytes() == whole_long(folder)
+        assert (folder / "out.h5").read_bytes() == whole(folder, *LONG)
         (folder / "out.h5").unlink()
     else:
         assert status == 5 and "is damaged: --force starts again" in error
         assert (folder / name).read_bytes() == bytes(content)
-
-
-def whole_long(folder: Path, known: dict[str, bytes] = {}) -> bytes:  # noqa: B006
-    """What ``LONG`` writes."""
-    if not known:
-        assert solve(*LONG, "-o", "whole.h5", "--quiet") == 0
-        known["out.h5"] = (folder / "whole.h5").read_bytes()
-    return known["out.h5"]
 
 
 def test_two_processes_do_not_write_the_same_output(folder, capsys):
@@ -537,6 +536,7 @@ def test_where_checkpoints_cannot_be_written_the_run_goes_on(folder, monkeypatch
     assert (folder / "out.h5").read_bytes() == expected
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("number", "closed"),
     [(signal.SIGINT, []), (signal.SIGTERM, ["out"]), (signal.SIGHUP, ["out", "err"])],

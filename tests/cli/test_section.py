@@ -253,6 +253,7 @@ class Impatient:
         return self.asked > 2
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("sweep", [(), ("--over", "g=1,1.5")])
 @pytest.mark.parametrize("cut", [("--every", "0.3"), ("--where", "x", "--direction", "either")])
 def test_ledgers_of_a_section_contain_what_actions_have_changed(cut, sweep, tmp_path):

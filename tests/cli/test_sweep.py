@@ -71,7 +71,7 @@ def test_a_grid_from_the_command_to_the_file(tmp_path):
         assert file.attrs["h_drift"] == file["diagnostics/drift/h"][()].max() < 1e-13
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     ("system", "name", "sets"),
     [
@@ -251,6 +251,7 @@ def test_a_table_of_members(tmp_path):
         assert json.loads(file.attrs["sweep"]) == {"shape": {"rows of runs.csv": 2}, "table": "runs.csv"}
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize(
     "outputs", [[], ["--outputs", "all", "--samples", "7"]], ids=["ends", "trajectories"]
 )
@@ -290,10 +291,11 @@ def test_members_that_cannot_be_followed_are_kept_and_named(tmp_path):
         assert 0 <= file["q/r"][1] < 1e-2 and np.isfinite(file["diagnostics/h"]).all()
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
 def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
     process = subprocess.Popen(
-        [sys.executable, "-m", "lagrange_cli", "sweep", "--json", "--over", "theta=0:3:200000",
+        [sys.executable, "-m", "lagrange_cli", "sweep", "--json", "--over", "theta=0:3:50000",
          "--stop", "100", "--jobs", "1", str(HOOP)],
         cwd=tmp_path,
         env=environment(),
@@ -308,7 +310,7 @@ def test_an_interrupt_keeps_the_members_that_have_ended(tmp_path, number):
     assert "interrupted after" in err and "Traceback" not in err
     answer = json.loads(out)
     assert answer["status"] == "interrupted" and answer["failed"] == 0
-    assert answer["complete"] + answer["interrupted"] == 200000 and answer["interrupted"] > 0
+    assert answer["complete"] + answer["interrupted"] == 50000 and answer["interrupted"] > 0
     assert os.listdir(tmp_path) == ["rotating_hoop_sweep.h5"]
     with h5py.File(tmp_path / "rotating_hoop_sweep.h5") as file:
         done = file["status"][()] == b"complete"

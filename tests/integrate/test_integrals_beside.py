@@ -26,7 +26,7 @@ def motions(name: str, **more: Any) -> list[tuple[int, bytes]]:
     return found
 
 
-@pytest.mark.exhaustive(keep=2, most=12)
+@pytest.mark.exhaustive(keep=1, most=12)
 @pytest.mark.parametrize(
     "name", sorted(path.stem for path in SYSTEMS.glob("*.yaml") if path.stem != "bicycle")
 )

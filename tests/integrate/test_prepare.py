@@ -59,7 +59,7 @@ def cache(tmp_path):
     return Cache(str(tmp_path / "cache"))
 
 
-@pytest.mark.exhaustive(keep=3, most=30)
+@pytest.mark.exhaustive(keep=2, most=30)
 @pytest.mark.parametrize(
     ("path", "method"),
     [
@@ -103,6 +103,7 @@ def test_numbers_and_words_make_no_new_program(old, new, cache):
     assert program.text == write_run(residual_of(read_spec(PENDULUM, "a.yaml")), RUN)[0].text
 
 
+@pytest.mark.exhaustive(keep=3)
 @pytest.mark.parametrize(
     "change",
     [

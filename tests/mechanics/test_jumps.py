@@ -180,6 +180,7 @@ solve: {stop: 0.1, samples: 2}
 """
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     ("potential", "jumps"),
     [

@@ -15,7 +15,8 @@ from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.expression.zero import zeros
 from lagrange_cli.mechanics.derive import derive
 from lagrange_cli.mechanics.jumps import refuse_jumps
-from lagrange_cli.mechanics.residual import Residual, connected
+from lagrange_cli.mechanics.matrices import connected
+from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.saturation import saturated
 from lagrange_cli.mechanics.variables import graph_of, nonzero, variables
@@ -71,6 +72,7 @@ def test_deriving_a_lattice_takes_work_in_proportion_to_its_size(system: str) ->
         assert amount <= 2.1 * small[name], name
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("system", ["n_pendulum", UNEQUAL], ids=["equal", "unequal"])
 def test_a_chain_takes_four_convolutions_and_some_additions_a_bob(system: str) -> None:
     for size in (10, 20):

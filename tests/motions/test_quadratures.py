@@ -61,6 +61,7 @@ def test_samples_do_not_change_the_parts_of_a_step():
     assert many[::10000].tolist() == few.tolist()
 
 
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize(
     "force",
     ["", "- x**2/2", "- x**2/2 - x**4/40", "+ cos(x)"],

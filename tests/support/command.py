@@ -63,10 +63,11 @@ def environment() -> dict[str, str]:
     """The environment of a process that tests start: warnings are errors there, too.
 
     OpenBLAS would take 40 MB of address space for each core, and some processes may only use so much.
+    Bytecode is kept: to compile 150 modules takes longer than most commands.
     """
     return {
         **os.environ, "PYTHONPATH": str(ROOT), "PYTHONWARNINGS": "error", "COLUMNS": "100",
-        "OPENBLAS_NUM_THREADS": "1",
+        "OPENBLAS_NUM_THREADS": "1", "PYTHONDONTWRITEBYTECODE": "",
     }  # fmt: skip
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import json
 
 import pytest
@@ -10,6 +9,7 @@ import sympy
 
 from lagrange_cli.errors import NotLinear, UsageError
 from lagrange_cli.integrate.single_state import compiled_values
+from lagrange_cli.records import replace
 from lagrange_cli.run.equations import as_data, as_written, derive, verify_system
 from lagrange_cli.symbolic.admissible import admissible
 from lagrange_cli.symbolic.direct import directly
@@ -281,7 +281,7 @@ def test_moving_constraints_do_work():
     assert "lambda_rod" in str(changing.rate)
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("text", SYSTEMS.values(), ids=SYSTEMS)
 def test_three_routes_agree_at_states_that_satisfy_the_constraints(text):
     found = verify_system(derive(spec_of(text)), {})
@@ -332,6 +332,7 @@ LINKAGES = {
 }
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", LINKAGES.values(), ids=LINKAGES)
 def test_constraints_that_depend_on_others_only_where_they_hold(text):
     """Elsewhere they are independent, so that a formal solution exists: it is 0/0 where the motion is."""
@@ -361,18 +362,18 @@ def spoiled(equations, what):
     """The equations with one sign wrong."""
     (one, *others) = equations.constraints
     if what == "slope":
-        one = dataclasses.replace(one, slopes=(-one.slopes[0], *one.slopes[1:]))
+        one = replace(one, slopes=(-one.slopes[0], *one.slopes[1:]))
     elif what == "rate":
-        one = dataclasses.replace(one, rate=-one.rate)
+        one = replace(one, rate=-one.rate)
     elif what == "constraint":
-        one = dataclasses.replace(one, expression=-one.expression + 2 * equations.q[0])
+        one = replace(one, expression=-one.expression + 2 * equations.q[0])
     elif what == "multiplier":
-        return dataclasses.replace(equations, multipliers=(-equations.multipliers[0],))
+        return replace(equations, multipliers=(-equations.multipliers[0],))
     elif what == "equation":
         first, *rest = equations.equations
-        wrong = dataclasses.replace(first, right=-first.right)
-        return dataclasses.replace(equations, equations=(wrong, *rest))
-    return dataclasses.replace(equations, constraints=(one, *others))
+        wrong = replace(first, right=-first.right)
+        return replace(equations, equations=(wrong, *rest))
+    return replace(equations, constraints=(one, *others))
 
 
 @pytest.mark.exhaustive(keep=2)

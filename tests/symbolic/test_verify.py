@@ -44,6 +44,7 @@ def stand_in(equations, change=lambda name, value: value):
     return values
 
 
+@pytest.mark.exhaustive(keep=10)
 @pytest.mark.parametrize("name", NAMES)
 def test_double_precision_agrees(name):
     values = resolve_values(spec_of(name))
@@ -78,6 +79,7 @@ potential: (1/(1 + t)*y/u)**3
 """
 
 
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("text", [WALLS, KINKED])
 def test_printed_and_compiled_forces_agree_on_both_sides_of_every_kink(text):
     """The compiled program as well as the Python module."""

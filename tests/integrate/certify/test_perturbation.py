@@ -74,7 +74,7 @@ def test_a_frequency_that_is_rounded_once_is_part_of_the_estimate(folder, number
 
 
 def test_cyclic_momenta_are_part_of_the_estimate():
-    data, _ = certified(TOP, 300.0, 601)
+    data, _ = certified(TOP, 300.0, 301)
     with mpmath.workdps(50):
         truth = [nodding(t) for t in data["t"]]
         assert 1e-15 < max(abs(x - y) for x, y in zip(data["q/theta"], truth)) < 1e-13

@@ -52,7 +52,7 @@ def test_no_block_is_long_at_the_level_whose_time_grows_with_its_square(precisio
     assert longest_block(program.text) > 5000 and longest_block(compiled[0]) < 1.5 * blocks.LONGEST
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 @pytest.mark.parametrize("longest", [7, 100])
 def test_short_blocks_give_the_same_bits(precision, longest, monkeypatch):

@@ -215,7 +215,7 @@ lagrangian: (2 + cos(x))*x_dot**2/2 + y_dot**2/2 + sin(x - y)*x_dot*y_dot - exp(
 """
 
 
-@pytest.mark.exhaustive(keep=2)
+@pytest.mark.exhaustive(keep=1)
 @pytest.mark.parametrize("precision", [DOUBLE, DOUBLE_DOUBLE])
 @pytest.mark.parametrize("triple", ["aarch64-unknown-linux-gnu", "x86_64-unknown-linux-gnu"])
 def test_nor_by_the_stepper(triple: str, precision: str) -> None:

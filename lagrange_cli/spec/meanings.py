@@ -1,0 +1,169 @@
+"""What each name of a system file stands for, and the bounds of its value."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from lagrange_cli.expression.bounds import Bounds
+from lagrange_cli.expression.build import NoMember
+from lagrange_cli.expression.vocabulary import (
+    BODY_COMPONENTS,
+    COMPONENTS,
+    MULTIPLIER,
+    RESERVED,
+    VELOCITY_COMPONENTS,
+    family_name,
+    velocity_name,
+)
+from lagrange_cli.records import replace
+from lagrange_cli.spec.kinds import Kind, Meaning, comes_to
+from lagrange_cli.spec.order import Needs
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.source import Place
+from lagrange_cli.spec.spec import Family
+
+if TYPE_CHECKING:
+    pass
+
+
+class Unsound(Exception):
+    """Raised where an expression uses something that is wrong: nothing more is said of it."""
+
+
+class Meanings:
+    """The table of names of one file; ``values`` are the bounds by name, or by the name of a member."""
+
+    def __init__(self, problems: Problems) -> None:
+        self.problems = problems
+        self.table: dict[str, Meaning] = {}
+        self.bound: dict[str, Meaning] = {}
+        """What ``NAME.multiplier`` stands for, by the constraint's name: these are names of their own."""
+        self.values: dict[str, Any] = {}
+        self._members: set[str] = set()
+        self._alike: dict[str, Any] = {}
+
+    def declare(
+        self, name: str, what: Kind, place: Place | None, value: Any = None, family: Family | None = None
+    ) -> bool:
+        """Enter a name, and the members where it is that of a family; it must be free.
+
+        ``value`` is that of every member, and None where it is yet to be settled.
+        """
+        if place is not None and name in RESERVED:
+            self.problems.add(
+                place, f"the name '{name}' is reserved", f"call the {what.value} {name}_ or another name"
+            )
+            return False
+        other = self.table.get(name)
+        if other is not None and place is not None:
+            first = f" in line {other.place.line}" if other.place else ""
+            self.problems.add(
+                place,
+                f"the {what.value} '{name}' has the name of a {other.what.value}",
+                f"rename it, or the {other.what.value}{first}",
+            )
+            self.problems.broken.add(name)  # either may be meant
+            return False
+        self.table[name] = Meaning(what, comes_to(what), value, place, family)
+        members = family.members if family else (name,)
+        self._members.update(members)
+        if value is not None:
+            self.values.update(dict.fromkeys(members, value))
+        return True
+
+    @contextmanager
+    def besides(self, free: Iterable[str]) -> Iterator[None]:
+        """Let expressions contain further names for a while, which are free: the parameters of a curve."""
+        own = {name: Meaning(Kind.PARAMETER, frozenset({Kind.PARAMETER}), scalar()) for name in free}
+        self.table |= own
+        self.values |= {name: scalar() for name in own}
+        try:
+            yield
+        finally:
+            for name in own:
+                del self.table[name], self.values[name]
+
+    def declare_coordinates(self, coordinates: Sequence[tuple[str, Place, Family | None]]) -> None:
+        """Enter coordinates and their velocities."""
+        for name, place, family in coordinates:
+            self.declare(name, Kind.COORDINATE, place, scalar(), family)
+        for name, place, family in coordinates:
+            if family is not None:
+                members = tuple(map(velocity_name, family.members))
+                family = replace(family, name=velocity_name(family.name), members=members)
+            self.declare(velocity_name(name), Kind.VELOCITY, place, scalar(), family)
+
+    def declare_multiplier(self, constraint: str, place: Place | None, family: Family | None) -> None:
+        """Enter the multiplier of a constraint, or of each member of a family."""
+        kinds = frozenset({Kind.MULTIPLIER})
+        self.bound[constraint] = Meaning(Kind.MULTIPLIER, kinds, scalar(), place, family)
+
+    def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
+        """Say what a declared definition or particle, or a member of a family of them, came to."""
+        base = family_name(name)
+        self.values[name] = value
+        self.table[base] = replace(self.table[base], kinds=kinds, value=value)
+
+    def value(self, identifier: str) -> Any:
+        """The bounds of a (dotted) name that has been looked up.
+
+        Raises:
+            Needs: a member of a family that is not settled yet.
+            NoMember: one that does not exist.
+            Unsound: what is wrong itself.
+        """
+        name, _, component = identifier.partition(".")
+        if component == MULTIPLIER:
+            family = self.bound[family_name(name)].family
+            if family is not None and name not in family.members:
+                raise NoMember(family.hint(name))
+            return scalar()
+        if name not in self.values:
+            meaning = self.table[family_name(name)]
+            if name in self._members:
+                raise Needs(name) if meaning.what in (Kind.PARAMETER, Kind.DEFINITION) else Unsound
+            assert meaning.family is not None
+            raise NoMember(meaning.family.hint(name))
+        value = self.values[name]
+        if value is None:
+            raise Unsound
+        if not component:
+            return value
+        if component in BODY_COMPONENTS:
+            return scalar()
+        known = COMPONENTS + VELOCITY_COMPONENTS
+        if component not in known or known.index(component) % 3 >= len(value):
+            raise Unsound  # not looked at, as another member of the family is wrong
+        return value[known.index(component) % 3]
+
+    def alike(self, name: str) -> Any:
+        """The largest bounds of the members of a family, none of which is a number; None where one is, or is
+        not settled yet."""
+        if name not in self._alike:
+            family = self.table[name].family
+            found = [self.values.get(one) for one in family.members] if family is not None else [None]
+            if any(one is None for one in found):
+                return None
+            self._alike[name] = largest(found)
+        return self._alike[name]
+
+
+def largest(bounds: Sequence[Any]) -> Any:
+    """The largest of the bounds of several members; None where one is a number, or they differ in kind."""
+    first = bounds[0]
+    if isinstance(first, tuple):
+        if any(not isinstance(one, tuple) or len(one) != len(first) for one in bounds):
+            return None
+        parts = [largest(component) for component in zip(*bounds)]
+        return None if any(one is None for one in parts) else tuple(parts)
+    if any(isinstance(one, tuple) or one.value is not None for one in bounds):
+        return None
+    deepest = max(bounds, key=lambda one: one.depth)
+    return Bounds(None, max(one.size for one in bounds), deepest.depth, deepest.kind)
+
+
+def scalar() -> Bounds:
+    """The bounds of a parameter, a coordinate, a velocity or the time."""
+    return Bounds()

@@ -1,0 +1,98 @@
+"""What is wrong with a name that exists: where it stands, its indices, its component."""
+
+from __future__ import annotations
+
+from lagrange_cli.expression.confusions import COMPONENTS as CONFUSED_COMPONENTS
+from lagrange_cli.expression.confusions import VELOCITIES
+from lagrange_cli.expression.near import known_hint
+from lagrange_cli.expression.syntax import ExpressionError, Name, Number
+from lagrange_cli.expression.vocabulary import (
+    AXES_COMPONENTS,
+    AXES_RATES,
+    BODY_COMPONENTS,
+    BODY_SPIN,
+    COMPONENTS,
+    MULTIPLIER,
+    POINT,
+    SPACE_SPIN,
+    VELOCITY_COMPONENTS,
+    member_name,
+    velocity_name,
+)
+from lagrange_cli.spec.kinds import Kind, Meaning, Rule
+
+
+def constraint_itself(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
+    """The name of a constraint stands where only that of its multiplier has a value."""
+    family = meaning.family
+    hint = f"write {family.label if family else base}.{MULTIPLIER} for its Lagrange multiplier"
+    message = f"'{base}' is a constraint, which is always 0"
+    if component:
+        message = f"the constraint '{base}' has no component '{component}'"
+    return ExpressionError(name.span, message, hint)
+
+
+def not_allowed(name: Name, meaning: Meaning, base: str, kind: Kind, rule: Rule) -> ExpressionError:
+    """A name comes down to a ``kind`` that expressions of this section may not depend on."""
+    via = ""
+    if meaning.what is Kind.DEFINITION and kind is not Kind.DEFINITION:
+        via = f", which depends on {'t' if kind is Kind.TIME else f'a {kind.value}'},"
+    return ExpressionError(name.span, f"the {meaning.what.value} '{base}'{via} cannot be used", rule.hint)
+
+
+def wrong_indices(name: Name, meaning: Meaning) -> ExpressionError:
+    """A name has not as many indices as its family."""
+    due = len(meaning.family.shape) if meaning.family else 0
+    example = member_name(name.identifier, "ijklmn"[:due]) if due else name.identifier
+    if not due:
+        message = f"'{name.base}' is not a family and takes no index"
+        if component := _numbered_component(name, meaning):
+            example = f"{name.base}.{component}"
+    elif not name.indices:
+        message, example = f"missing index on the family '{name.base}'", f"{example} for one member"
+        members = meaning.family.members if meaning.family else ()
+        if due == 1 and meaning.what is Kind.PARAMETER and len(members) in (2, 3):
+            example += f", or ({', '.join(members)}) for a vector"
+    else:
+        message = f"wrong number of indices on '{name.base}': {len(name.indices)} instead of {due}"
+    return ExpressionError(name.span, message, f"write {example}")
+
+
+def wrong_component(name: Name, meaning: Meaning, base: str, component: str) -> ExpressionError:
+    """A name has no such component."""
+    if not isinstance(meaning.value, tuple):
+        hint = f"write {base}"
+        if meaning.what is Kind.COORDINATE:
+            hint += f", or {velocity_name(base)} for its velocity"
+        return ExpressionError(
+            name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
+        )
+    label = meaning.family.label if meaning.family else base
+    known = COMPONENTS[: len(meaning.value)]
+    if component in BODY_COMPONENTS:
+        if component in AXES_COMPONENTS + AXES_RATES:
+            hint = f"only bodies have an orientation and points such as plate.{POINT}(a, b, c)"
+        else:
+            hint = "only bodies have an angular velocity"
+        message = f"the {meaning.what.value} '{base}' is not a rigid body"
+        return ExpressionError(name.span, message, f"{hint}: see 'bodies'")
+    if meaning.what in (Kind.PARTICLE, Kind.BODY):
+        known += VELOCITY_COMPONENTS[: len(meaning.value)]
+    meant = CONFUSED_COMPONENTS.get(component, "")
+    hint = f"write {label}.{meant}" if meant in known else known_hint(f"{label}.{one}" for one in known)
+    if meaning.what is Kind.BODY and component not in VELOCITIES:
+        hint += f", {label}.{SPACE_SPIN[0]}, {label}.{BODY_SPIN[0]}, {label}.{POINT}(a, b, c), ..."
+    if component in VELOCITIES and meaning.what in (Kind.PARTICLE, Kind.BODY):
+        velocity = ", ".join(f"{label}.{one}" for one in known[len(meaning.value) :])
+        hint = f"write ({velocity}) for its velocity"
+    return ExpressionError(
+        name.span, f"the {meaning.what.value} '{base}' has no component '{component}'", hint
+    )
+
+
+def _numbered_component(name: Name, meaning: Meaning) -> str:
+    """``z`` for the index of ``bead[2]``, where ``bead`` is a position; nothing for other names."""
+    if meaning.what not in (Kind.PARTICLE, Kind.BODY) or "." in name.identifier or len(name.indices) != 1:
+        return ""
+    index = name.indices[0]
+    return dict(zip("012", COMPONENTS, strict=True)).get(index.text, "") if isinstance(index, Number) else ""
