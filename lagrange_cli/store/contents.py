@@ -131,13 +131,17 @@ progress = fields(
         "t": finite, "steps": count, "samples": count, "size": number, "limited": flag,
         "first": table(number), "drift": table(number), "final": either(nothing, state_of(number)),
     },
-    {"base": table(number), "events": sequence(event), "actions": sequence(number)},
+    {
+        "base": table(number), "events": sequence(event), "actions": sequence(number),
+        "unknown": table(finite),
+    },
 )  # fmt: skip
 outcome = fields(
     {
         "failed": either(nothing, row(count, text)), "steps": count,
         "h_drift": either(nothing, number), "p_drift": table(number),
-    }
+    },
+    {"unknown": table(row(count, finite))},
 )  # fmt: skip
 common: dict[str, Check] = {
     "run": made_by, "part": lambda value: type(value) is int and -1 <= value < PARTS,

@@ -9,7 +9,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.records import dataclass
+from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +27,8 @@ class EnsembleOutcome:
 
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
     to its end, and how that went; drifts are the largest of all members, and ``undetected`` what the method
-    may pass over, as in ``Outcome``.
+    may pass over, as in ``Outcome``. ``unknown`` are the datasets with samples that are not finite: the first
+    member that has any, and the time of its first.
     """
 
     endings: NDArray[np.int8]
@@ -36,11 +37,18 @@ class EnsembleOutcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
     undetected: tuple[str, ...] = ()
+    unknown: Mapping[str, tuple[int, float]] = field(default_factory=dict)
 
     def as_data(self) -> dict[str, Any]:
         """All but the endings, in terms of JSON (with NaN and infinities)."""
         drifts = {"h_drift": self.h_drift, "p_drift": dict(self.p_drift)}
-        return {"failed": self.failed, "steps": self.steps, **drifts}
+        unknown = {path: list(one) for path, one in self.unknown.items()}
+        return {
+            "failed": self.failed,
+            "steps": self.steps,
+            **drifts,
+            **({"unknown": unknown} if unknown else {}),
+        }
 
     @classmethod
     def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
@@ -58,6 +66,10 @@ class EnsembleOutcome:
                 int(data["steps"]),
                 None if h is None else float(h),
                 {str(name): float(x) for name, x in data["p_drift"].items()},
+                unknown={
+                    str(path): (int(member), float(t))
+                    for path, (member, t) in data.get("unknown", {}).items()
+                },
             )
         except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
             raise ValueError("no outcome") from error
