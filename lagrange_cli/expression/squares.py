@@ -3,7 +3,8 @@
 A sum is written as a polynomial in its symbols, in e^(iu/2) for sines and cosines of u, and in e^(u/2) for
 exponentials. If it has a square root there, this is found term by term from the leading one, as by long
 division. With whole exponents and the rational arithmetic of complex numbers no identity between
-trigonometric functions is needed: cos(2u), 1 - 2 sin(u)^2 and cos(u)^2 - sin(u)^2 are one polynomial.
+trigonometric functions is needed: cos(2u), 1 - 2 sin(u)^2 and cos(u)^2 - sin(u)^2 are one polynomial. Roots
+of higher order are found in the same way.
 """
 
 from __future__ import annotations
@@ -39,21 +40,34 @@ Polynomial: TypeAlias = dict[Monomial, Complex]
 
 
 @dataclass(frozen=True)
-class Square:
-    """``factor`` times the product of ``denominators``, with their even exponents, times ``root`` squared."""
+class Power:
+    """``factor`` times the product of ``denominators``, with their exponents, which are multiples of
+    ``order``, times ``root`` to that power."""
 
+    order: int
     factor: Node
     root: Node
     denominators: Sequence[tuple[Node, int]] = ()
 
 
-def square(graph: Table, node: Node) -> Square | None:
+def square(graph: Table, node: Node) -> Power | None:
     """A sum as a square and what else is its factor, if it is one."""
+    found = power(graph, node, 2)
+    if found is None or (found.factor.kind is Kind.NUMBER and found.factor.data < 0):
+        return None
+    return found
+
+
+def power(graph: Table, node: Node, *orders: int) -> Power | None:
+    """A sum as the power of one of these ``orders``, the first that is right, and what else is its factor, if
+    it is one."""
     if _apart(node):
         return None
     try:
         made = _Polynomials(graph, node)
-        return made.square(made.of(node))
+        polynomial = made.of(node)
+        tried = (made.power(polynomial, order) for order in orders)
+        return next((found for found in tried if found is not None), None)
     except _TooLarge:
         return None
 
@@ -250,14 +264,14 @@ class _Polynomials:
 
     # ------------------------------------------------------------------ the root
 
-    def square(self, given: Polynomial) -> Square | None:
-        """A polynomial as a square and other factors."""
+    def power(self, given: Polynomial, order: int) -> Power | None:
+        """A polynomial as a power and other factors."""
         nodes = [*self.numbers]
         denominators = []
         for number, below in self.below.items():
             least = min((dict(one).get(number, 0) for one in given), default=0)
             if least < 0:
-                shift = -least + least % 2
+                shift = -least + least % order
                 denominators.append((nodes[number][1], -shift))
                 given = self._over_one(given, number, shift, below)
         if not given:
@@ -270,27 +284,27 @@ class _Polynomials:
                 given = {_multiplied(one, frozenset({(number, -least)})): x for one, x in given.items()}
         names = sorted({number for monomial in given for number, _ in monomial})
         dense = {tuple(dict(one).get(name, 0) for name in names): value for one, value in given.items()}
-        found = _root(dense, self.noise)
+        found = _root(dense, self.noise, order)
         if found is None:
             return None
         scale, root = found
         turn = self._turn(root, [nodes[name][0] == TURN for name in names])
         if turn is None:
             return None
-        factor, rest = _over(scale, _times(turn, turn))
+        factor, rest = _over(scale, _power(turn, order))
         if not abs(rest) <= self.noise * abs(factor):
             return None
         root = {monomial: _times(value, turn) for monomial, value in root.items()}
         size, inner = self.graph.split_coefficient(self._node(root, [nodes[name] for name in names]))
         if inner.kind is Kind.SUM and inner.data[0] == 0 and len(inner.arguments) == 1:
             size, inner = size * inner.data[1][0], inner.arguments[0]
-        factor = factor * size * size
-        odd = [(node, 1) for node, least in outside if least % 2]
-        even = [(node, least // 2) for node, least in outside]
+        factor = factor * size**order
+        odd = [(node, least % order) for node, least in outside if least % order]
+        even = [(node, least // order) for node, least in outside]
         whole = self.graph.product([(inner, 1), *even])
-        if (factor < 0 and not odd) or (whole is self.graph.one and not denominators):
+        if whole is self.graph.one and not denominators:
             return None
-        return Square(factor * self.graph.product(odd), whole, denominators)
+        return Power(order, factor * self.graph.product(odd), whole, denominators)
 
     def _over_one(self, given: Polynomial, number: int, shift: int, below: Polynomial) -> Polynomial:
         """A polynomial times ``below``, which has this number, to the power ``shift``."""
@@ -384,31 +398,48 @@ def _numbers(node: Node) -> Iterator[Any]:
 
 
 def _root(
-    given: Mapping[tuple[int, ...], Complex], noise: Any
+    given: Mapping[tuple[int, ...], Complex], noise: Any, order: int
 ) -> tuple[Complex, dict[tuple[int, ...], Complex]] | None:
-    """A number and a polynomial with the number times its square ``given``."""
+    """A number and a polynomial with the number times its power of that ``order`` ``given``."""
     lead = max(given)
-    if any(e % 2 for e in lead):
+    if any(e % order for e in lead):
         return None
-    first = tuple(e // 2 for e in lead)
+    first = tuple(e // order for e in lead)
     least = [min(one[k] for one in given) for k in range(len(lead))]
-    scale, start = _scale(given[lead])
+    scale, start = _scale(given[lead]) if order == 2 else (given[lead], (1, 0))
     root, total = {first: start}, _Total(given)
     total.add(lead, (-given[lead][0], -given[lead][1]))
     while rest := total.cleaned(noise):
         place = max(rest)
-        monomial = tuple(a - b for a, b in zip(place, first))
-        if any(2 * e < low for e, low in zip(monomial, least)) or monomial >= min(root):
+        monomial = tuple(a - (order - 1) * b for a, b in zip(place, first))
+        if any(order * e < low for e, low in zip(monomial, least)) or monomial >= min(root):
             return None
-        value = _over(rest[place], _times(scale, (2 * start[0], 2 * start[1])))
-        for one, other in [*root.items(), (monomial, value)]:
-            re, im = _times(scale, _times(other, value))
-            twice = 1 if one == monomial else 2
-            total.add(tuple(a + b for a, b in zip(one, monomial)), (-twice * re, -twice * im))
+        slope = _power(start, order - 1)
+        value = _over(rest[place], _times(scale, (order * slope[0], order * slope[1])))
+        lower: Mapping[tuple[int, ...], Complex] = {tuple(0 for _ in lead): (1, 0)}
+        for k in range(order):  # (root + value)**order - root**order
+            times, factor = math.comb(order, k), _times(scale, _power(value, order - k))
+            for one, other in lower.items():
+                re, im = _times(factor, other)
+                at = tuple(a + (order - k) * b for a, b in zip(one, monomial))
+                total.add(at, (-times * re, -times * im))
+            if k + 1 < order:
+                lower = _product(lower, root) if k else root
         root[monomial] = value
         if len(root) > len(given):
             return None
     return scale, root
+
+
+def _product(
+    one: Mapping[tuple[int, ...], Complex], other: Mapping[tuple[int, ...], Complex]
+) -> dict[tuple[int, ...], Complex]:
+    """The product of two polynomials."""
+    total: _Total[tuple[int, ...]] = _Total()
+    for first, x in one.items():
+        for second, y in other.items():
+            total.add(tuple(a + b for a, b in zip(first, second)), _times(x, y))
+    return total.values
 
 
 def _scale(value: Complex) -> tuple[Complex, Complex]:

@@ -90,6 +90,7 @@ def events_told(outcome: Outcome) -> dict[str, Any]:
             "last": one.last,
             "grazing": one.grazing,
             "accumulates": one.accumulates,
+            "error": one.error,
         }
         for name, one in outcome.happened.items()
     }

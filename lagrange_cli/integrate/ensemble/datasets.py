@@ -14,7 +14,7 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.batches import joined, unfinished
 from lagrange_cli.integrate.ensemble.method import Batch, Section
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
-from lagrange_cli.integrate.events import Change
+from lagrange_cli.integrate.events import Change, Happened
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import sentence
@@ -62,13 +62,14 @@ class EnsembleDatasets:
         self._steps = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, np.nan)
         self._unknown: dict[str, tuple[int, float]] = {}
+        self._doubtful: dict[str, tuple[int, Happened]] = {}
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
         self._most = max(1, MEMORY // (8 * width * count))
 
     def restore(self, outcome: EnsembleOutcome) -> None:
         """Go on where another run has come to."""
         self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
-        self._unknown = dict(outcome.unknown)
+        self._unknown, self._doubtful = dict(outcome.unknown), dict(outcome.doubtful)
         drifts = {f"p_{name}": drift for name, drift in outcome.p_drift.items()}
         drifts |= {} if outcome.h_drift is None else {"h": outcome.h_drift}
         self._drift = {name: drifts.get(name, np.nan) for name in self._drift}
@@ -227,6 +228,10 @@ class EnsembleDatasets:
 
     def _crossings(self, batch: Batch) -> dict[str, Any]:
         """The datasets of the crossings of events, of all these members together."""
+        for member, log in zip((batch.index + self._first).tolist(), batch.logs):
+            for name, one in zip(log.names, log.happened):
+                if one.doubtful and member <= self._doubtful.get(name, (member,))[0]:
+                    self._doubtful[name] = member, one
         pairs = [(one, member) for log, member in zip(batch.logs, batch.index) for one in log.crossings]
         if not pairs or self._section is not None:  # a section's surface is an event, too
             return {}
@@ -277,6 +282,7 @@ class EnsembleDatasets:
             momenta,
             missed,
             dict(sorted(self._unknown.items(), key=lambda one: one[1])),
+            self._doubtful,
         )
 
 
