@@ -16,6 +16,7 @@ from lagrange_cli.errors import UsageError
 from lagrange_cli.run.derive import read_run
 from lagrange_cli.run.draws import draw_members
 from lagrange_cli.run.ensemble import how_they_ended, make_ensemble
+from lagrange_cli.run.events import notes_of_members
 from lagrange_cli.run.sweep import Swept
 from lagrange_cli.run.sweep import sweep as sweep_ensemble
 
@@ -153,5 +154,6 @@ def sweep(
     assert swept.outcome is not None
     silent = [name for name, count in swept.events.items() if not count]
     told += [f"{spec.name}: event '{name}' did not occur in any member" for name in silent]
+    told += [f"{spec.name}: {note}" for note in notes_of_members(swept.outcome.doubtful)]
     found = Sweep(folder, swept, noted(told, ensemble, swept.outcome))
     return ended(found, swept.outcome, how_they_ended(ensemble, swept.outcome))

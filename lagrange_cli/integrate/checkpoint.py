@@ -26,8 +26,8 @@ RARELY = 50
 class Progress:
     """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
     what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, the last
-    sample, ``final``, what balances begin with since actions of events have added to it, ``base``, and what
-    ``happened`` at each event."""
+    sample, ``final``, what balances begin with since actions of events have added to it, ``base``, what
+    ``happened`` at each event, and the datasets with ``unknown`` samples, as in ``Outcome``."""
 
     snapshot: Snapshot
     first: Mapping[str, float]
@@ -36,6 +36,7 @@ class Progress:
     final: State | None
     base: Mapping[str, float] = field(default_factory=dict)
     happened: tuple[Happened, ...] = ()
+    unknown: Mapping[str, float] = field(default_factory=dict)
 
     def as_data(self) -> dict[str, Any]:
         """All but the memory, in terms of JSON (with NaN and infinities)."""
@@ -52,6 +53,7 @@ class Progress:
             "final": None if self.final is None else self.final.as_data(),
             **({"events": [one.as_data() for one in self.happened]} if self.happened else {}),
             **({"actions": list(snapshot.actions)} if snapshot.actions else {}),
+            **({"unknown": dict(self.unknown)} if self.unknown else {}),
         }
 
     @classmethod
@@ -63,7 +65,9 @@ class Progress:
         try:
             t, steps, samples = float(data["t"]), int(data["steps"]), int(data["samples"])
             first, drift = ({str(k): float(x) for k, x in data[name].items()} for name in ("first", "drift"))
-            base = {str(k): float(x) for k, x in data.get("base", {}).items()}
+            base, unknown = (
+                {str(k): float(x) for k, x in data.get(name, {}).items()} for name in ("base", "unknown")
+            )
             size, limited = float(data["size"]), bool(data["limited"])
             final = None if data["final"] is None else State(**data["final"])
             happened = tuple(Happened(*one) for one in data.get("events", ()))
@@ -84,7 +88,7 @@ class Progress:
         if len(happened) != len(program.events) or bool(happened) != (len(actions) >= 2):
             raise ValueError("of other events")
         snapshot = Snapshot(memory, t, steps, samples, limited, actions)
-        return cls(snapshot, first, drift, size, final, base, happened)
+        return cls(snapshot, first, drift, size, final, base, happened, unknown)
 
 
 class Schedule:

@@ -31,7 +31,7 @@ class Ending(Enum):
     NO_MASS = "a mass is no longer greater than 0"
     CUT = "an energy or a constraint jumps with the angle atan2(y, x), by 2 pi where y = 0 and x < 0,"
     JUMP = "an action would make an energy jump"
-    INCONSISTENT = "the initial values do not satisfy the constraints"
+    INCONSISTENT = "no motion begins at the initial values"
 
     def way_out(self, *, at_start: bool = False) -> str:
         """What a user can do about it, also where it went wrong ``at_start``; empty if nothing is wrong."""

@@ -7,9 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from lagrange_cli.integrate.events import Change, Crossings, EventSink, Happened
+from lagrange_cli.integrate.events import Change, Crossings, Happened, HappenedSink
 from lagrange_cli.integrate.samples import LOW
-from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
     from lagrange_cli.integrate.prepared import Prepared
@@ -23,48 +22,25 @@ MEMBER = "member"
 """The dataset that says to which member of an ensemble crossings belong."""
 
 
-class EventLog(EventSink):
+class EventLog(HappenedSink):
     """Gathers crossings by event, and hands them over to ``emit`` as datasets by path (see
     ``EventGroup``)."""
 
     def __init__(self, prepared: Prepared, samples: Samples, emit: Callable[[dict[str, Any]], None]) -> None:
         self._prepared, self._samples, self._emit = prepared, samples, emit
-        self._groups = prepared.recording.events
-        self.names = tuple(name for group in self._groups for name in group.members)
-        self._happened = [Happened() for _ in self.names]
+        super().__init__(tuple(name for group in prepared.recording.events for name in group.members))
         self._crossings: list[Crossings] = []
         self._gathered = 0
 
     def crossed(self, crossings: Crossings) -> None:
+        super().crossed(crossings)
         self._crossings.append(crossings)
         self._gathered += len(crossings.t)
-        for event in np.unique(crossings.events).tolist():
-            own = crossings.events == event
-            before, last = self._happened[event], float(crossings.t[own][-1])
-            self._happened[event] = replace(before, count=before.count + int(own.sum()), last=last)
-            for t in crossings.t[own & crossings.grazing].tolist():
-                self.grazed(event, t)
         if self._gathered >= MANY:
             self.hand_over()
 
     def changed(self, change: Change) -> None:
         self._samples.change(change)
-
-    def grazed(self, event: int, t: float) -> None:
-        before = self._happened[event]
-        first = t if before.grazes is None else before.grazes
-        self._happened[event] = replace(before, grazing=before.grazing + 1, grazes=first)
-
-    def accumulated(self, event: int, t: float) -> None:
-        before = self._happened[event]
-        first = t if before.accumulates is None else before.accumulates
-        times = before.accumulations + 1
-        self._happened[event] = replace(before, accumulations=times, accumulates=first)
-
-    @property
-    def happened(self) -> tuple[Happened, ...]:
-        """What is to be said of each event, by number."""
-        return tuple(self._happened)
 
     def restore(self, happened: Sequence[Happened]) -> None:
         """Go on from what happened in an earlier run."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any, TypeAlias
 
-from lagrange_cli.records import dataclass, fields_of
+from lagrange_cli.records import dataclass, fields_of, replace
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -29,13 +29,15 @@ def no_energy(parameters: Array) -> str:
 class Crossings:
     """That events happened, one after the other: their numbers (k,), t with its low part (k,), and the
     ``states`` before any action (k, rows of all parts). Where one is ``grazing``, rounding may have decided
-    that it happened."""
+    that it happened; where its expression is 0 together with its rate, the ``errors`` of t are large (else
+    0)."""
 
     events: NDArray[np.int64]
     t: Array
     low: Array
     states: Array
     grazing: NDArray[np.bool_]
+    errors: Array
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,9 @@ class Change:
 @dataclass(frozen=True)
 class Happened:
     """What is to be said of an event: how often it has happened, and when ``last``; how many of its zeros
-    were ``grazing``, with the time of the first; and how many times infinitely many of them have come to an
-    end, ``accumulates`` being the first such time."""
+    were ``grazing``, with the time of the first; how many times infinitely many of them have come to an end,
+    ``accumulates`` being the first such time; and the largest of the ``error``s of times that rounding makes
+    large, with that time, ``blurred``."""
 
     count: int = 0
     last: float | None = None
@@ -62,6 +65,13 @@ class Happened:
     grazes: float | None = None
     accumulations: int = 0
     accumulates: float | None = None
+    error: float = 0.0
+    blurred: float | None = None
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether rounding may have decided when, or whether, it has happened."""
+        return self.blurred is not None or self.grazes is not None
 
     def as_data(self) -> list[Any]:
         """The fields in terms of JSON."""
@@ -91,6 +101,42 @@ class EventSink:
 
 
 NO_EVENTS = EventSink()
+
+
+class HappenedSink(EventSink):
+    """Keeps what is to be said of each event."""
+
+    def __init__(self, names: tuple[str, ...]) -> None:
+        self.names, self._happened = names, [Happened() for _ in names]
+
+    @property
+    def happened(self) -> tuple[Happened, ...]:
+        """What is to be said of each event, by number."""
+        return tuple(self._happened)
+
+    def crossed(self, crossings: Crossings) -> None:
+        for event in sorted({*crossings.events.tolist()}):
+            own = crossings.events == event
+            before, times = self._happened[event], crossings.t[own]
+            worst = int(crossings.errors[own].argmax())
+            error, blurred = float(crossings.errors[own][worst]), float(times[worst])
+            if error <= before.error:
+                error, blurred = before.error, before.blurred
+            found = {"count": before.count + len(times), "last": float(times[-1])}
+            self._happened[event] = replace(before, **found, error=error, blurred=blurred)
+            for t in crossings.t[own & crossings.grazing].tolist():
+                self.grazed(event, t)
+
+    def grazed(self, event: int, t: float) -> None:
+        before = self._happened[event]
+        first = t if before.grazes is None else before.grazes
+        self._happened[event] = replace(before, grazing=before.grazing + 1, grazes=first)
+
+    def accumulated(self, event: int, t: float) -> None:
+        before = self._happened[event]
+        first = t if before.accumulates is None else before.accumulates
+        times = before.accumulations + 1
+        self._happened[event] = replace(before, accumulations=times, accumulates=first)
 
 
 def parameters_in(program: Interface, memory: Array) -> Array:

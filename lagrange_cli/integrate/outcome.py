@@ -36,11 +36,12 @@ class Outcome:
     of their whole series) count the work. ``h_drift`` is max |h - h(0)| over the samples if h should be
     conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
     each conserved momentum, by coordinate. What actions of events have added to them is no drift.
-    ``undetected`` is that of the ``Recording``, ``unknown`` the datasets without a finite number at the last
-    sample. ``happened`` tells of each event, by name. ``progress`` is the state from which an interrupted
-    run, or a longer one, can continue. ``final`` is the state at ``t``; of a complete or certified run it is
-    the last sample. ``estimated`` is the error, if that was asked for. The state was moved back to
-    constraints by so many ``projections``, and passed ``singular`` configurations at these times."""
+    ``undetected`` is that of the ``Recording``, ``unknown`` the datasets with samples that are not finite,
+    and the time of the first of these. ``happened`` tells of each event, by name. ``progress`` is the state
+    from which an interrupted run, or a longer one, can continue. ``final`` is the state at ``t``; of a
+    complete or certified run it is the last sample. ``estimated`` is the error, if that was asked for. The
+    state was moved back to constraints by so many ``projections``, and passed ``singular`` configurations at
+    these times."""
 
     ending: Ending
     message: str
@@ -51,7 +52,7 @@ class Outcome:
     p_drift: Mapping[str, float]
     h_size: float = 0.0
     undetected: tuple[str, ...] = ()
-    unknown: tuple[str, ...] = ()
+    unknown: Mapping[str, float] = field(default_factory=dict)
     happened: Mapping[str, Happened] = field(default_factory=dict)
     progress: Progress | None = None
     estimated: Estimated | None = None

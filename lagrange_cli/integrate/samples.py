@@ -36,6 +36,13 @@ def largest(*changes: float) -> float:
     return math.inf if any(map(math.isnan, changes)) else max(changes)
 
 
+def first_unknown(samples: Array) -> int | None:
+    """The place of the first sample (c, ...) that is not finite."""
+    if np.isfinite(samples).all():
+        return None
+    return int(np.argmin(np.isfinite(samples).reshape(len(samples), -1).all(axis=1)))
+
+
 def samples_of(prepared: Prepared) -> type[Samples]:
     """What makes datasets of numbers of that many parts."""
     return Samples if prepared.machine.program.parts == 1 else DoubleDoubleSamples
@@ -66,8 +73,8 @@ class Samples:
         self._size, self._count = 0.0, 0
         self.final: State | None = None
         """The last sample, once there is one."""
-        self.unknown: tuple[str, ...] = ()
-        """The datasets that have no finite number there."""
+        self.unknown: dict[str, float] = {}
+        """The datasets with samples that are not finite, and the time of the first of these."""
 
     def change(self, change: Change) -> None:
         """Take in what an action has changed, before the samples that follow it."""
@@ -93,9 +100,17 @@ class Samples:
             self._drift[name] = largest(drift, float(np.max(row)) - first, first - float(np.min(row)))
         self._measure(observed, states)
         series = recording.series(states, program.integrals, observed, base)
-        self.unknown = tuple(path for path, found in series.items() if not np.all(np.isfinite(found[-1])))
+        self._look_through(times, series)
         self._emit({"t": times, **series})
         return len(times)
+
+    def _look_through(self, times: Array, series: Mapping[str, Array]) -> None:
+        """Note the datasets with samples that are not finite."""
+        for path, found in series.items():
+            if path not in self.unknown:
+                first = first_unknown(found)
+                if first is not None:
+                    self.unknown[path] = float(times[first])
 
     def _prepare(self, parameters: Array) -> None:
         given = with_modes(self._prepared.machine.program, parameters)
@@ -179,7 +194,9 @@ class Samples:
         self._apply(self._changes)
         self._changes = []
         first, base = dict(self._first), {} if self._base == self._first else dict(self._base)
-        return Progress(snapshot, first, dict(self._drift), self._size, self.final, base=base)
+        return Progress(
+            snapshot, first, dict(self._drift), self._size, self.final, base=base, unknown=dict(self.unknown)
+        )
 
     def restore(self, progress: Progress) -> Snapshot:
         """Continue from the progress of another run."""
@@ -187,6 +204,7 @@ class Samples:
         self._base = {**self._first, **progress.base}
         self._size, self._count = progress.size, progress.snapshot.samples
         self.final, self._done = progress.final, progress.snapshot.samples
+        self.unknown = dict(progress.unknown)
         program, memory = self._prepared.machine.program, progress.snapshot.memory
         if program.changed:
             self._prepare(parameters_in(program, memory))
@@ -253,6 +271,7 @@ class DoubleDoubleSamples(Samples):
             rows = made.parts(observed, quadratures, base)
             chunk[made.path] = made.shaped([row.high for row in rows])
             chunk[LOW + made.path] = made.shaped([row.low for row in rows])
+        self._look_through(times, {made.path: chunk[made.path] for made in recording.made})
         self._emit(chunk)
         return len(times)
 

@@ -1,10 +1,17 @@
-"""Events at multiple zeros: where u**3 is 0, u is, and that is a zero which rounding does not blur."""
+"""Events at multiple zeros: where u**3 is 0, u is, and that is a zero which rounding does not blur.
+
+Powers that are multiplied out, such as x**3 - 3*x**2 + 3*x - 1, are found as squares are (see
+``expression.squares``).
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
+from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.squares import HIGHEST, power
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
@@ -17,7 +24,7 @@ def with_simple_zeros(model: Model[Node]) -> Model[Node]:
         return model
     graph, events = graph_of(model), []
     for event in model.events:
-        scale, u = graph.split_coefficient(event.argument)
+        scale, u = graph.split_coefficient(collected(graph, event.argument))
         spare = {a: -(e - 2 + e % 2) for a, e in factors(u).items() if e > 2}
         if u.kind is Kind.SUM and spare:  # so that factors of all terms do not stand before the sum
             terms = zip(u.arguments, u.data[1])
@@ -26,6 +33,21 @@ def with_simple_zeros(model: Model[Node]) -> Model[Node]:
             u = graph.product([(u, 1), *spare.items()])
         events.append(replace(event, argument=scale * u))
     return replace(model, events=tuple(events))
+
+
+def collected(graph: Graph, node: Node) -> Node:
+    """``node`` with powers in place of factors that are multiplied out."""
+    scale, u = graph.split_coefficient(node)
+    powers = zip(u.arguments, u.data) if u.kind is Kind.PRODUCT else [(u, 1)]
+    pairs: list[tuple[Node, Any]] = []
+    for base, e in powers:
+        found = power(graph, base, *range(HIGHEST, 1, -1)) if base.kind is Kind.SUM else None
+        if found is None or not isinstance(e, int):
+            pairs.append((base, e))
+        else:
+            pairs += [(found.factor, e), (found.root, e * found.order)]
+            pairs += [(below, e * times) for below, times in found.denominators]
+    return scale * graph.product(pairs)
 
 
 def factors(node: Node) -> Mapping[Node, int]:

@@ -8,6 +8,7 @@ from operator import or_
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards import Guard, Guarded
+from lagrange_cli.mechanics.rounding import size_of
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Event, Model
 from lagrange_cli.native.interface import BREAK, CUT, SIMPLE
@@ -80,9 +81,7 @@ def sizes_of(model: Model[Node]) -> list[Node]:
     their rounding is measured by."""
     graph, found = graph_of(model), list[Node]()
     for event in model.events:
-        slopes = [graph.diff(event.argument, x) for x in (*model.q, *model.v, model.time)]
-        values = (*model.q, *model.v, model.time)
-        rates = (*model.v, *(graph.zero for _ in model.v), graph.one)
-        for factors in (values, rates):
-            found.append(graph.sum([(graph.absolute(s * x), 1.0) for s, x in zip(slopes, factors)]))
+        slopes = [graph.diff(event.argument, x) for x in (*model.q, model.time)]
+        rates = [graph.absolute(s * x) for s, x in zip(slopes, (*model.v, graph.one))]
+        found += [size_of(graph, event.argument), graph.sum([(one, 1.0) for one in rates])]
     return found

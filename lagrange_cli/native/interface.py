@@ -57,8 +57,9 @@ SIMPLE, CUT, BREAK = -1, -2, -3
 """Guards without an auxiliary coordinate."""
 RECORDS = 32
 """Crossings of which compiled code keeps a record before they are taken from it."""
-NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP
-"""Where a record has the number of the guard, and the first two coefficients of its argument's series."""
+NOTES = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LAST_PASS
+"""Where a record has the number of the guard, and three coefficients of its argument's series, from its rate
+on."""
 SAMPLE, AFTER = Clock.LEAVING, -1.0
 """Where it has the number of samples before it; and the number of the record that follows, of the state after
 a simple action."""

@@ -90,6 +90,7 @@ def events_told(outcome: Outcome) -> dict[str, Any]:
             "last": one.last,
             "grazing": one.grazing,
             "accumulates": one.accumulates,
+            "error": one.error,
         }
         for name, one in outcome.happened.items()
     }
@@ -111,12 +112,15 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
     """The warnings about the result: a drift of h, forces that may have been missed, what has no value."""
     drifts = not_finite(outcome), drifting(outcome, settings.tolerance)
-    return joined(*drifts, *missed(outcome, settings), without_value(outcome.unknown))
+    unknown = {path: f"at t = {t:.9g}" for path, t in outcome.unknown.items()}
+    return joined(*drifts, *missed(outcome, settings), without_value(unknown))
 
 
-def without_value(unknown: Sequence[str]) -> str | None:
-    """The warning for integrals and other quantities that have no finite value at the end."""
-    return f"no finite number at the last sample: {some(unknown)}" if unknown else None
+def without_value(unknown: Mapping[str, str]) -> str | None:
+    """The warning for integrals and other quantities that are not finite at some of the samples; of each,
+    where the first of these is."""
+    listed = [f"/{path} (first {where})" for path, where in unknown.items()]
+    return f"not a finite number at some of the samples: {some(listed)}" if unknown else None
 
 
 def some(names: Sequence[str]) -> str:
@@ -126,7 +130,12 @@ def some(names: Sequence[str]) -> str:
 
 def doubt_of_all(outcome: EnsembleOutcome, settings: Settings) -> str | None:
     """The same for an ensemble, without large drifts: what these are measured by is not known."""
-    return joined(not_finite(outcome), *missed(outcome, settings))
+    alone = len(outcome.endings) == 1
+    unknown = {
+        path: f"{'' if alone else f'in member {member} '}at t = {t:.9g}"
+        for path, (member, t) in outcome.unknown.items()
+    }
+    return joined(not_finite(outcome), *missed(outcome, settings), without_value(unknown))
 
 
 def joined(*warnings: str | None) -> str | None:

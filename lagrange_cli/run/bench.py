@@ -11,6 +11,7 @@ from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.outputs.catalog import DEFAULT_OUTPUTS
 from lagrange_cli.records import dataclass, replace
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.monitor import Interrupted, Stage, untimed
 from lagrange_cli.run.settings import resolve_settings, resolve_tolerance
 from lagrange_cli.run.start import consistent_values
@@ -126,6 +127,7 @@ def rank_methods(
         spec, with_times(SolveDefaults(samples=SAMPLES), times, spec, values.parameters)
     )
     spec, values, _ = consistent_values(spec, values, settings.start, given)
+    check_domain(spec, values, settings.start)
     with stage("derive"):
         prepare = preparing(spec, settings.backward)
 

@@ -10,6 +10,7 @@ from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.choice import chosen_method
 from lagrange_cli.run.derive import derive_system, located
+from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.settings import ALL, default_outputs, resolve_method, resolve_outputs
@@ -70,8 +71,10 @@ def classify(
         method, _ = chosen_method(spec, resolve_outputs(outputs, has_particles=spec.lagrangian is None))
     if values is not None:
         with stage("parse"):
-            spec, _, begin = consistent_values(spec, values, spec.solve.start or 0.0, given)
+            start = spec.solve.start or 0.0
+            spec, consistent, begin = consistent_values(spec, values, start, given)
         check_energies(spec, values.parameters)
+        check_domain(spec, consistent, start)
     with stage("derive"), located(spec):
         residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
         check_convolutions(residual, method, DOUBLE)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.errors import UsageError
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.attributes import doubt_of_all, finite, origin, series_of
+from lagrange_cli.run.domains import within_domain
 from lagrange_cli.run.jumps import check_members
 from lagrange_cli.run.monitor import Monitor
 from lagrange_cli.run.prepare import prepare_run
@@ -90,6 +91,7 @@ def make_ensemble(spec: Spec, members: Members, request: Request) -> Ensemble:
     sampled = request.options.outputs is not None
     given = {*request.overrides, *members.columns}
     spec, values, notes = consistent_ensemble(spec, values, settings.start, given, forced=request.projected)
+    values = within_domain(spec, values, settings.start)
     return Ensemble(spec, members, values, settings, sampled, families_of(spec), notes=notes)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -93,12 +93,7 @@ def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
         if not any(one.count for one in all_of_it):
             found.append(f"event '{family.label}' did not occur")
     for name, one in happened.items():
-        if one.grazing and not one.accumulations:  # impacts before their end are as weak as can be
-            times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
-            found.append(
-                f"event '{name}': its expression touches 0 without a clear change of sign "
-                f"at t = {one.grazes:.9g}{times}; whether that counts depends on rounding"
-            )
+        found += [f"event '{name}': {text}" for text in doubts(one)]
         if one.accumulates is not None:
             times = "" if one.accumulations == 1 else f", the first of {one.accumulations} such times"
             found.append(
@@ -106,3 +101,27 @@ def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
                 "from then on the motion rests there"
             )
     return found
+
+
+def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:
+    """The same of what may be otherwise than it seems, of the first member of an ensemble for each event."""
+    return [
+        f"event '{name}', in member {member}: {text}"
+        for name, (member, one) in doubtful.items()
+        for text in doubts(one)
+    ]
+
+
+def doubts(one: Happened) -> Iterator[str]:
+    """What rounding may have decided."""
+    if one.grazes is not None and not one.accumulations:  # impacts before their end are as weak as can be
+        times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
+        yield (
+            f"its expression touches 0 without a clear change of sign "
+            f"at t = {one.grazes:.9g}{times}; whether that counts depends on rounding"
+        )
+    if one.blurred is not None:
+        yield (
+            f"at t = {one.blurred:.9g} its expression and its rate are both 0 but for rounding (a multiple "
+            f"zero): the time may be off by {one.error:.1e}"
+        )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.records import dataclass
 from lagrange_cli.run.derive import read_run
+from lagrange_cli.run.domains import check_domain
 from lagrange_cli.run.jumps import check_energies
 from lagrange_cli.run.monitor import Stage, untimed
 from lagrange_cli.run.prepare import prepare_run
@@ -140,6 +141,7 @@ def prepare_all(
     ``prepare`` and ``check`` stand for ``prepare_run`` and ``check_energies``, where what they find is kept.
     """
     check(motion.spec, motion.values.parameters)
+    check_domain(motion.spec, motion.values, motion.settings.start)
     companions: list[Prepared] = []
     spec, rounding = motion.spec, None
     settings = with_proofs(spec, motion.settings, iter([motion.values]))

@@ -10,6 +10,7 @@ from lagrange_cli.integrate.methods.table import TAYLOR
 from lagrange_cli.integrate.precision import DOUBLE
 from lagrange_cli.limits import whole
 from lagrange_cli.records import dataclass, replace
+from lagrange_cli.run.domains import within_domain
 from lagrange_cli.run.ensemble import Cut, Ensemble, families_of, with_common_times
 from lagrange_cli.run.start import consistent_ensemble
 from lagrange_cli.spec.surface import with_surface
@@ -64,6 +65,7 @@ def make_section(spec: Spec, members: Members | None, request: Request, asked: A
     settings = settings_of(spec, values, request)
     given = {*request.overrides, *members.columns}
     spec, values, notes = consistent_ensemble(spec, values, settings.start, given, forced=request.projected)
+    values = within_domain(spec, values, settings.start)
     if asked.where:
         direction = DIRECTIONS[asked.direction]
         spec = with_surface(spec, asked.where, direction)

@@ -29,7 +29,7 @@ class EnsembleValues:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
     ``times`` are those of ``solve`` that depend on parameters. Members that are ``refused`` have no
-    consistent start: why not, by their numbers. ``remainder`` is the rest of the numbers of the only member,
+    start: why not, by their numbers. ``remainder`` is the rest of the numbers of the only member,
     if they are known to more digits than a double has.
     """
 

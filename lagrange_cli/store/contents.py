@@ -112,7 +112,9 @@ def state_of(check: Check) -> Check:
 numbers = table(either(number, nothing))
 instant = either(nothing, finite)
 attribute = either(text, number)
-happened = fields({"count": count, "last": instant, "grazing": count, "accumulates": instant})
+happened = fields(
+    {"count": count, "last": instant, "grazing": count, "accumulates": instant, "error": finite}
+)
 happened_in_all = fields({"count": count})
 told: dict[str, Check] = {
     "generator": text, "name": shown, "spec": text, "method": shown, "message": shown,
@@ -124,20 +126,24 @@ told: dict[str, Check] = {
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
 """What makes a run; of the machine it is a list."""
 
-event = row(count, instant, count, instant, count, instant)
+event = count, instant, count, instant, count, instant, finite, instant
 """What happened at an event, in the order of ``integrate.events.Happened``."""
 progress = fields(
     {
         "t": finite, "steps": count, "samples": count, "size": number, "limited": flag,
         "first": table(number), "drift": table(number), "final": either(nothing, state_of(number)),
     },
-    {"base": table(number), "events": sequence(event), "actions": sequence(number)},
+    {
+        "base": table(number), "events": sequence(row(*event)), "actions": sequence(number),
+        "unknown": table(finite),
+    },
 )  # fmt: skip
 outcome = fields(
     {
         "failed": either(nothing, row(count, text)), "steps": count,
         "h_drift": either(nothing, number), "p_drift": table(number),
-    }
+    },
+    {"unknown": table(row(count, finite)), "doubtful": table(row(count, *event))},
 )  # fmt: skip
 common: dict[str, Check] = {
     "run": made_by, "part": lambda value: type(value) is int and -1 <= value < PARTS,

@@ -59,3 +59,56 @@ def test_a_section_without_crossings_knows_no_drift(capsys):
         assert "  largest drift: not known, as there are no samples\n" in out and not error
     assert main([*command, "--json", "--force"]) == 0
     assert json.loads(capsys.readouterr().out)["h_drift"] is None
+
+
+PASSING = """
+name: passing
+coordinates: {x: {initial: -1, velocity: 1}, y: {initial: 1}}
+lagrangian: x_dot**2/2 + y_dot**2/2 - y**2/2
+observables: {a: log(x**2 - 0.02), b: sqrt(x**2 - 0.01)}
+"""
+"""Quantities without a value in the middle of the motion, at t = 1."""
+NO_VALUE = "passing: warning: not a finite number at some of the samples: "
+OF_EACH = "/observables/a (first {}at t = {}), /observables/b (first {}at t = {})\n"
+
+
+@pytest.mark.parametrize(
+    "command, told",
+    [
+        (["solve"], OF_EACH.format("", 1, "", 1)),
+        (["solve", "--precision", "double-double"], OF_EACH.format("", 1, "", 1)),
+        (["sweep", "--over", "x=-1.5,-1"], OF_EACH.format(*["in member 0 ", 1.5] * 2)),
+        (["section", "--every", "1", "--crossings", "3"], OF_EACH.format("", 1, "", 1)),
+        (["section", "--every", "1", "--crossings", "3", "--precision", "double-double"],
+         OF_EACH.format("", 1, "", 1)),
+        (["section", "--every", "1", "--crossings", "3", "--over", "x=-1.5,-1"],
+         OF_EACH.format(*["in member 1 ", 1] * 2)),
+    ],
+)  # fmt: skip
+def test_a_quantity_without_a_value_is_told_wherever_that_is(folder, command, told, capsys):
+    (folder / "passing.yaml").write_text(PASSING)
+    sampled = [] if command[0] == "section" else ["--stop", "2", "--step", "0.5"]
+    arguments = [
+        command[0],
+        "passing.yaml",
+        *command[1:],
+        *sampled,
+        "--outputs",
+        "observables",
+        "-o",
+        "out.h5",
+    ]
+    assert main(arguments) == 0
+    assert capsys.readouterr().err == NO_VALUE + told
+    with h5py.File("out.h5") as file:
+        assert NO_VALUE.endswith("warning: " + file.attrs["warning"].partition("/")[0])
+
+
+def test_it_is_told_again_of_a_run_that_is_continued(folder, capsys):
+    (folder / "passing.yaml").write_text(PASSING)
+    command = ["solve", "passing.yaml", "--step", "0.5", "--outputs", "q,observables", "-o", "out.h5"]
+    for options in (["--stop", "6"], ["--stop", "7", "--resume"]):
+        assert main([*command, *options]) == 0
+        out, error = capsys.readouterr()
+        assert error == NO_VALUE + OF_EACH.format("", 1, "", 1)
+    assert "continued from t = 5.9" in out

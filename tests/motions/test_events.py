@@ -340,3 +340,35 @@ def test_multiple_zeros_are_found_as_exactly_as_simple_ones(when, source):
     times = motion["events/crossing/t"]
     assert np.max(np.abs(times - (np.arange(1, len(times) + 1) * math.pi - b))) <= 1e-13
     assert len(times) == int((30 + b) / math.pi)
+
+
+@pytest.mark.parametrize(
+    "when",
+    [
+        "x**3 - 3*a*x**2 + 3*a**2*x - a**3",
+        "x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3",
+        "2*x**5 - 10*a*x**4 + 20*a**2*x**3 - 20*a**3*x**2 + 10*a**4*x - 2*a**5",
+        "(x - {a})**2*(x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3)",
+        "3*sin(x - {a}) - sin(3*x - 3*{a})",
+    ],
+)
+def test_powers_that_are_multiplied_out_have_zeros_as_exact(when, source):
+    """x = sin(t) is a where t = asin(a) and pi - asin(a). The last one is 4 sin(x - a)**3."""
+    a = source.uniform(0.2, 0.8)
+    text = oscillator(0.0, 1.0, when.format(a=repr(a)))
+    motion = follow(text.replace("k: 1", f"k: 1, a: {a!r}"), 6.0, 11)
+    expected = [math.asin(a), math.pi - math.asin(a)]
+    assert motion["events/crossing/t"] == pytest.approx(expected, abs=1e-13)
+
+
+@pytest.mark.parametrize("when", ["sin(x - a) - (x - a)", "tan(x - a) - sin(x - a)", "(x - a)**3*(x - 2)"])
+def test_a_multiple_zero_that_rounding_blurs_is_said_to_be_one(when, source):
+    """How far off its time is, too, within a factor of 100; where it is a power, nothing is blurred."""
+    a = source.uniform(0.2, 0.8)
+    motion = follow(oscillator(0.0, 1.0, when).replace("k: 1", f"k: 1, a: {a!r}"), 1.0, 11)
+    (t,), happened = motion["events/crossing/t"], motion.outcome.happened["crossing"]
+    if "**3" in when:
+        assert happened.blurred is None and abs(t - math.asin(a)) < 1e-14
+    else:
+        assert happened.grazes is None and happened.blurred == t
+        assert 1e-8 < happened.error < 1e-4 and abs(t - math.asin(a)) < 10 * happened.error

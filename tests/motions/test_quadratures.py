@@ -105,7 +105,33 @@ def test_behind_a_pole_an_integral_is_no_number():
     assert np.max(np.abs(action[before] - known)) <= 1e-13
     assert np.all(np.isnan(action[motion.t > 3.75]))
     assert np.max(np.abs(motion["q/x"] - motion.t)) <= 1e-14
-    assert motion.outcome.unknown == ("diagnostics/action",)
+    assert [*motion.outcome.unknown] == ["diagnostics/action"]
+
+
+@pytest.mark.parametrize(
+    "form", ["abs(t - {c})**({p})", "x_dot*abs(x - {c})**({p})", "{p}*log(abs(t - {c}))"]
+)
+@pytest.mark.parametrize("power", [0.5, 0.21, -0.3, -0.7])
+def test_an_integrand_with_a_power_of_a_distance(form, power):
+    """The integral of |t - c|^p. Where p < 0 it depends on c by (dc)^(1 + p)."""
+    c = 0.3711
+    text = FREE.format("+ " + form.format(p=power, c=c))
+    motion = follow(text, 1.0, 5, outputs=("q", "action"))
+    t, q = motion.t, 1 + power
+    known = t / 2 + (c**q + np.sign(t - c) * np.abs(t - c) ** q) / q
+    if "log" in form:
+        known = t / 2 + power * ((t - c) * np.log(np.abs(t - c)) + c * math.log(c) - t)
+        q = 1.0
+    assert np.max(np.abs(motion["diagnostics/action"] - known)) <= max(1e-14, 1e-13**q)
+    assert not motion.outcome.unknown
+
+
+def test_the_balance_of_the_root_of_a_distance():
+    """dL/dt is infinite at t = 1/3, and h changes by its integral."""
+    motion = follow(FREE.format("+ abs(t - 1/3)**0.5"), 1.0, 5, outputs=("q", "action", "ledger"))
+    known = 0.5 + ((1 / 3) ** 1.5 + (2 / 3) ** 1.5) / 1.5
+    assert motion["diagnostics/action"][-1] == pytest.approx(known, rel=1e-15)
+    assert np.max(np.abs(motion["diagnostics/ledger/h"])) <= 1e-11
 
 
 @pytest.mark.exhaustive(keep=2)

@@ -40,6 +40,11 @@ def say_swept(
     for name, count in swept.events.items():
         if not count and not asked.quiet:
             complain(f"{swept.ensemble.spec.name}: event '{name}' did not occur in any member")
+    if outcome.doubtful and not asked.quiet:
+        from lagrange_cli.run.events import notes_of_members
+
+        for note in notes_of_members(outcome.doubtful):
+            complain(f"{swept.ensemble.spec.name}: {note}")
     return EXIT_STATUS[outcome.status]
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
@@ -14,11 +14,11 @@ from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.ensemble.batches import joined, unfinished
 from lagrange_cli.integrate.ensemble.method import Batch, Section
 from lagrange_cli.integrate.ensemble.outcome import ENDINGS, STATUS, UNFINISHED, EnsembleOutcome
-from lagrange_cli.integrate.events import Change
+from lagrange_cli.integrate.events import Change, Happened
 from lagrange_cli.integrate.method import End
 from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.run import sentence
-from lagrange_cli.integrate.samples import LOW, Samples, samples_of
+from lagrange_cli.integrate.samples import LOW, Samples, first_unknown, samples_of
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import replace
 
@@ -61,12 +61,15 @@ class EnsembleDatasets:
         self._failed: tuple[int, str] | None = None
         self._steps = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, np.nan)
+        self._unknown: dict[str, tuple[int, float]] = {}
+        self._doubtful: dict[str, tuple[int, Happened]] = {}
         width = prepared.machine.program.rows + 2 * len(prepared.machine.program.observed)
         self._most = max(1, MEMORY // (8 * width * count))
 
     def restore(self, outcome: EnsembleOutcome) -> None:
         """Go on where another run has come to."""
         self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
+        self._unknown, self._doubtful = dict(outcome.unknown), dict(outcome.doubtful)
         drifts = {f"p_{name}": drift for name, drift in outcome.p_drift.items()}
         drifts |= {} if outcome.h_drift is None else {"h": outcome.h_drift}
         self._drift = {name: drifts.get(name, np.nan) for name in self._drift}
@@ -167,7 +170,8 @@ class EnsembleDatasets:
             dict(zip(names, first.transpose(1, 0, 2).reshape(len(names), count * n))),
         )
         sampled = self._times is not None or batch.times is not None
-        shape = (count, n) if sampled else (count,)
+        shape, known = (count, n) if sampled else (count,), batch.known(n)
+        self._look_through(batch.index, series, known, np.broadcast_to(times.reshape(-1, n), known.shape))
         found: dict[str, Any] = {
             "t_end": batch.t,
             "steps": batch.steps,
@@ -175,7 +179,6 @@ class EnsembleDatasets:
             **({} if batch.times is None else {"crossings": batch.reached, "t": batch.times}),
             **{path: values.reshape(*shape, *values.shape[1:]) for path, values in series.items()},
         }
-        known = batch.known(n)
         for name in self._drift:
             row = names.index(name)
             with np.errstate(invalid="ignore"):  # where a quantity has no finite value, neither has its drift
@@ -185,6 +188,19 @@ class EnsembleDatasets:
             found[drift_path(name)] = change
             self._drift[name] = float(np.fmax.reduce(change, initial=self._drift[name]))
         self._emit(batch.index + self._first, {**found, **self._crossings(batch)})
+
+    def _look_through(
+        self, index: Index, series: Mapping[str, Array], known: NDArray[np.bool_], times: Array
+    ) -> None:
+        """Note the datasets (b n, ...) with samples that are not finite, of those that are ``known`` (b,
+        n)."""
+        places = np.flatnonzero(known)
+        for path, values in series.items():
+            first = first_unknown(values[places])
+            if first is not None:
+                member, t = int(index[places[first] // known.shape[1]]), float(times.flat[places[first]])
+                found = self._first + member, t
+                self._unknown[path] = min(found, self._unknown.get(path, found))
 
     def _write_exact(self, batch: Batch) -> None:
         """The same of the only motion of a section, in numbers of several parts."""
@@ -204,12 +220,18 @@ class EnsembleDatasets:
         found = {f"p_{name}": drift for name, drift in momenta.items()} | ({} if h is None else {"h": h})
         self._drift = {name: found.get(name, np.nan) for name in self._drift}
         made = {path: rows[None, 1:] for path, rows in {**chunks[0], LOW_TIME: np.append(0.0, lows)}.items()}
+        own = {path: rows[0] for path, rows in made.items() if path != "t" and not path.startswith(LOW)}
+        self._look_through(batch.index, own, batch.known(count), batch.times[:, :count])
         status = np.array([ending.status.encode() for ending in batch.ending], dtype=STATUS)
         ended = {"t_end": batch.t, "steps": batch.steps, "status": status, "crossings": batch.reached}
         self._emit(batch.index + self._first, {**ended, **made})
 
     def _crossings(self, batch: Batch) -> dict[str, Any]:
         """The datasets of the crossings of events, of all these members together."""
+        for member, log in zip((batch.index + self._first).tolist(), batch.logs):
+            for name, one in zip(log.names, log.happened):
+                if one.doubtful and member <= self._doubtful.get(name, (member,))[0]:
+                    self._doubtful[name] = member, one
         pairs = [(one, member) for log, member in zip(batch.logs, batch.index) for one in log.crossings]
         if not pairs or self._section is not None:  # a section's surface is an event, too
             return {}
@@ -253,7 +275,14 @@ class EnsembleDatasets:
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
         missed = self._recording.undetected
         return EnsembleOutcome(
-            self._endings, self._failed, self._steps, self._drift.get("h"), momenta, missed
+            self._endings,
+            self._failed,
+            self._steps,
+            self._drift.get("h"),
+            momenta,
+            missed,
+            dict(sorted(self._unknown.items(), key=lambda one: one[1])),
+            self._doubtful,
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.integrate.events import Change, Crossings, EventSink
+from lagrange_cli.integrate.events import Change, Crossings, HappenedSink
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, replace
 
@@ -21,15 +21,16 @@ if TYPE_CHECKING:
 Index: TypeAlias = "NDArray[np.int64]"
 
 
-class MemberLog(EventSink):
+class MemberLog(HappenedSink):
     """What happened to a member."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
-        self.names = names
+        super().__init__(names)
         self.crossings: list[Crossings] = []
         self.changes: list[Change] = []
 
     def crossed(self, crossings: Crossings) -> None:
+        super().crossed(crossings)
         self.crossings.append(crossings)
 
     def changed(self, change: Change) -> None:

@@ -9,7 +9,8 @@ import numpy as np
 
 from lagrange_cli.integrate.arrays import Array
 from lagrange_cli.integrate.ending import Ending
-from lagrange_cli.records import dataclass
+from lagrange_cli.integrate.events import Happened
+from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -27,7 +28,9 @@ class EnsembleOutcome:
 
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
     to its end, and how that went; drifts are the largest of all members, and ``undetected`` what the method
-    may pass over, as in ``Outcome``.
+    may pass over, as in ``Outcome``. ``unknown`` are the datasets with samples that are not finite: the first
+    member that has any, and the time of its first. ``doubtful`` are events of which something is to be said:
+    the first such member, and what happened to it.
     """
 
     endings: NDArray[np.int8]
@@ -36,11 +39,21 @@ class EnsembleOutcome:
     h_drift: float | None
     p_drift: Mapping[str, float]
     undetected: tuple[str, ...] = ()
+    unknown: Mapping[str, tuple[int, float]] = field(default_factory=dict)
+    doubtful: Mapping[str, tuple[int, Happened]] = field(default_factory=dict)
 
     def as_data(self) -> dict[str, Any]:
         """All but the endings, in terms of JSON (with NaN and infinities)."""
         drifts = {"h_drift": self.h_drift, "p_drift": dict(self.p_drift)}
-        return {"failed": self.failed, "steps": self.steps, **drifts}
+        unknown = {path: list(one) for path, one in self.unknown.items()}
+        doubtful = {name: [member, *one.as_data()] for name, (member, one) in self.doubtful.items()}
+        return {
+            "failed": self.failed,
+            "steps": self.steps,
+            **drifts,
+            **({"unknown": unknown} if unknown else {}),
+            **({"doubtful": doubtful} if doubtful else {}),
+        }
 
     @classmethod
     def from_data(cls, data: Any, endings: Array | None, members: int) -> EnsembleOutcome:
@@ -58,6 +71,14 @@ class EnsembleOutcome:
                 int(data["steps"]),
                 None if h is None else float(h),
                 {str(name): float(x) for name, x in data["p_drift"].items()},
+                unknown={
+                    str(path): (int(member), float(t))
+                    for path, (member, t) in data.get("unknown", {}).items()
+                },
+                doubtful={
+                    str(name): (int(member), Happened(*one))
+                    for name, (member, *one) in data.get("doubtful", {}).items()
+                },
             )
         except (KeyError, TypeError, IndexError, AttributeError, OverflowError) as error:
             raise ValueError("no outcome") from error

@@ -38,7 +38,8 @@ class SectionLog(MemberLog):
     def crossed(self, crossings: Crossings) -> None:
         own = crossings.events == self._surface
         if own.any():
-            taken = {name: getattr(crossings, name)[own] for name in ("events", "t", "low", "grazing")}
+            names = "events", "t", "low", "grazing", "errors"
+            taken = {name: getattr(crossings, name)[own] for name in names}
             self.crossings.append(Crossings(states=crossings.states[own], **taken))
             self.found += int(own.sum())
 
@@ -90,7 +91,7 @@ class SectionLog(MemberLog):
         self.found = len(t)
         if self.found:
             surface, none = np.full(self.found, self._surface), np.zeros(self.found, dtype=bool)
-            self.crossings = [Crossings(surface, t, low, states.T, none)]
+            self.crossings = [Crossings(surface, t, low, states.T, none, np.zeros(self.found))]
         self.changes = restored_changes(kept, rows)
 
     def samples(self, rows: int) -> tuple[Array, Array]:

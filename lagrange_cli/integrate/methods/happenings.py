@@ -29,6 +29,13 @@ if TYPE_CHECKING:
 
 GRAZING = 2.0**-46
 """An argument that goes beyond 0 by no more than this part of its terms may not do so at all."""
+FLAT = 2.0**-12
+"""The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
+ULP = {1: 2.0**-52, 2: 2.0**-104}
+"""The rounding of numbers of so many parts."""
+ALIKE, BLURRED = 8.0, 2.0**-37
+"""Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
+of no account."""
 NO_TIME, AGAIN = 2.0**-50, 1000
 """So many actions within this part of all time go on for ever."""
 
@@ -39,6 +46,15 @@ class Finished:
 
     ending: Ending
     detail: str
+
+
+def blur(noise: float, rates: Array) -> tuple[int, float]:
+    """How many zeros rounding may not tell from one, up to 3, and by how much it may move them: where
+    coefficient k alone stands against the ``noise``, by (noise/|c_k|)^(1/k)."""
+    with np.errstate(divide="ignore"):
+        moved = (noise / np.abs(rates)) ** (1.0 / np.arange(1.0, 1.0 + len(rates)))
+    error = float(np.min(moved))
+    return 1 + int(np.flatnonzero(moved <= ALIKE * error)[-1]), error
 
 
 class Happenings:
@@ -102,7 +118,7 @@ class Happenings:
             return None
         self._info[RECORDED] = 0
         records = self._trial[first : first + count * size].reshape(count, size)
-        numbers, rates, bends = records[:, [self._layout.at(one) for one in NOTES]].T
+        numbers, *rates = records[:, [self._layout.at(one) for one in NOTES]].T
         for k in np.flatnonzero(numbers == AFTER):
             before, after = records[k - 1], records[k]
             passed = sample + int(before[self._layout.at(SAMPLE)])
@@ -111,7 +127,7 @@ class Happenings:
             self._sink.changed(Change(passed, float(before[self._layout.time]), *states, parameters))
         crossed = numbers != AFTER
         events = (numbers[crossed] - self._sides.first).astype(np.int64)
-        return self._crossed(records[crossed], events, rates[crossed], bends[crossed])
+        return self._crossed(records[crossed], events, np.array(rates)[:, crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:
         """Do what is to be done at the guard that is due, before the sample of that number."""
@@ -127,8 +143,8 @@ class Happenings:
         if sides.side(event) * guard.direction > 0.0:
             sides.flip(event)
             return None
-        _, *rates = sides.coefficients(event)[:3, None]
-        ended = self._crossed(sides.memory[None, :], np.array([event]), *rates)
+        rates = sides.coefficients(event)[1 : len(NOTES), None]
+        ended = self._crossed(sides.memory[None, :], np.array([event]), rates)
         self._resting.released.discard(event)
         if ended is not None or guard.role is Role.RECORD:
             sides.flip(event)
@@ -148,23 +164,27 @@ class Happenings:
         rate = sides.act_on(sides.state(sides.memory))[1][event, 1]
         return bool(sides.coefficients(event)[1] * sides.side(event) < -ROUNDING * rate)
 
-    def _crossed(
-        self, memories: Array, events: NDArray[np.int64], rates: Array, bends: Array
-    ) -> Finished | None:
+    def _crossed(self, memories: Array, events: NDArray[np.int64], rates: Array) -> Finished | None:
         """Hand over that events happened, with the state's memory then. The first coefficients of their
-        arguments' series were 0, ``rates`` and ``bends``."""
+        arguments' series were 0 and ``rates`` (3, k)."""
         layout, program, sides = self._layout, self._program, self._sides
         t, low = (memories[:, layout.at(part)].copy() for part in (Clock.TIME, Clock.TIME_LOW))
         starts = range(0, program.parts * layout.width, layout.width)
         states = memories[:, np.concatenate([start + sides.outer for start in starts])]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            beyond = rates**2 / (4.0 * np.abs(bends))
-            over = np.abs(bends) * memories[:, layout.at(Clock.LENGTH)] ** 2  # what cancels along the step
-        sizes = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
-        grazing = beyond <= GRAZING * np.fmax(over, sizes)
-        for k in np.flatnonzero(grazing):
-            grazing[k] = beyond[k] <= GRAZING * np.fmax(over[k], sides.act_on(states[k])[1][events[k], 0])
-        self._sink.crossed(Crossings(events, t, low, states, grazing))
+        lengths = memories[:, layout.at(Clock.LENGTH)]
+        with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+            beyond = rates[0] ** 2 / (4.0 * np.abs(rates[1]))
+            along = np.abs(rates) * lengths ** np.array([[1.0], [2.0], [3.0]])  # what cancels along the step
+        flat, errors = ~(along[0] > FLAT * (along[1] + along[2])), np.zeros(len(events))
+        grazing = np.zeros(len(events), dtype=bool)
+        for k in np.flatnonzero(flat):
+            size = float(np.fmax(along[1, k], sides.act_on(states[k])[1][events[k], 0]))
+            order, error = blur(ULP[program.parts] * np.fmax(size, along[2, k]), rates[:, k])
+            if order < 3:
+                grazing[k] = beyond[k] <= GRAZING * size
+            elif error > BLURRED * max(abs(t[k]), lengths[k]):
+                errors[k] = error
+        self._sink.crossed(Crossings(events, t, low, states, grazing, errors))
         self._count += len(events)
         if self._count > self._most:
             return self._finished(Ending.TOO_MANY_EVENTS, int(events[-1]))

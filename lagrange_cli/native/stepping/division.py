@@ -4,10 +4,15 @@ The series are expanded anew at places of the step, and the integrals of each pa
 where the rule for steps says (``step_size``), and every part is accepted by the series at its end
 (``acceptance``). A jump or a kink of an integrand is approached by halving, and passed; across a pole an
 integral is not a number. The motion itself stays the same to the last bit.
+
+Where a step begins or ends at u = 0 with a power u^p in an integrand, the parts there are as short as time
+resolves. What is left is the integral of a power law: r f(r)/(1 + p) within r of u = 0, where f(r) and f(4 r)
+tell p.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from contextlib import nullcontext
 
@@ -28,6 +33,9 @@ REPEATS, NOISY = 12.0, 2.0**16
 is allowed; what is not accepted then is lost."""
 CROWDED = 2.0**6
 """Parts so many times as long as the resolution of time are too short for a series."""
+SINGULAR = 2.0**6
+"""Where the series themselves ask for parts no longer than so many times this, an integrand has a
+singularity: what is not proven there is no hidden feature."""
 CLOSE = 2.0**-16
 """Parts of a step so short, close to a kink, need not be as short as the series ask for: rounding errors make
 these short there, and what is expected at the end of a part is sound if it is accepted."""
@@ -35,6 +43,13 @@ SHORTER = 0.7
 """A part that is not proven is tried again so many times as long."""
 NEARBY = 2.0**-30
 """Parts of a step that begin within this of each other are at the same place."""
+FARTHER, WEAKEST, TERMS = 4.0, 0.264, 10
+"""How many times as far away a power law is looked at; this to its exponent, below which the integral is
+hardly finite; terms of a logarithm."""
+EVENLY = 2.0**-30
+"""What changes by no more than this part of itself does not change."""
+EDGE = 16.0
+"""A power law is followed over so many times the length of the shortest part with a series."""
 STRETCHES = 16.0
 """If an integrand is not finite beyond such a part, it is looked at so many times as far away."""
 MOST = 2**18
@@ -44,7 +59,9 @@ PATIENT, EVEN = 48, 1 / 16
 of a step, all are of this length and need not be accepted: what may hide is proven, and not divided so."""
 NAN = "0x7FF8000000000000"
 ENDED, RATES, ALLOWED, LOW_RATES = 2, 4, 5, 6
-"""The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more."""
+KNOWN = LOW_RATES
+"""The arrays of ``Places`` behind the state within the step, by number; low parts of states take one more. Of
+short parts the integrals that are known are marked."""
 
 
 @dataclass(frozen=True)
@@ -92,6 +109,12 @@ class Division:
     ``expand`` is to compute the series at a place of the step, in ``units.part``, where the state is already;
     ``prove`` tells whether integrands have nothing to hide within some length of such a place.
     """
+
+    edge = 2.0**-30
+    """Nor is one followed over less than this part of a step: coefficients of its series would overflow."""
+
+    provable = 0.0
+    """Parts up to this part of the time are too short for proofs, in which time is a double."""
 
     def __init__(
         self, f: Function, quadratures: Quadratures, sums: Sums, at: Places, low: int, units: Units,
@@ -168,6 +191,49 @@ class Division:
             self.put(row, new, self.array(ENDED))
             for number, value in ((RATES, speed), (ALLOWED, most), (LOW_RATES, low)):
                 row.put(value, self.array(number))
+        with f.when(part.short), own.velocities(f) as row:  # nothing is expected of these
+            row.put(self.rate(row)[0], self.array(RATES))
+            row.put(f.zero(own.lanes), self.array(KNOWN))
+
+    def follow_powers(self, part: Part) -> None:
+        """The integrals at the end of a short part where the step begins or ends, if integrands are a + b r^p
+        at the distance r from there; these are ``KNOWN``. The series are those at the end of the part.
+
+        With f1, f2 and f3 at r, 4 r and 16 r, q = (f3 - f2)/(f2 - f1) = 4^p. The integral within r is r (f1 +
+        (f2 - f1) p/((1 - q) (1 + p))), where log(q) = 2 z (1 + z^2/3 + ...) with z = (q - 1)/(q + 1).
+        """
+        f, own, h = self.f, self.own, part.h[0]
+        zero, one = f.zero(own.lanes), f.splat(f.constant(1.0), own.lanes)
+        begins = part.start[0].equals(0.0)
+        with own.velocities(f) as row:
+            row.put(f.select(begins, self.rate(row)[0], row.at(self.array(RATES))), self.array(RATES))
+        for times, array in ((FARTHER, ALLOWED), (FARTHER * FARTHER, KNOWN)):
+            away = h * (times - 1.0)
+            place = f.select(begins, part.end[0] + away, part.start[0] - away)
+            self.go((place, f.constant(0.0)))
+            with own.velocities(f) as row:
+                row.put(self.rate(row)[0], self.array(array))
+        with own.velocities(f) as row:
+            first, second, third = (row.at(self.array(one)) for one in (RATES, ALLOWED, KNOWN))
+            change, size = second - first, f.magnitude(first)
+            q = (third - second) / change
+            z = (q - 1.0) / (q + 1.0)
+            series = zero
+            for k in reversed(range(TERMS)):
+                series = series * z * z + 1.0 / (2 * k + 1)
+            unit = 2.0 / math.log(FARTHER)
+            power = z * series * unit
+            even = f.magnitude(change) <= size * EVENLY
+            bent = first - change * series * unit / ((q + 1.0) * (power + 1.0))
+            integral = f.select(even, first, bent) * own.wide(f, h)
+            known = row.moving((size < ENDLESS) & (even | ((q > WEAKEST) & (q < ENDLESS))))
+            old = row.at(self.at.arrays), row.at(self.at.arrays, self.low)
+            ended = row.at(self.array(ENDED)), row.at(self.array(ENDED), self.low)
+            new = self.sums.sum(f, old, (integral, zero))
+            self.put(row, self.choice(known, new, ended), self.array(ENDED))
+            row.put(f.select(size < ENDLESS, size, zero), self.array(ALLOWED))
+            row.put(f.select(known, one, zero), self.array(KNOWN))
+        self.go(part.end)
 
     def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
         """Integrals of what is too steep to be passed over are no numbers from here on, nor are those of what
@@ -185,9 +251,11 @@ class Division:
             little, finite = both * h <= f.magnitude(old) * self.bounds.almost, both < ENDLESS
             apart = f.magnitude(found - row.at(self.array(RATES)))
             wrong = lax & ~short & apart.compared("ugt", allowed * NOISY)
-            lost = row.moving(wrong | (short & (unknown | (~finite & last) | (finite & steep & ~little))))
+            strange = short & ~row.at(self.array(KNOWN)).equals(1.0)
+            steeply = (~finite & last) | (finite & steep & ~little)
+            lost = row.moving(wrong | (short & unknown) | (strange & steeply))
             row.put(f.select(lost, none, row.at(ended)), ended)
-            unseen.set(unseen.get() | row.moving(short & ~finite & ~last & old.equals(old)))
+            unseen.set(unseen.get() | row.moving(strange & ~finite & ~last & old.equals(old)))
         return own.of_motions(f, unseen.get())
 
     def accepted(self) -> Bit:
@@ -283,14 +351,19 @@ class Division:
             usual.set(f.larger(asked, usual.get() * LAG))
             resolved = ((f.magnitude(t) + tau[0]) * bounds.ulp + step[0] * bounds.grain) * stretch.get()
             crowded, noisy = resolved * CROWDED, repeats.get() >= REPEATS
-            own = self.proven(asked, crowded, ~near, tau)
-            steep = (own <= crowded) & (own < left[0])
-            unproven = ~near & steep if self.prove else f.never(1)
+            provable = asked > (f.magnitude(t) + tau[0]) * self.provable
+            own = self.proven(asked, crowded, ~near & provable, tau)
+            begins, edge = tau[0].equals(0.0), f.larger(crowded * EDGE, step[0] * self.edge)
+            steep = (own < left[0]) & ((own <= crowded) | (left[0] <= edge))
+            near = near & ~(steep & (left[0] <= edge))
+            blind = (asked > crowded * SINGULAR) & provable if self.prove else f.never(1)
+            unproven = ~near & (own <= crowded) & (own < left[0]) & blind
             at_gap = near & (gap.get() <= resolved) & ~noisy
             half = gap.get() * 0.5
             halved = f.larger(f.smaller(own, half), f.smaller(half, step[0] * CLOSE))
             wanted = f.select(near & ~noisy, halved, own)
-            wanted = f.select(steep & ~near, crowded * push.get(), wanted)
+            pushed = f.select(left[0] <= edge, left[0], crowded * push.get())
+            wanted = f.select(steep & ~near, f.select(begins, edge, pushed), wanted)
             wanted = f.select(at_gap, f.larger(gap.get(), resolved), wanted)
             short, tired = at_gap | (steep & ~near), f.never(1)
             if self.tires:
@@ -302,6 +375,9 @@ class Division:
             self.add(part, usual.get(), f.magnitude(t))
             sampled = samples(part)
             self.go(part.end)
+            room = f.select(begins, left[0] - h[0], tau[0])
+            with f.when(short & steep & (begins | ends) & (room > h[0] * (FARTHER * FARTHER))):
+                self.follow_powers(part)
             unseen = self.lose(part, stretch.get() >= STRETCHES, noisy & ~tired, unproven)
             good = (self.accepted() | short | noisy | tired) & ~unseen
             less = f.larger(push.get() * 0.5, one)

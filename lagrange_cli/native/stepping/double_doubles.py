@@ -45,6 +45,8 @@ EXPONENT = 0x7FF0000000000000
 class PairDivision(Division):
     """Integrals by parts, whose series have a unit of time close to their length."""
 
+    edge, provable = 0.0, 2.0**-42
+
     def asked(self, left: Real, place: Pair) -> Real:
         f, unit = self.f, self.units.part
         length, fresh = f.variable(left), f.variable(Bit(f, "true"))

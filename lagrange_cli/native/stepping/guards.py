@@ -252,9 +252,9 @@ class GuardCode:
             f.call(None, "copy", state, place)
             term = self.lengths.term
             row = self._series(f, f.load_integer("@guard_rows", j))
-            notes = j.to_real(), f.load(row, 2 * term) * 2.0, f.load(row, 3 * term) * 3.0
-            for note, value in zip(NOTES, notes):
-                f.store(value, place, layout.at(note))
+            f.store(j.to_real(), place, layout.at(NOTES[0]))
+            for m, note in enumerate(NOTES[1:], 2):
+                f.store(f.load(row, m * term) * float(m), place, layout.at(note))
             if self.actions.any:
                 with f.when(role.equals(Role.CHANGE)):
                     given = state, f.pointer("%constants"), j, f.pointer("%trial"), info
