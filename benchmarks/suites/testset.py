@@ -172,7 +172,7 @@ def tops(options: Namespace) -> tuple[Report, ...]:
         spin, moments = source.normal(size=3) * 3.0, source.uniform(1.0, 1.9, size=3)
         given = dict(zip(("I1", "I2", "I3"), moments * 1e-4))
         samples, _ = ours.with_values(given, (0.0, *spin)).follow(1001)
-        for name, series in (("h", samples["diagnostics/h"]), ("|L|", momentum_of(samples))):
+        for name, series in (("h", samples["diagnostics/h"]), ("L", momentum_of(samples))):
             squares[name] = squares[name] + (series[1:] / series[0] - 1) ** 2 / TOPS
     times = np.linspace(0.0, LONG, 1001)[1:]
     rows, requirements = [], []
