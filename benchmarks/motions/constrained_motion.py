@@ -39,6 +39,8 @@ PENDULUM_PERIOD = 6.69997566437045
 """4 K(sin(1/2))."""
 PENDULUM = ConstrainedMotion("pendulum", 100_000 * PENDULUM_PERIOD)
 FOUR_BAR = ConstrainedMotion("four_bar", 1000.0)
+FREE_TOP = ConstrainedMotion("free_top", 628_319.0)
+"""A million turns."""
 
 
 def chain(size: int, stop: float) -> ConstrainedMotion:

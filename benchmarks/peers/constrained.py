@@ -6,7 +6,8 @@ twice), compiled by ``lambdify``. scipy solves it for the rates; IDA takes it as
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from copy import copy
 from functools import cache
 from typing import Any, NamedTuple
 
@@ -25,7 +26,9 @@ from lagrange_cli.integrate.prepare import prepare
 from lagrange_cli.integrate.run import integrate
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.model.build import build_model
+from lagrange_cli.records import replace
 from lagrange_cli.run.derive import derive_system
+from lagrange_cli.run.start import consistent_values
 from lagrange_cli.spec.values import resolve_long_values
 
 MOST_STEPS = 10**6
@@ -52,13 +55,20 @@ class Ours:
     ) -> None:
         exact = precision != DOUBLE
         self.motion = motion
-        self.values = resolve_long_values(motion.spec) if exact else motion.values
+        values = resolve_long_values(motion.spec) if exact else motion.values
+        _, self.values, _ = consistent_values(motion.spec, values, 0.0, (), exact=exact)
         self.prepared = prepare(
             derive_system(motion.spec, exact=exact),
             Compilation(
                 "taylor", FULL_DOUBLE_DOUBLE if exact else tolerance, frozenset(outputs), precision=precision
             ),
         )
+
+    def with_values(self, parameters: Mapping[str, float], v: tuple[float, ...]) -> Ours:
+        """The same with other values of parameters, and other velocities."""
+        other = copy(self)
+        other.values = replace(self.values, parameters={**self.values.parameters, **parameters}, v=v)
+        return other
 
     def follow(self, samples: int = 2) -> Followed:
         """To the end. Raises ``RuntimeError`` where it is not reached."""

@@ -1,4 +1,4 @@
-"""Constraints: run time against error on the squeezer and a chain, steps of chains, and long motions."""
+"""Constraints: run time against error on the squeezer and a chain, and steps of chains."""
 
 from __future__ import annotations
 
@@ -16,8 +16,6 @@ from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
 from benchmarks.harness.turns import in_turns, medians_in_turns, timed
 from benchmarks.motions.constrained_motion import (
-    FOUR_BAR,
-    PENDULUM,
     SQUEEZER,
     ConstrainedMotion,
     angles,
@@ -38,7 +36,6 @@ QUICK_SIZES = SIZES[:2]
 SPAN = 2.0
 """Seconds that chains are followed for: some forty steps."""
 REPEATS = 5
-PERIODS = 100_000
 MOTION, FINE, ACCURATE = "lagrange", 1e-6, 1e-10
 """Ours; from the error ``FINE`` on it must be the fastest, at ``ACCURATE`` by the factor ``FACTOR``."""
 FACTOR = 20.0
@@ -55,16 +52,14 @@ class Measured:
 
 
 def measure(options: Namespace) -> Report:
-    """Three parts: work and precision, steps of chains, long motions."""
+    """Two parts: work and precision, and steps of chains."""
     parts, requirements = [], []
     for title, motion in MOTIONS.items():
         results = work_precision(motion, options.runs)
         parts += [f"**{title}**:", work_table(results)]
         requirements += work_requirements(title.partition(",")[0], results)
-    for part in (steps(options), long_motions(options)):
-        parts += part.parts
-        requirements += part.requirements
-    return Report(tuple(parts), tuple(requirements))
+    chains = steps(options)
+    return Report((*parts, *chains.parts), (*requirements, *chains.requirements))
 
 
 def contenders(motion: ConstrainedMotion) -> Iterator[tuple[str, float, Callable[[], Array]]]:
@@ -171,27 +166,6 @@ def steps(options: Namespace) -> Report:
             Requirement("time per step and link, N = 1000 relative to N = 50", growth, "<=", 1.5)
         )
     return Report(("**The time of a step of chains**:", table), tuple(requirements))
-
-
-def long_motions(options: Namespace) -> Report:
-    """How constraints and energy are kept, and q where it is known."""
-    rows, requirements = [], []
-    for name, motion, most, drifts in (
-        ("four-bar linkage, 1000 s", FOUR_BAR, 1e-13, 1e-11),
-        (f"pendulum in x, y, {PERIODS} periods", PENDULUM, 1e-14, 1e-11),
-    ):
-        follow = Ours(motion, outputs=("q", "v", "h", "constraints")).follow
-        seconds, (samples, outcome) = timed(partial(follow, 1001))
-        off = max(np.abs(x).max() for path, x in samples.items() if "constraints" in path)
-        energy = samples["diagnostics/h"]
-        drift = float(np.abs(energy - energy[0]).max() / np.abs(energy[0]))
-        rows.append((name, f"{outcome.steps}", f"{seconds:.2f}", f"{off:.1e}", f"{drift:.1e}"))
-        requirements += [
-            Requirement(f"{name}: largest residual of a constraint", float(off), "<=", most),
-            Requirement(f"{name}: drift of h", drift, "<=", drifts),
-        ]
-    table = markdown_table(("", "steps", "s", "residual", "drift of h"), rows)
-    return Report(("**Long motions**:", table), tuple(requirements))
 
 
 SUITE = Suite(

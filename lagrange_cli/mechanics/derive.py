@@ -11,7 +11,7 @@ Routh's reduction of the cyclic coordinates.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import partial, reduce
 from operator import or_
 from typing import TypeVar
@@ -37,7 +37,7 @@ from lagrange_cli.mechanics.saturation import saturated, saturated_rows
 from lagrange_cli.mechanics.thin import refuse_spinning
 from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
 from lagrange_cli.mechanics.weightless import weightless
-from lagrange_cli.model.model import Model
+from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.records import replace
 from lagrange_cli.series.lowering import lower
 from lagrange_cli.series.program import SeriesProgram
@@ -217,15 +217,15 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
     """d'Alembert's form; M = sum m dr/dq dr/dq - d2U/dq_dot dq_dot."""
     moving = variables(model)
     components = [
-        (particle.mass, position, particle.force[i] if particle.force else graph.zero)
+        (particle, position, particle.force[i] if particle.force else graph.zero)
         for particle in model.particles
         for i, position in enumerate(particle.position)
     ]
     coordinates = numbered(model.q)
     jacobian = [graph.gradient(position, coordinates) for _, position, _ in components]
     inertia = [
-        (m * rate(graph, graph.ddt(x), moving) if x.symbols & moving else graph.zero) - force
-        for m, x, force in components
+        (one.mass * rate(graph, graph.ddt(x), moving) if x.symbols & moving else graph.zero) - force
+        for one, x, force in components
     ]
     columns: list[list[tuple[Node, Node]]] = [[] for _ in model.q]
     for row, change in zip(jacobian, inertia):
@@ -244,18 +244,21 @@ def from_embedding(model: Model[Node], graph: Graph) -> Formulation:
             - given
             - bound
         )
-    matrix = mass_matrix(model, graph, [m for m, _, _ in components], jacobian)
+    matrix = mass_matrix(model, graph, [one for one, _, _ in components], jacobian)
     return normalized(model, residual, matrix)
 
 
 def mass_matrix(
-    model: Model[Node], graph: Graph, masses: list[Node], jacobian: list[dict[int, Node]]
+    model: Model[Node], graph: Graph, carriers: Sequence[Particle[Node]], jacobian: list[dict[int, Node]]
 ) -> list[Row]:
     """M_jk = sum_i m_i dr_i/dq_j dr_i/dq_k - d2U/dq_dot_j dq_dot_k, one product for each distinct pair
-    of slopes.
+    of slopes. ``carriers`` are the particles whose components have a row of the ``jacobian`` each.
 
     Which components have a slope is kept as a bit set, and so is which coordinates meet in them: in a chain
-    any two coordinates meet in many components, all with the same pair of slopes.
+    any two coordinates meet in many components, all with the same pair of slopes. There the masses are added
+    up; but those that stand for the rotation of a body stay apart. Rounded, their sums are other masses than
+    those of the residual: M would be off by the same factor in every step, and the energy of a body that
+    turns would drift.
     """
     columns: list[dict[Node, int]] = [{} for _ in model.q]
     met = [0] * len(model.q)
@@ -264,12 +267,19 @@ def mass_matrix(
         for k, slope in row.items():
             columns[k][slope] = columns[k].get(slope, 0) | 1 << i
             met[k] |= here
+    turning: dict[Node, int] = {}
+    for i, one in enumerate(carriers):
+        if one.body:
+            turning[one.mass] = turning.get(one.mass, 0) | 1 << i
+    apart = [*turning.values()]
+    along = (1 << len(carriers)) - 1 - sum(apart)
     carried: dict[int, Node] = {}
 
-    def mass_of(components: int) -> Node:
-        if components not in carried:
-            carried[components] = graph.sum([(masses[i], 1.0) for i in bits(components)])
-        return carried[components]
+    def masses_of(components: int) -> Iterator[Node]:
+        for some in filter(None, (components & part for part in (along, *apart))):
+            if some not in carried:
+                carried[some] = graph.sum([(carriers[i].mass, 1.0) for i in bits(some)])
+            yield carried[some]
 
     velocities = numbered(model.v)
     matrix: list[dict[int, Node]] = [{} for _ in model.q]
@@ -279,10 +289,10 @@ def mass_matrix(
         graph.work.charge(len(beyond), f"a mass matrix of {len(model.q)} coordinates")
         for k in beyond:
             terms = [
-                (graph.product([(x, 1), (y, 1), (mass_of(both), 1)]), 1.0)
+                (graph.product([(x, 1), (y, 1), (mass, 1)]), 1.0)
                 for x, having in mine.items()
                 for y, other in columns[k].items()
-                if (both := having & other)
+                for mass in masses_of(having & other)
             ]
             matrix[j][k] = graph.sum([*terms, (potential.get(k, graph.zero), -1.0)])
             matrix[k][j] = matrix[j][k]

@@ -63,18 +63,36 @@ def write_out(residual: Residual) -> tuple[tuple[Node, ...], tuple[Node, ...]]:
 
 
 @dataclass(frozen=True)
+class Holder:
+    """A switch in equations at one state. Its ``mode`` is the sign of the first of its ``arguments``.
+
+    It is 0 where all of them are 0 and the multiplier is between -1 and 1: ``force`` over ``limit``, in
+    unknowns of these equations. ``rate`` is that of the last argument. Without such a ``multiplier`` a switch
+    does not hold.
+    """
+
+    mode: Node
+    arguments: tuple[Node, ...]
+    multiplier: Node | None = None
+    force: Node | None = None
+    limit: Node | None = None
+    rate: Node | None = None
+
+
+@dataclass(frozen=True)
 class Unknowns:
     """Accelerations and multipliers at one state: what they solve, and their ``symbols``.
 
     ``matrix`` times them is -``rest``: the equations without them, in q, q_dot, t. Where these are not linear
     in multipliers, ``rest`` are the equations without accelerations, and ``quiet`` is what Newton's method
-    begins with.
+    begins with. The equations may contain the modes of ``holders`` (see ``holding``).
     """
 
     residual: Residual
     symbols: tuple[Node, ...]
     rest: tuple[Node, ...]
     quiet: Unknowns | None = None
+    holders: tuple[Holder, ...] = ()
 
 
 def unknowns(residual: Residual) -> Unknowns:

@@ -111,6 +111,21 @@ def guarded(residual: Residual, integrands: Mapping[str, Node]) -> Guarded:
         free |= made.entangled
 
 
+def guarded_values(
+    residual: Residual, nodes: Sequence[Node]
+) -> tuple[Guarded, tuple[Node, ...], tuple[Node, ...]]:
+    """The equations; ``nodes`` with their modes and multipliers, whose switches may have other arguments; and
+    the symbols of these multipliers, in the order of the auxiliary coordinates."""
+    free: frozenset[Node] = frozenset()
+    while True:
+        made = _Freezing(residual, free)
+        whole = made.guarded({})
+        if whole is not None:
+            made.closed = True
+            return whole, made.frozen(nodes), tuple(made.multipliers)
+        free |= made.entangled
+
+
 class _Freezing:
     """Modes, and what has been written with them so far."""
 
@@ -125,6 +140,8 @@ class _Freezing:
         )
         self.made: dict[Node, Node] = {}
         self.merged = Merging(self.graph, self.moving).merged
+        self.closed = False
+        """Whether the equations are written: switches with other arguments than theirs have no modes then."""
         self.entangled: frozenset[Node] = frozenset()
         """Guards whose multipliers the equations are not linear in."""
         self.inertial = self._inertial()
@@ -152,7 +169,7 @@ class _Freezing:
         nodes = self.merged(nodes)
         for node in reachable(nodes, lambda node: node not in self.made):
             arguments = [self.made[argument] for argument in node.arguments]
-            if node.kind is Kind.SWITCH and node.arguments[0].symbols & self.moving:
+            if self._has_mode(node):
                 self.made[node] = self._by_mode(node, *arguments)
             elif all(a is b for a, b in zip(arguments, node.arguments)):
                 self.made[node] = node
@@ -162,6 +179,12 @@ class _Freezing:
             else:
                 self.made[node] = rebuilt(self.graph, node, arguments)
         return tuple(self.made[node] for node in nodes)
+
+    def _has_mode(self, node: Node) -> bool:
+        """Whether it is a switch that a mode stands for."""
+        if node.kind is not Kind.SWITCH or not node.arguments[0].symbols & self.moving:
+            return False
+        return not self.closed or node.arguments[0] in self.guards
 
     def _by_mode(self, node: Node, argument: Node, above: Node, below: Node) -> Node:
         """A switch by its mode."""
@@ -177,7 +200,8 @@ class _Freezing:
             if resting is None:
                 return graph.switch(guard.mode, above, below, -1)
             return self._three_ways(guard.mode, above, below, resting[0])
-        if guard.auxiliary is None and self._moves(original) and original not in self.free:
+        able = self._moves(original) and original not in self.free and not self.closed
+        if guard.auxiliary is None and able:
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
         if guard.auxiliary is None:

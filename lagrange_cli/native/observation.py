@@ -9,12 +9,12 @@ from collections.abc import Mapping, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.explicit import Unknowns
-from lagrange_cli.native.linear.blocks import all_unrolled
+from lagrange_cli.native.holding import hold
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Integer
 from lagrange_cli.native.numbers.kind import V, Written
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.recurrences.expansion import factored, solved
+from lagrange_cli.native.unknowns import solved_for
 
 ROUNDS = 10
 """Steps of Newton's method for multipliers: these are about as large as without the forces that depend on
@@ -42,8 +42,10 @@ def write_values(
     head = "ptr noalias %constants, ptr noalias %times, ptr noalias %states, ptr noalias %results"
     f = Function(f"define void @{name}({head}, i64 %stride, i64 %count) #0")
     kind.body.lines, stride = f.sink, Integer(f, "%stride")
-    bent = unknowns is not None and unknowns.quiet is not None
-    guess = f.define(f"alloca double, i64 {kind.parts * len(symbols)}, align 8") if bent else ""
+    room = 0
+    if unknowns is not None:
+        room = len(symbols) if unknowns.quiet is not None else len(unknowns.holders)
+    guess = f.define(f"alloca double, i64 {kind.parts * room}, align 8") if room else ""
     with f.loop(0, Integer(f, "%count")) as i:
 
         def place(row: int, count: int) -> tuple[str, str]:
@@ -71,8 +73,12 @@ def solve_for(
 ) -> None:
     """Add the values of accelerations and multipliers at a state to what is ``known`` of it.
 
-    Where the equations are not linear in multipliers, by Newton's method in memory at ``guess``.
+    Where the equations are not linear in multipliers, by Newton's method in memory at ``guess``; where a
+    force that jumps may hold the motion, with the modes in memory there.
     """
+    if unknowns.holders:
+        hold(f, unknowns, kind, known, constants, guess)
+        return
     if unknowns.quiet is None:
         values = solved_for(unknowns, kind, known, constants)
         known.update(zip(unknowns.symbols, values))
@@ -96,17 +102,6 @@ def solve_for(
     with f.loop(0, ROUNDS, tested=False):
         keep(better()[-count:])
     known.update(zip(unknowns.symbols, better()))
-
-
-def solved_for(
-    unknowns: Unknowns, kind: Written[V], known: dict[Node, V | None], constants: Constants
-) -> list[V | None]:
-    """Accelerations, and by how much multipliers are more than what is ``known`` of them."""
-    rest = [*unknowns.rest]
-    emit_values(kind, rest, known, constants)
-    right = [kind.neg(known[node]) for node in rest]
-    factors, _ = factored(unknowns.residual, all_unrolled(kind), known, constants)
-    return solved(unknowns.residual, factors, right, kind.one)
 
 
 def write_prepare(

@@ -12,6 +12,7 @@ from lagrange_cli.mechanics.defect import may_hide
 from lagrange_cli.mechanics.explicit import at_a_state
 from lagrange_cli.mechanics.explicit import unknowns as unknowns_of
 from lagrange_cli.mechanics.guards import Guarded, guarded
+from lagrange_cli.mechanics.holding import at_a_held_state
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.saturation import saturated_each
 from lagrange_cli.mechanics.switches import one_sided
@@ -73,7 +74,7 @@ def write_program(
     observing = observing or residual
     seen = one_sided(residual.graph, [*observed.values()], residual.variables)
     sampled = saturated_each(residual.graph, seen, residual.variables)
-    unknowns, quantities = at_a_state(observing, sampled)
+    unknowns, quantities = at_a_held_state(observing, sampled) or at_a_state(observing, sampled)
     model, constants, parts = residual.model, Constants(), kind().parts
     stored = [str(one.symbol.data) for one in residual.cyclic_momenta] if store_momenta else []
     integrands = dict(

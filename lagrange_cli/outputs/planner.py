@@ -62,14 +62,16 @@ class Planner:
         """Raise ``NotDefined`` where forces of constraint do not follow from a state, as ``output`` needs."""
         if self.loose:
             return
-        if not self.model.events and not switches(self.residual.residual, self.residual.variables):
+        contacts, bent = self.residual.contacts, self.residual.bent
+        if not contacts and not (bent and switches(self.residual.residual, self.residual.variables)):
             return
         from lagrange_cli.mechanics.guards import guarded
 
         if guarded(self.residual, {}).auxiliary:
+            what = "a contact" if contacts else "friction that is not linear in multipliers"
             raise NotDefined(
-                f"no output '{output}': friction or a contact may keep this system at rest, and the forces "
-                "that do so do not follow from q and v"
+                f"no output '{output}': {what} may keep this system at rest, and the forces that do so are "
+                "not found from q and v"
             )
 
     def observe(self, name: str, node: Node) -> str:

@@ -5,7 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import lagrange_cli as lagrange
 from lagrange_cli.errors import NotDefined
+from lagrange_cli.integrate.precision import DOUBLE_DOUBLE
 from lagrange_cli.mechanics.reactions import Reactions
 from lagrange_cli.outputs.plan import make_plan
 from tests.support.motion import (
@@ -247,7 +249,6 @@ def test_on_a_body(place, free):
     assert np.abs(motion["reactions/top"][:, 2]).max() < 1e-13
 
 
-STICKING = INCLINE + "forces: {block: (-3*sign(s_dot)*cos(alpha), 3*sign(s_dot)*sin(alpha))}\n"
 RESTING = """
 coordinates: {z: {initial: 1.0}}
 masses: {ball: 1.0}
@@ -257,10 +258,141 @@ events: {impact: {when: z, direction: falling, action: {set: {z_dot: -0.5*z_dot}
 """
 
 
-@pytest.mark.parametrize("text", [STICKING, RESTING])
-def test_what_holds_a_body_does_not_follow_from_its_state(text):
-    with pytest.raises(NotDefined, match="at rest"):
+BENT = """
+parameters: {mu: 0.5, g: 9.81}
+coordinates: {x: {initial: 0, velocity: 1.0}, y: {initial: 0}}
+masses: {block: 1.0}
+positions: {block: [x, y]}
+potential: g*block.y
+constraints: {plane: y}
+forces: {block: [-mu*plane.multiplier**1.5*sign(x_dot), 0]}
+"""
+
+
+@pytest.mark.parametrize(("text", "what"), [(RESTING, "a contact"), (BENT, "friction that is not linear")])
+def test_what_holds_a_body_may_not_follow_from_its_state(text, what):
+    with pytest.raises(NotDefined, match=f"{what}.* at rest"):
         make_plan(residual_of(text), frozenset({"reactions"}))
+
+
+SLOPE = """
+parameters: {m: 2.0, alpha: 0.5, g: 9.81, mu: 0.8, v0: 1.0}
+coordinates: {x: {initial: 0.0, velocity: v0}, y: {initial: 0}}
+masses: {block: m}
+positions: {block: [x, y]}
+potential: -m*g*(sin(alpha)*block.x - cos(alpha)*block.y)
+constraints: {plane: y}
+definitions: {friction: -mu*plane.multiplier*sign(x_dot)}
+forces: {block: [friction, 0]}
+observables: {friction: friction}
+"""
+ALONG = """
+parameters: {m: 2.0, alpha: 0.5, g: 9.81, mu: 0.8, v0: 1.0}
+coordinates: {s: {initial: 0.0, velocity: v0}}
+masses: {block: m}
+positions: {block: [s*cos(alpha), -s*sin(alpha)]}
+potential: m*g*block.y
+definitions: {friction: -mu*m*g*cos(alpha)*sign(s_dot)}
+forces: {block: (friction*cos(alpha), -friction*sin(alpha))}
+observables: {friction: friction}
+"""
+
+
+@pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
+@pytest.mark.parametrize(("text", "normal"), [(SLOPE, [0, 1]), (ALONG, [np.sin(0.5), np.cos(0.5)])])
+def test_a_block_that_comes_to_rest_on_an_incline(text, normal, precision):
+    """N = m g cos(alpha) throughout; the friction is mu N while it slides, then m g sin(alpha)."""
+    data = lagrange.solve(
+        text, stop=2.0, samples=21, outputs=("reactions", "observables"), precision=precision
+    )
+    weight = 2.0 * 9.81
+    stops = 1.0 / (9.81 * (0.8 * np.cos(0.5) - np.sin(0.5)))
+    limit, held = 0.8 * weight * np.cos(0.5), weight * np.sin(0.5)
+    force = np.outer(np.full(21, weight * np.cos(0.5)), normal)
+    assert np.abs(data.datasets["reactions/block"] - force).max() < 1e-13
+    friction = np.where(data.t < stops, -limit, -held)
+    assert np.abs(data.datasets["observables/friction"] - friction).max() < 1e-13
+
+
+STACK = """
+parameters: {m1: 2.0, m2: 1.0, g: 9.81, mu1: 0.2, mu2: 0.35, k: 2.0}
+coordinates: {x1: {initial: 0}, y1: {initial: 0}, x2: {initial: 0}, y2: {initial: 0}}
+masses: {lower: m1, upper: m2}
+positions: {lower: [x1, y1], upper: [x2, y2]}
+potential: g*(m1*lower.y + m2*upper.y)
+constraints: {floor: y1, deck: y2 - y1}
+definitions:
+  f1: -mu1*floor.multiplier*sign(x1_dot)
+  f2: -mu2*deck.multiplier*sign(x2_dot - x1_dot)
+forces: {lower: [k*t + f1 - f2, 0], upper: [f2, 0]}
+observables: {f1: f1, f2: f2}
+"""
+
+
+@pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
+def test_of_two_blocks_one_on_the_other(precision):
+    """Both stick until k t = mu1 (m1 + m2) g. Then they slide together with a = (k t - f1)/(m1 + m2), until
+    m2 a exceeds mu2 m2 g: the upper one slides, too."""
+    data = lagrange.solve(
+        STACK, stop=12.0, samples=121, outputs=("multipliers", "observables"), precision=precision
+    ).datasets
+    pull, most, upper = 2.0 * data["t"], 0.2 * 3 * 9.81, 0.35 * 9.81
+    together = (pull - most) / 3
+    assert np.abs(data["multipliers/floor"] - 3 * 9.81).max() < 1e-13
+    assert np.abs(data["multipliers/deck"] - 9.81).max() < 1e-13
+    assert np.abs(data["observables/f1"] + np.minimum(pull, most)).max() < 1e-13
+    assert np.abs(data["observables/f2"] - np.clip(together, 0, upper)).max() < 1e-13
+
+
+@pytest.mark.parametrize("precision", ["double", DOUBLE_DOUBLE])
+def test_of_two_blocks_that_come_to_rest_on_an_incline(precision):
+    """They stop at different times, with rounded velocities. Then each friction holds what is above it."""
+    text = STACK.replace("potential: g*(", "potential: -3*(m1*lower.x + m2*upper.x) + g*(")
+    text = text.replace("mu1: 0.2", "mu1: 0.4").replace("k: 2.0", "k: 0").replace("mu2: 0.35", "mu2: 0.5")
+    sets = {"x1_dot": 0.7, "x2_dot": 1.3}
+    data = lagrange.solve(
+        text, stop=5.0, samples=26, outputs=("v", "observables"), set=sets, precision=precision
+    ).datasets
+    slow = np.abs(data["v/x1"]) + np.abs(data["v/x2"]) < 1e-12
+    assert 10 < np.count_nonzero(slow) < 25
+    assert np.abs(data["observables/f1"][slow] + 9.0).max() < 1e-13
+    assert np.abs(data["observables/f2"][slow] + 3.0).max() < 1e-13
+
+
+BELT = """
+parameters: {w: 0.3, d: 2.0, k: 5.0}
+coordinates: {x: {initial: 0.0, velocity: w}}
+masses: {block: 1.0}
+positions: {block: [x]}
+potential: k*block.x**2/2
+definitions: {friction: -d*sign(x_dot - w)}
+forces: {block: [friction]}
+observables: {friction: friction, slip: x_dot - w}
+"""
+
+
+def test_of_a_block_on_a_belt():
+    """It sticks until k x = d; then it oscillates about d/k and never comes to the belt's speed but for an
+    instant."""
+    motion = follow(BELT, 2.0, 101, outputs=("q", "observables"))
+    sticks = motion.t < 2.0 / 5.0 / 0.3
+    assert np.all(np.abs(motion["observables/slip"][sticks]) < 1e-15)
+    friction = np.where(sticks, 5.0 * motion["q/x"], 2.0)
+    assert np.abs(motion["observables/friction"] - friction).max() < 1e-13
+
+
+def test_of_a_motion_that_passes_the_place_of_a_jump():
+    """A wall of sand at x = 0: the force jumps there, but holds nothing. The first sample is there."""
+    text = """
+    parameters: {d: 2.0}
+    coordinates: {x: {initial: 0.0, velocity: 3.0}, y: {initial: 0}}
+    masses: {block: 1.0}
+    positions: {block: [x, y]}
+    constraints: {plane: y}
+    forces: {block: [-where(x > 0, d, 0), d*sign(x)]}
+    """
+    motion = follow(text, 1.0, 11, outputs=("q", "reactions"))
+    assert motion["reactions/block"][:, 1] == pytest.approx(-2.0 * np.ones(11))
 
 
 CHAIN = """

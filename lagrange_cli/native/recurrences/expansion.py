@@ -215,6 +215,8 @@ def factored(
     """
     kind, factors = factorization.kind, list[Factored[V]]()
     regular, variables = kind.true, residual.variables
+    for node in known:  # modes, too, where they are values of the state
+        variables |= node.symbols if node.kind is Kind.SYMBOL else 0
     moving = [entry for row in residual.entries for entry in row.values() if entry.symbols & variables]
     emit_values(kind, moving, known, constants)
     for block in residual.blocks:

@@ -1,0 +1,71 @@
+"""Forces of constraint while a force that jumps holds the motion, as dry friction does: at one state.
+
+Where the argument of a switch is 0, its multiplier m follows from the condition that it stays 0 (see
+``guards``). If |m| <= 1 the motion is held, else it leaves to the side of m. So accelerations, multipliers of
+constraints and the force that holds are functions of the state, too. Of several switches the one whose m is
+largest is let go first, as in ``integrate.methods.settling``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import reduce
+from operator import or_
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.mechanics.explicit import Holder, Unknowns, at_rates, unknowns
+from lagrange_cli.mechanics.guards import Guard, Guarded, guarded_values
+from lagrange_cli.mechanics.residual import Residual
+from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.mechanics.variables import rate
+from lagrange_cli.records import replace
+
+
+def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns, tuple[Node, ...]] | None:
+    """What ``explicit.at_a_state`` gives, where a force that jumps may hold the motion, and some of the
+    ``nodes`` depend on that; None elsewhere."""
+    if residual.contacts or residual.bent or not switches(residual.residual, residual.variables):
+        return None
+    smooth, frozen, multipliers = guarded_values(residual, nodes)
+    if not smooth.auxiliary:
+        return None
+    accelerations, plain = at_rates(smooth.residual.model, frozen)
+    solved_for = (*accelerations, *smooth.residual.multipliers, *multipliers)
+    bits = reduce(or_, (symbol.symbols for symbol in solved_for), 0)
+    needed = [bool(node.symbols & bits) for node in plain]
+    if not any(needed):
+        return None
+    found = replace(unknowns(smooth.residual), holders=holders_of(smooth, multipliers))
+    return found, tuple(new if held else old for new, old, held in zip(plain, nodes, needed))
+
+
+def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ...]:
+    """The switches of equations with modes; ``multipliers`` are those of auxiliary coordinates."""
+    residual = smooth.residual
+    model, graph = residual.model, residual.graph
+    own = len(model.q) - smooth.auxiliary
+    limits = iter(smooth.limits)
+    found = []
+    for guard in smooth.guards:
+        if guard.cut or guard.broken is not None:
+            continue
+        if guard.auxiliary is None:
+            found.append(Holder(guard.mode, (guard.original,)))
+            continue
+        force, limit = graph.ddt(model.v[own + guard.auxiliary]), graph.one
+        if guard.limit is not None:
+            above, below = next(limits), next(limits)
+            force, limit = (above - below) / 2.0, (above + below) / 2.0
+        arguments = at_rates(model, arguments_of(residual, guard))[1]
+        last = rate(graph, arguments[-1], residual.variables)
+        _, (force, limit, last) = at_rates(model, [force, limit, last])
+        found.append(Holder(guard.mode, arguments, multipliers[guard.auxiliary], force, limit, last))
+    return tuple(found)
+
+
+def arguments_of(residual: Residual, guard: Guard) -> list[Node]:
+    """u, and du/dt where u does not depend on velocities: what is 0 where the motion is held."""
+    u = guard.original
+    if any(u.symbols & v.symbols for v in residual.model.v):
+        return [u]
+    return [u, rate(residual.graph, u, residual.variables)]
