@@ -11,7 +11,8 @@ from typing import Any
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.expression.squares import HIGHEST, power
+from lagrange_cli.expression.polynomials import HIGHEST
+from lagrange_cli.expression.squares import power
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import replace
