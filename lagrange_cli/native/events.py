@@ -80,8 +80,9 @@ def sizes_of(model: Model[Node]) -> list[Node]:
     """How large the terms of each event's argument are, and those of its rate but for accelerations: what
     their rounding is measured by."""
     graph, found = graph_of(model), list[Node]()
+    state = {*model.q, *model.v, model.time, *model.parameters.values()}
     for event in model.events:
         slopes = [graph.diff(event.argument, x) for x in (*model.q, model.time)]
         rates = [graph.absolute(s * x) for s, x in zip(slopes, (*model.v, graph.one))]
-        found += [size_of(graph, event.argument), graph.sum([(one, 1.0) for one in rates])]
+        found += [size_of(graph, event.argument, state), graph.sum([(one, 1.0) for one in rates])]
     return found

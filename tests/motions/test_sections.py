@@ -261,7 +261,14 @@ class Polled:
 
     def follow(self, parameters, state, times, accept, interrupt, checkpoints, events):
         for steps in range(1, 2 * EVERY):
-            found = np.array([0]), np.array([float(steps)]), np.zeros(1), state[None], np.array([False])
+            found = (
+                np.array([0]),
+                np.array([float(steps)]),
+                np.zeros(1),
+                state[None],
+                np.array([False]),
+                np.zeros(1),
+            )
             events.crossed(Crossings(*found))
             due = checkpoints.due(steps)
             if due or interrupt(float(steps)):
