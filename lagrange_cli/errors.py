@@ -168,7 +168,7 @@ class Undetermined(LagrangeError):
 class InfiniteForce(LagrangeError):
     """The energy that ``key`` declares has a jump, ``when`` certain conditions hold; or the position or the
     constraint ``name`` of this section has one, or a ``kink``, where velocities jump, or it changes in a
-    ``rush``, infinitely fast."""
+    ``rush``, infinitely fast. Events must not jump either: they are where an expression becomes 0."""
 
     exit_code = 3
 
@@ -176,10 +176,12 @@ class InfiniteForce(LagrangeError):
         self, key: str, when: str = "", *, name: str = "", kink: bool = False, rush: bool = False
     ) -> None:
         self.key, self.name, self.kink = key, name, kink or rush
-        what = f"the position of '{name}'" if key == "embedding" else f"constraint '{name}'"
+        kind = {"embedding": "the position of", "events": "event"}.get(key, "constraint")
+        what = f"{kind} '{name}'"
         fault = "a kink, where velocities jump and the force is infinite"
         fault = fault if kink else "a jump, where the force is infinite"
         fault = "a time at which velocities are infinite, and so is the force" if rush else fault
+        fault = "an expression that jumps, and an event is where one becomes 0" if key == "events" else fault
         super().__init__(f"{when}{what if name else repr(key)} has {fault}")
 
 

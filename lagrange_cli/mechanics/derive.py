@@ -35,6 +35,7 @@ from lagrange_cli.mechanics.routh import routh
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.saturation import saturated, saturated_rows
 from lagrange_cli.mechanics.thin import refuse_spinning
+from lagrange_cli.mechanics.unchanging import refuse_unchanging
 from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
 from lagrange_cli.mechanics.weightless import weightless
 from lagrange_cli.model.model import Model, Particle
@@ -54,11 +55,12 @@ STEPS_A_NODE = 4
 
 def derive(model: Model[Node]) -> Residual:
     """The equations of motion of ``model``; raises ``SingularCoordinate`` where M has a row of zeros,
-    ``InfiniteForce`` where an energy jumps."""
+    ``InfiniteForce`` where an energy jumps, ``SpecError`` for an event that is the same at all states."""
     graph = graph_of(model)
     refuse_jumps(model)
     refuse_strain(model)
     refuse_undetermined(model)
+    refuse_unchanging(model)
     cyclic, conserved = conservation(model)
     constraints = Constraints(model)
     forms = formulations(model, graph, conserved)

@@ -95,6 +95,9 @@ def continuous(model: Model[Node]) -> Iterator[Continuous]:
         yield Continuous("embedding", kinetic, model.q, name, slope=True)
         for v in model.v:
             yield Continuous("embedding", graph.diff(kinetic, v), [model.time], name, slope=True)
+    for event in model.events:
+        if switching([event.argument]):
+            yield Continuous("events", event.argument, [*model.q, *model.v, model.time], event.name)
     for constraint in model.constraints:
         f, key = constraint.expression, "constraints" if constraint.holonomic else "nonholonomic"
         slopes = [graph.diff(f, x) for x in at_any_time if x.symbols & f.symbols]

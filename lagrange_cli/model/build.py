@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from lagrange_cli.errors import SpecError
 from lagrange_cli.expression.algebra import Algebra, E
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.model.constraints import built_constraints
@@ -73,11 +74,16 @@ def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
     argument = scope.scalar(event.when)
     varying = {scope.time, *scope.q, *scope.v, *scope.multipliers}
     if not varying.intersection(scope.algebra.symbols(argument)):
-        message = f"event '{name}' is where an expression becomes 0, and this one never changes"
-        source = Source(scope.spec.filename, scope.spec.text)
-        raise source.error(event.when.place, message, "let it depend on a coordinate, a velocity or t")
+        raise never_changes(scope.spec, name)
     changes = {target: scope.scalar(value) for target, value in event.changes.items()}
     return Event(name, argument, event.direction, event.stops, changes)
+
+
+def never_changes(spec: Spec, name: str) -> SpecError:
+    """The error of an event whose expression is the same at all states."""
+    message = f"event '{name}' is where an expression becomes 0, and this one never changes"
+    hint = "let it depend on a coordinate, a velocity or t"
+    return Source(spec.filename, spec.text).error(spec.events[name].when.place, message, hint)
 
 
 def action_of(scope: Scope[E]) -> Action[E]:

@@ -172,6 +172,8 @@ def located(spec: Spec) -> Iterator[None]:
         hint = "let both sides be equal where the condition changes, or write a steep function, such as tanh"
         if error.kink:
             hint = "round it off, as max(0, x)**2 is, or let an event set velocities there"
+        if error.key == "events":
+            hint = "write what changes its sign there: x - 1 in place of sign(x - 1)"
         place = jumping(spec, error.key, error.name)
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except NotReal as error:
@@ -193,6 +195,8 @@ def jumping(spec: Spec, key: str, name: str) -> Place:
     with a jump, or its first one."""
     from lagrange_cli.expression.syntax import calls
 
+    if key == "events":
+        return spec.events[name].when.place
     if name:
         section = spec.bodies if key == "embedding" and name in spec.bodies else getattr(spec, key)
         place: Place = section[name].place

@@ -88,13 +88,14 @@ def judge(spec: Spec, prepared: Prepared) -> Callable[[Array], str]:
 
 
 def may_switch(spec: Spec) -> bool:
-    """Whether an energy is written with a function that has jumps, or a position or a constraint with one
-    that has kinks."""
+    """Whether an energy or an event is written with a function that has jumps, or a position or a constraint
+    with one that has kinks."""
     from lagrange_cli.expression.syntax import calls, plain_names
 
     definitions = [*spec.definitions.values()]
     energies = [*spec.potential.values(), *([] if spec.lagrangian is None else [spec.lagrangian])]
     energies += [*spec.forces.get("dissipation", {}).values(), *definitions]
+    energies += [event.when for event in spec.events.values()]
     if any(calls(one.tree, ("where", "sign")) for one in energies):
         return True
     places = [*spec.embedding.values(), *spec.all_constraints.values()]

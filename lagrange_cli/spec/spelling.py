@@ -6,7 +6,6 @@ from collections.abc import Mapping
 
 from lagrange_cli.expression.indices import integer
 from lagrange_cli.expression.syntax import ExpressionError, Name, Tree, children
-from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.spec.spec import Expression
 
 
@@ -15,13 +14,13 @@ def spelled(expression: Expression, sizes: Mapping[str, int]) -> str:
     if not expression.indices:
         return expression.text
     known = {**sizes, **expression.indices}
-    found: list[tuple[int, int, str]] = []
+    found: set[tuple[int, int, str]] = set()  # the components of a point of a body share its places
     pending: list[Tree] = [expression.tree]
     while pending:
         tree = pending.pop()
-        text = _spelled_name(tree, known, expression.indices) if isinstance(tree, Name) else ""
-        if text:
-            found.append((tree.span.start, tree.span.stop, text))
+        replaced = _replaced(tree, expression, known) if isinstance(tree, Name) else None
+        if replaced is not None:
+            found.add(replaced)
         else:
             pending += children(tree)
     made = expression.text
@@ -30,11 +29,16 @@ def spelled(expression: Expression, sizes: Mapping[str, int]) -> str:
     return made
 
 
-def _spelled_name(name: Name, known: Mapping[str, int], own: Mapping[str, int]) -> str:
-    """A name without the indices that are known; nothing where it has others, or none."""
+def _replaced(name: Name, expression: Expression, known: Mapping[str, int]) -> tuple[int, int, str] | None:
+    """What stands in place of an index, or of the indices of a name: from where to where, and what. Nothing
+    where a name has others than those that are known, or none."""
+    start, stop = name.span.start, name.span.stop
     if not name.indices:
-        return str(own[name.identifier]) if name.identifier in own else ""
+        own = expression.indices.get(name.identifier)
+        return None if own is None else (start, stop, str(own))
     try:
-        return member_name(name.identifier, [integer(index, known) for index in name.indices])
+        numbers = [integer(index, known) for index in name.indices]
     except ExpressionError:
-        return ""
+        return None
+    first, last = expression.text.index("[", start), name.indices[-1].span.stop
+    return first, expression.text.index("]", last) + 1, f"[{','.join(map(str, numbers))}]"

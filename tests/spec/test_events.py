@@ -216,3 +216,16 @@ def test_an_argument_whose_coordinates_cancel_never_changes():
 def test_the_texts_of_members_have_numbers_in_place_of_indices(text, shown):
     spec = read_spec(f"{SYSTEM}  f[i in range(1, 2)]: {text}\n", "file.yaml")
     assert spelled(spec.events["f[1]"].when, spec.sizes) == shown
+
+
+def test_the_text_of_a_point_of_a_member_has_numbers_too():
+    text = """\
+sizes: {N: 2}
+coordinates: {q[i in range(N)]: {initial: 0.1}}
+bodies:
+  rod[i in range(N)]:
+    {mass: 1, solid: {rod: 1}, position: [0, 0, 0], orientation: {euler: [0, q[i], 0], sequence: xyz}}
+events: {low[i in range(N)]: "2*rod[(i + 1) % N].at(q[i], 0, i).x - i"}
+"""
+    spec = read_spec(text, "file.yaml")
+    assert spelled(spec.events["low[1]"].when, spec.sizes) == "2*rod[0].at(q[1], 0, 1).x - 1"
