@@ -26,6 +26,8 @@ DIGITS = 70
 _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = DIGITS
 LARGEST = sys.float_info.max
+LARGEST_RATIO = 1e60
+"""Sums with numbers that are farther apart are not divided by one of them."""
 _MOST_BITS = 2000
 """Numerators and denominators that become longer are rounded to ``DIGITS`` digits."""
 
@@ -97,6 +99,14 @@ class ExactGraph(Graph):
     @staticmethod
     def number(value: Any) -> Any:  # type: ignore[override]
         return Exact(value) if isinstance(value, Fraction) or math.isfinite(value) else value
+
+    @staticmethod
+    def divides(first: Any, constant: Any, others: Sequence[Any]) -> bool:
+        """So a linear function (x - a)/w has the same zero to the last bit in all its powers, which it would
+        not if x/w - a/w and x/w**2 - a/w**2 were rounded. (Other sums are not made longer.)"""
+        if others or not (isinstance(first, Fraction) and isinstance(constant, Fraction)):
+            return False
+        return bool(abs(first) < LARGEST_RATIO and abs(constant) < LARGEST_RATIO * abs(first))
 
     @staticmethod
     def tidy(exponent: Any) -> Any:

@@ -173,6 +173,11 @@ class NormalForms:
                 break
         return constant
 
+    @staticmethod
+    def divides(first: float, constant: float, others: Sequence[float]) -> bool:
+        """Whether a sum is divided by its first coefficient, no power of two, without rounding."""
+        return False
+
     def split_coefficient(self, node: Node) -> tuple[float, Node]:
         """``node`` as a number times a node that carries no numerical factor.
 
@@ -186,7 +191,7 @@ class NormalForms:
         constant, (first, *others) = node.data
         if not others and constant == 0.0:
             return first, node.arguments[0]
-        if first == 1.0 or abs(math.frexp(first)[0]) != 0.5:
+        if first == 1.0 or not (abs(math.frexp(first)[0]) == 0.5 or self.divides(first, constant, others)):
             return 1.0, node
         data = (constant / first + 0.0, (1.0, *(coefficient / first for coefficient in others)))
         return first, self._make(Kind.SUM, data, node.arguments)

@@ -19,6 +19,7 @@ class Ending(Enum):
         "the step size fell below the resolution of time "
         "(a collision, a singularity, or a discontinuity of the force at which the motion sticks)"
     )
+    CRAWLING = "the motion changes faster and faster: its steps become shorter without end"
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
@@ -51,6 +52,7 @@ DONE = ("complete", "stopped")
 WAYS_OUT = {
     Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",
+    Ending.CRAWLING: "{before}, or smooth the singularity",
     Ending.NOT_A_NUMBER: "{before}; look for an overflow, a division by zero, or a "
     "root or logarithm of a negative number",
     Ending.OVERFLOW: "{before}",

@@ -48,6 +48,7 @@ class Stop(IntEnum):
     NOT_FINITE = 4
     UNDERFLOW = 5
     GUARD = 6
+    CRAWL = 7  # told by the caller of ``@advance``
 
 
 INFO, DUE, RECORDED, HALTED = 6, 3, 4, 5

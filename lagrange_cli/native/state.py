@@ -33,7 +33,8 @@ class Clock(IntEnum):
     last steps led away from one; and the number of steps whose prediction failed narrowly. Then, of the step
     from here: whether ever shorter steps were not accepted, whether a step over the critical point was not
     accepted either, and whether the cause is unknown. Where there are guards, the length of the last step,
-    unless it is ``BRIEF``. Last, how often the state was moved back to its constraints.
+    unless it is ``BRIEF``, and how often the state was moved back to its constraints. Last, what tells
+    whether steps become shorter without end (see ``integrate.methods.crawling``).
     """
 
     TIME = 0
@@ -50,6 +51,8 @@ class Clock(IntEnum):
     UNEXPLAINED = 11
     LENGTH = 12
     PROJECTIONS = 13
+    MARK = 14
+    PROGRESS = 15
 
 
 BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES

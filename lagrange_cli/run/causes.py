@@ -25,6 +25,7 @@ from lagrange_cli.expression.syntax import (
     children,
 )
 from lagrange_cli.expression.vocabulary import TIME, velocity_name
+from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.method import Cause
 from lagrange_cli.model.scope import Scope, multiplier_name
 from lagrange_cli.records import dataclass
@@ -36,6 +37,8 @@ if TYPE_CHECKING:
 
 SOON = 2.0**-28
 """An argument that reaches its end within this part of the time is why the motion ended."""
+NEARING = 2.0**-12
+"""The same where steps become shorter without end, of which there are too many farther away."""
 ALIKE = 4.0
 """Of arguments that reach it so nearly at once, the first one counts."""
 MOST = 10_000
@@ -57,7 +60,7 @@ def explained(spec: Spec, parameters: Mapping[str, float], start: float, end: En
     """Why a motion that began at ``start`` could not go on, if an expression of ``spec`` ends there."""
     if not len(end.accelerations):
         return None
-    soon = SOON * max(abs(end.t), abs(end.t - start))
+    soon = (NEARING if end.ending is Ending.CRAWLING else SOON) * max(abs(end.t), abs(end.t - start))
     try:
         numbers = along(spec, parameters, end)
         found = [one for one in reached(spec, numbers) if abs(one[0]) <= soon]

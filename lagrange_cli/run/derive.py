@@ -85,7 +85,7 @@ def derive_system(
 ) -> Residual:
     """The equations of motion over the expression graph.
 
-    If ``exact``, no number in them is rounded, nor where ``cancels_exactly`` asks for it; if ``portable``,
+    If ``exact``, no number in them is rounded, nor where ``keeps_decimals`` asks for it; if ``portable``,
     all are rounded alike on every machine.
     If ``resting``, they hold for motions that rest at an event, too. ``foresee`` may refuse a model before
     its equations are derived.
@@ -101,7 +101,7 @@ def derive_system(
         from lagrange_cli.expression.exact import PortableGraphAlgebra
 
         algebra = PortableGraphAlgebra()
-    elif exact or cancels_exactly(spec):
+    elif exact or keeps_decimals(spec):
         from lagrange_cli.expression.exact import ExactGraphAlgebra
 
         algebra = ExactGraphAlgebra()
@@ -119,14 +119,18 @@ def derive_system(
         return derive(model)
 
 
-def cancels_exactly(spec: Spec) -> bool:
-    """Whether the numbers of a given L should not be rounded: the terms of a total time derivative in it
-    cancel in the equations of motion only if products of decimals like 0.1 are what they are."""
+def keeps_decimals(spec: Spec) -> bool:
+    """Whether the numbers in energies and forces should not be rounded before all is derived. The terms of a
+    total time derivative cancel in the equations of motion only if products of decimals like 0.1 are what
+    they are; and (x - 0.1)/0.3 is 0 at the same place in every power and slope (see ``ExactGraph``)."""
     from lagrange_cli.expression.syntax import has_decimals
 
-    if spec.lagrangian is None or len(spec.coordinates) > FEW:
+    if len(spec.coordinates) > FEW:
         return False
-    return any(has_decimals(one.tree) for one in (spec.lagrangian, *spec.definitions.values()))
+    lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
+    forces = (one for given in spec.forces.values() for one in given.values())
+    written = (*lagrangian, *spec.potential.values(), *forces, *spec.definitions.values())
+    return any(has_decimals(one.tree) for one in written)
 
 
 @contextmanager

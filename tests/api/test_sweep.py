@@ -160,3 +160,15 @@ def test_examples_are_systems():
     assert lagrange.solve(lagrange.example("pendulum"), stop=1).name == "pendulum"
     with pytest.raises(lagrange.UsageError, match="did you mean 'pendulum'"):
         lagrange.example("pendlum")
+
+
+def test_members_that_actions_change_need_not_be_observed():
+    """A ball between walls at 0 and 1/2, with q alone in the output: nothing is computed of its states."""
+    text = """
+    name: a ball
+    coordinates: {x: {initial: 0.1, velocity: 1}}
+    lagrangian: x_dot**2/2
+    events: {wall: {when: x*(x - 1/2), action: {set: {x_dot: -x_dot}}}}
+    """
+    swept = lagrange.sweep(text, over={"x": [0.1, 0.3]}, stop=1, samples=3, outputs=["q"])
+    assert np.asarray(swept.q["x"]) == pytest.approx(np.array([[0.1, 0.4, 0.1], [0.3, 0.2, 0.3]]))

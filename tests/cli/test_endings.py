@@ -56,8 +56,9 @@ EVENTS = {
     Ending.CUT,
     Ending.OFF_CONSTRAINTS,
     Ending.INCONSISTENT,
+    Ending.CRAWLING,
 }
-"""Those of systems with events, and of sections, which have tests of their own."""
+"""Those of systems with events, of sections, and of members, which have tests of their own."""
 STATUS = {"complete": 0, "failed": 4, "interrupted": 130}
 
 

@@ -8,6 +8,7 @@ import mpmath
 import numpy as np
 import pytest
 
+import lagrange_cli
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.mechanics.defect import may_hide
 from tests.support.motion import NAMES, SYSTEMS, follow, prepared, residual_of
@@ -220,3 +221,19 @@ def test_a_motion_ends_at_a_pole(potential):
 def test_the_systems_shipped_hide_no_forces(name):
     """It costs a row of the state."""
     assert not may_hide(residual_of((SYSTEMS / f"{name}.yaml").read_text()))
+
+
+@pytest.mark.parametrize(
+    "form", ["(x - 0.3247)/1.382e-6", "x/1.382e-6 - 0.3247/1.382e-6", "(0.3247 - x)*723589"]
+)
+def test_numbers_in_a_narrow_well_are_rounded_once(form):
+    """x/w - a/w in the well and x/w**2 - a/w**2 in its slope, each rounded, would be 0 at different places:
+    the energy behind the well would be off by 1e-10."""
+    well = f"1.643*(1 + ({form})**2)**(-1.5)"
+    start = "name: a well\ncoordinates: {x: {initial: -0.9693, velocity: 1.646}}\n"
+    for text in (
+        f"lagrangian: x_dot**2/2 + {well}",
+        f"masses: {{p: 1}}\nembedding: {{p: [x]}}\npotential: -{well}",
+    ):
+        motion = lagrange_cli.solve(start + text, stop=1.6, samples=3)
+        assert motion.v["x"][-1] == pytest.approx(1.646, rel=1e-15)

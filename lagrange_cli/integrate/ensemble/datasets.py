@@ -267,8 +267,10 @@ class EnsembleDatasets:
         for one in changes:
             samples.change(one)
         observed, first = samples.observe(times, states)
-        rows = np.array([*observed.values()]), np.array([np.full(len(times), x) for x in first.values()])
-        return rows[0][:, -n:], rows[1][:, -n:]
+        rows = np.empty((2, len(observed), len(times)))  # of which there may be none
+        for k, name in enumerate(observed):
+            rows[:, k] = observed[name], first[name]
+        return rows[0, :, -n:], rows[1, :, -n:]
 
     def outcome(self) -> EnsembleOutcome:
         """What came of all members."""

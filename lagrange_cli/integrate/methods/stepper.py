@@ -12,6 +12,7 @@ from lagrange_cli.integrate.arrays import Array, aligned
 from lagrange_cli.integrate.ending import Ending
 from lagrange_cli.integrate.events import NO_EVENTS, EventSink, Judge, no_energy
 from lagrange_cli.integrate.method import Interrupt, Snapshot, Unfit
+from lagrange_cli.integrate.methods.crawling import crawls, steps_to_mark
 from lagrange_cli.integrate.methods.recompilation import Recompilation
 from lagrange_cli.integrate.times import Times
 from lagrange_cli.native.compilation.machine import Machine
@@ -116,6 +117,7 @@ class Stepper:
         self._first = None if beside is None else self._short_step(beside.number)
         self._spare: Array | None = None
         self.steps, self._every = 0, every
+        self._start, self._marked = times.start, 0
         self._earlier: list[Array] = []
         """What the memory was when compiled code was called, the last times."""
         self.singular: tuple[float, ...] = ()
@@ -136,6 +138,7 @@ class Stepper:
         if snapshot.memory.shape != self._memory.shape:
             raise Unfit
         self._memory[:], self.steps, self.limited = snapshot.memory, snapshot.steps, snapshot.limited
+        self._marked = self.steps
         if self._settling is not None:
             self._settling.resume()
         if self._happenings is not None:
@@ -232,7 +235,7 @@ class Stepper:
             if self._passes:
                 self._earlier = [*self._earlier[1 - KEPT :], self._memory.copy()]
             if self._first is None:
-                pause = self._pause
+                pause = min(self._pause, steps_to_mark(self.steps))
                 if self._every:
                     pause = min(pause, self._every - self.steps % self._every)
                 stop = self._advance(self._stop, padded, done, len(wanted) - done, last, pause)
@@ -246,6 +249,8 @@ class Stepper:
             before = first + done
             done, self.steps = done + int(self._info[0]), self.steps + int(self._info[1])
             self.limited |= bool(self._info[2])
+            if stop is Stop.PAUSE and self._marks(self.steps):
+                return Stop.CRAWL, done
             if self._settling is not None and self._goes_on(stop, before, first + done):
                 if not interrupt(self.t):
                     continue
@@ -265,6 +270,14 @@ class Stepper:
             self._pause = int(
                 max(1, min(4 * self._pause, MOST_STEPS, self._pause * POLL_SECONDS / max(spent, 1e-6)))
             )
+
+    def _marks(self, steps: int) -> bool:
+        """Note how far the motion has come, if that is due; whether it crawls."""
+        if steps == self._marked or steps_to_mark(steps - 1) != 1:
+            return False
+        self._marked = steps
+        clock = self._memory[self._layout.clock]
+        return crawls(clock, steps, abs(self.t - self._start), self._stop)
 
     def heard(self) -> AbstractContextManager[None]:
         """A context in which a signal ends a step that is divided for integrals, which may take long."""

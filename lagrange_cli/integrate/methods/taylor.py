@@ -24,6 +24,7 @@ ENDINGS = {
     Stop.NOT_FINITE: Ending.NOT_A_NUMBER,
     Stop.UNDERFLOW: Ending.STEP_UNDERFLOW,
     Stop.GUARD: Ending.STEP_UNDERFLOW,
+    Stop.CRAWL: Ending.CRAWLING,
 }
 GREAT = 1e280
 """Where coordinates or velocities are as large as this, coefficients of their series overflow."""

@@ -30,6 +30,9 @@ from lagrange_cli.native.stepping.quadratures import Quadratures
 from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_step
 
 ALL = 2**LANES - 1
+ENOUGH, CRAWLING = 1 << 18, 2.0**-12
+"""After so many steps those that are such a part of the usual length, which may become shorter without end,
+are left to ``@advance``, too."""
 
 
 def follow(pack: Pack, order: int, tolerance: float, parameters: int, *, timed: bool = False) -> str:
@@ -235,6 +238,9 @@ class Follower:
             left, passed = (stop - t) - low, f.magnitude(t)
             h = self.bounded(f, h, left, live)
             stuck = (h <= passed * bounds.shortest + SMALLEST) & (h < left)
+            taken = self.get(f, "steps").bits()
+            way = f.magnitude((t - f.splat(Real(f, "%start", 1), LANES)) + low) * CRAWLING
+            stuck = stuck | ((taken > ENOUGH) & (h * taken.to_real() < way) & (h < left))
             moving = live & regular & (met < ENDLESS) & ~(stuck | finishing | refused)
             if self.quadratures:  # steps are divided by single motions only
                 moving = moving & ~f.call(Bit, "rough", state, work, f.smaller(h, left))

@@ -1,0 +1,47 @@
+"""Motions whose steps become shorter without end, as those under the force sin(1/(t - a)) before t = a.
+
+A step is as long as the motion is smooth. Near a pole it is a part of the distance d from it, and some
+hundred steps come as near as numbers can. But where a motion oscillates faster and faster towards a place,
+steps are like d^2, so that after n of them d is like 1/n: it would never end. It is noted how far it has come
+after 2^k steps. With twice as many steps it comes twice as far, if it goes on as before; here half as far as
+the time before.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from lagrange_cli.native.state import Clock
+
+if TYPE_CHECKING:
+    from lagrange_cli.integrate.arrays import Array
+
+FIRST, ENOUGH = 1 << 18, 1 << 21
+"""Steps before the first mark, and before a motion crawls at least."""
+SHRINKS = 0.75
+"""The progress with twice as many steps is at most this part of the one before, twice in a row."""
+LITTLE = 2.0**-12
+"""It is this part of the way so far, or less."""
+CLOSE = 2.0**-6
+"""Where the motion is to end so close to the place, in terms of the progress, it would take very many
+steps."""
+
+
+def steps_to_mark(steps: int) -> int:
+    """After how many more steps the next mark is due."""
+    return max(FIRST, 1 << steps.bit_length()) - steps
+
+
+def crawls(clock: Array, steps: int, elapsed: float, stop: float) -> bool:
+    """Mark how far a motion has come; whether it would not come to ``stop`` however many steps it took.
+
+    ``PROGRESS`` is negative where it is less than the one before.
+    """
+    now = float(clock[Clock.TIME]) + float(clock[Clock.TIME_LOW])
+    progress, before = now - float(clock[Clock.MARK]), float(clock[Clock.PROGRESS])
+    shrinks = progress <= SHRINKS * abs(before) and steps > FIRST
+    clock[Clock.MARK], clock[Clock.PROGRESS] = now, -progress if shrinks else progress
+    if not (shrinks and before < 0.0 and steps >= ENOUGH and progress <= LITTLE * elapsed):
+        return False
+    ratio = progress / -before
+    return bool(now + progress * (ratio / (1.0 - ratio) - CLOSE) <= stop)
