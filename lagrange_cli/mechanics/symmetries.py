@@ -27,7 +27,6 @@ from lagrange_cli.mechanics.reasons import (
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.separation import separate_energies
-from lagrange_cli.mechanics.spins import spins
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.events import changes_of
@@ -131,7 +130,10 @@ class _Search:
     def displacements(self) -> None:
         """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
         trials = [*displacements(self.model, self.embedding)]
-        trials += [Trial(*one) for one in spins(self.model, self.embedding)]
+        if any(one.body for one in self.model.particles):
+            from lagrange_cli.mechanics.spins import spins
+
+            trials += [Trial(*one) for one in spins(self.model, self.embedding)]
         conditions = [self.noether.conditions(one.change) for one in trials]
         kept = zeros([node for nodes in conditions for node in nodes])
         for one, nodes in zip(trials, conditions):
