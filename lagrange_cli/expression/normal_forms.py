@@ -10,101 +10,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
 
-from lagrange_cli import limits
-from lagrange_cli.errors import TooLarge
 from lagrange_cli.expression.conjugates import conjugate
-from lagrange_cli.expression.node import Kind, Node, bits, in_order
-from lagrange_cli.expression.reals import real_function, real_power, tidy
+from lagrange_cli.expression.node import Kind, Node, in_order
+from lagrange_cli.expression.node_table import NodeTable
 from lagrange_cli.expression.signs import Sign, is_absolute, is_sign, proportional, signs
 
-MAX_NODES = limits.whole("nodes")
-BITS_A_STEP = 9
-"""A set of symbols that no other node has counts as a step for every 2**9 bits: 64 bytes."""
 SQUARE_ROOT = (0.5,)
 """The exponents of a product that is one."""
-SCATTERING = 2**30 - 35
-"""A prime that 2 generates: the hashes of Python give sets of single symbols the same 61 values."""
 
 
-class NormalForms:
+class NormalForms(NodeTable):
     """A table in which every distinct expression exists once, in its normal form."""
 
-    number = staticmethod(float)
-    """What numbers are; with ``tidy``, ``power_of`` and ``function_of`` the arithmetic of constants."""
-    tidy, power_of, function_of = staticmethod(tidy), staticmethod(real_power), staticmethod(real_function)
-
     def __init__(self) -> None:
-        self.work = limits.Work()
-        self.nodes: list[Node] = []
-        self.vanishing: dict[Node, bool] = {}
-        """What ``zero`` has found of nodes that are not 0 by their form."""
-        self._table: dict[tuple[Any, ...], Node] = {}
-        self._symbols: dict[str, int] = {}
-        self._by_bit: list[Node] = []
-        self._sets: dict[int, int] = {}
-        """Every wide set of symbols once: a bit for each symbol is much, and most sets are equal."""
+        super().__init__()
         self._signs: dict[Node, Sign] = {}
         self._squares: dict[Node, Sequence[tuple[Node, int]]] = {}
-        self.zero = self.constant(0.0)
-        self.one = self.constant(1.0)
-
-    # ------------------------------------------------------------------ leaves
-
-    def constant(self, value: float) -> Node:
-        """The node of a number (-0.0 is 0)."""
-        value = self.number(value) + 0.0
-        return self._make(Kind.NUMBER, value, (), 0)
-
-    def symbol(self, name: str) -> Node:
-        """The node of a symbol; the same name gives the same node."""
-        bit = self._symbols.setdefault(name, len(self._symbols))
-        node = self._make(Kind.SYMBOL, name, (), 1 << bit)
-        if bit == len(self._by_bit):
-            self._by_bit.append(node)
-        return node
-
-    def symbols_of(self, node: Node) -> list[Node]:
-        """The symbols that ``node`` depends on, in the order of their creation."""
-        return [self._by_bit[bit] for bit in bits(node.symbols)]
-
-    def lift(self, value: Node | float) -> Node:
-        """A node as it is, a number as its node."""
-        return value if isinstance(value, Node) else self.constant(value)
-
-    def _make(self, kind: Kind, data: Any, arguments: tuple[Node, ...], symbols: int | None = None) -> Node:
-        key = (kind, data, arguments)
-        node = self._table.get(key)
-        if node is None:
-            if symbols is None:
-                symbols = 0
-                for argument in arguments:
-                    symbols |= argument.symbols
-            if len(self.nodes) >= MAX_NODES:
-                raise TooLarge(
-                    f"the equations have more than {MAX_NODES} terms and factors that differ",
-                    "write a smaller system, " + limits.way_out("nodes"),
-                )
-            steps = 1 + len(arguments)
-            if wide := symbols.bit_length() >> BITS_A_STEP:
-                symbols, new = self._shared(symbols)
-                steps += wide * new
-            self.work.charge(steps)
-            node = Node(self, kind, data, arguments, symbols)
-            self.nodes.append(node)
-            self._table[key] = node
-        return node
-
-    def _shared(self, symbols: int) -> tuple[int, bool]:
-        """The set that is kept for all nodes with these symbols, and whether it is new."""
-        place = symbols % SCATTERING
-        while (known := self._sets.get(place)) != symbols:
-            if known is None:
-                self._sets[place] = symbols
-                return symbols, True
-            place += 1
-        return known, False
 
     # ------------------------------------------------------------------ sums
 

@@ -19,7 +19,7 @@ from typing import TypeVar
 from lagrange_cli.errors import SingularCoordinate, Undetermined
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Node, bits
-from lagrange_cli.expression.normal_forms import MAX_NODES
+from lagrange_cli.expression.node_table import MAX_NODES
 from lagrange_cli.expression.zero import independent, is_zero
 from lagrange_cli.mechanics.conservation import Conserved, conservation
 from lagrange_cli.mechanics.constraints import Constraints

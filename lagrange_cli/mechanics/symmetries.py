@@ -7,14 +7,14 @@ are guessed from values at random states (``relations``). Nothing is said that i
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined, text_of
-from lagrange_cli.expression.vocabulary import COMPONENTS
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
-from lagrange_cli.mechanics.embedding import Component, Embedding
+from lagrange_cli.mechanics.displacements import Trial, displacements
+from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.gauge import acting
 from lagrange_cli.mechanics.hidden import candidates, described, is_turning
@@ -22,18 +22,15 @@ from lagrange_cli.mechanics.noether import Change, Noether
 from lagrange_cli.mechanics.reasons import (
     current_text,
     is_constant,
-    momentum_text,
     reason,
-    turning_text,
     unchanged,
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.separation import separate_energies
-from lagrange_cli.mechanics.spins import spins
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.events import changes_of
-from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
 MOST_LINEAR, MOST_COMBINED = 6, 40
@@ -42,9 +39,6 @@ MOST_NAMES = 3
 """Coordinates that are named in one sentence."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
-
-TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
-"""The axes that a rotation turns into each other."""
 
 
 @dataclass(frozen=True)
@@ -72,25 +66,12 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
     return tuple(search.found)
 
 
-@dataclass(frozen=True)
-class Trial:
-    """A displacement of all particles: what it may conserve, in a formula, and how it is done, or why that is
-    conserved."""
-
-    name: str
-    change: Change
-    text: str
-    how: str = ""
-    because: str = ""
-
-
 class _Search:
     """What has been found so far."""
 
     def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
         self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
         self.embedding = Embedding(model)
-        self.shifts: dict[int, Mapping[int, Node] | None] = {}
         self.found: list[Symmetry] = []
         self.names = {each.quantity for each in known}
         nodes = {f"p_{name}": p for name, p in zip(model.coordinates, self.noether.energetics.momenta)}
@@ -148,8 +129,11 @@ class _Search:
 
     def displacements(self) -> None:
         """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
-        trials = [*self._translations(), *self._rotations(), *self._boosts()]
-        trials += [Trial(*one) for one in spins(self.model, self.embedding)]
+        trials = [*displacements(self.model, self.embedding)]
+        if any(one.body for one in self.model.particles):
+            from lagrange_cli.mechanics.spins import spins
+
+            trials += [Trial(*one) for one in spins(self.model, self.embedding)]
         conditions = [self.noether.conditions(one.change) for one in trials]
         kept = zeros([node for nodes in conditions for node in nodes])
         for one, nodes in zip(trials, conditions):
@@ -158,62 +142,6 @@ class _Search:
                 self.add(one.name, one.text, because, one.change)
             elif one.how:
                 self.trials.append(one.change)
-
-    @property
-    def _axes(self) -> int:
-        return max((len(one.position) for one in self._moving), default=0)
-
-    @property
-    def _everything(self) -> str:
-        return "everything" if any(one.body for one in self.model.particles) else "all particles"
-
-    def _translations(self) -> Iterable[Trial]:
-        """Moving all particles along an axis."""
-        for i, axis in enumerate(COMPONENTS[: self._axes]):
-            directions = self._shift(i)
-            if directions:
-                text, how = momentum_text(self.model, axis), f"moving {self._everything} along {axis}"
-                yield Trial(f"P_{axis}", Change(directions), text, how)
-
-    def _rotations(self) -> Iterable[Trial]:
-        """Turning all particles about an axis, where all have as many components."""
-        model, axes = self.model, self._axes
-        if len({len(one.position) for one in model.particles}) > 1:
-            return
-        for axis, (i, j) in TURNS.items():
-            if max(i, j) < axes:
-                turn = dict[Component, Node]()
-                for one in model.particles:
-                    turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
-                directions = self.embedding.change(turn)
-                about = f"the {axis} axis" if axes == len(COMPONENTS) else "the origin"
-                if directions:
-                    how = f"turning {self._everything} about {about}"
-                    yield Trial(f"L_{axis}", Change(directions), turning_text(model, i, j), how)
-
-    def _boosts(self) -> Iterable[Trial]:
-        """The motion of the centre of mass, t P - M R; that of a single particle is plain."""
-        time = self.model.time
-        for i, axis in enumerate(COMPONENTS[: self._axes]):
-            places = [(one.mass * one.position[i], 1.0) for one in self._moving if len(one.position) > i]
-            directions = self._shift(i) if len(places) > 1 else None
-            if directions:
-                because = f"the centre of mass moves uniformly along {axis} (Galilean boosts)"
-                growing = {k: time * change for k, change in directions.items()}
-                change = Change(growing, gain=self.graph.sum(places))
-                yield Trial(f"K_{axis}", change, f"t*P_{axis} - sum of m*{axis}", because=because)
-
-    def _shift(self, i: int) -> Mapping[int, Node] | None:
-        """The change of the coordinates that moves everything by 1 along an axis, if there is one."""
-        if i not in self.shifts:
-            moved = [one.name for one in self._moving if len(one.position) > i]
-            self.shifts[i] = self.embedding.change({(name, i): self.graph.one for name in moved})
-        return self.shifts[i]
-
-    @property
-    def _moving(self) -> list[Particle[Node]]:
-        """The particles, without those that stand for the rotation of a body."""
-        return [one for one in self.model.particles if not one.body]
 
     # ------------------------------------------------------------------ combinations
 
@@ -322,7 +250,7 @@ class _Search:
             node = self.graph.sum([(factor * one.node, sign) for one, factor in parts])
             if not is_turning(given, relation) and not self._is_made(node) and is_zero(rate):
                 number += name[0] == "I"
-                if len(self._moving) > 1:
+                if sum(not one.body for one in self.model.particles) > 1:
                     because += "; m, r and v are those of the relative motion"
                 self._store(Conserved(self._free_name(name), text, because), node)
         self.found[before:] = sorted(self.found[before:], key=lambda one: one.conserved.quantity)

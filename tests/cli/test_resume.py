@@ -106,7 +106,7 @@ def killed(folder: Path, *arguments: str, size: int = 0, every: int = 1) -> list
     return sorted(os.listdir(folder))
 
 
-LONG = (DOUBLE, "--stop", "20000", "--samples", "200001", "-o", "out.h5")
+LONG = (DOUBLE, "--stop", "12000", "--samples", "120001", "-o", "out.h5")
 LEFT = [".out.h5.checkpoint", ".out.h5.lock", ".out.h5.part"]
 
 
@@ -428,7 +428,7 @@ def test_resume_and_force_contradict_each_other(folder, capsys):
 def remains(tmp_path_factory):
     """What a killed run has left: the names and contents of the files."""
     folder = tmp_path_factory.mktemp("killed")
-    killed(folder, *LONG, size=4_000_000, every=20_000)
+    killed(folder, *LONG, size=2_000_000, every=10_000)
     return {path.name: path.read_bytes() for path in folder.iterdir()}
 
 
@@ -446,7 +446,7 @@ def test_damage_is_found_and_nothing_is_lost(folder, remains, name, where, flip,
     else:
         content[place] ^= flip
     (folder / name).write_bytes(content)
-    status = solve(*LONG, "--stop", "20000", "--resume", "--quiet")
+    status = solve(*LONG, "--resume", "--quiet")
     error = capsys.readouterr().err
     assert "Traceback" not in error and "report it" not in error
     if status == 0:  # a byte of the part file that no sample is made of

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cache
+from unittest import mock
 
 import pytest
 
@@ -26,7 +27,8 @@ UNTIL = {
 }
 """Until when motions are compared that grow rounding errors, or take long."""
 UNREADABLE = {"bicycle"}
-"""Systems whose equations are too large to be shown."""
+"""Systems whose equations are too large to be shown. It takes half a minute to find that out; here they are
+given up at once."""
 LONG = {"bicycle", "rattleback"}
 """Systems whose program would be too long with the proofs of its steps."""
 
@@ -38,7 +40,8 @@ PLAIN = b"{coordinates: {x: {initial: 1}}, lagrangian: x_dot**2/2 - x**2/2, solv
 def page_of(name: str) -> Page:
     content = (SYSTEMS / f"{name}.yaml").read_bytes()
     times = {"stop": str(UNTIL[name])} if name in UNTIL else {}
-    return view(read_shown(content, f"{name}.yaml", Request(times=times)))
+    with mock.patch.object(run_view, "READING", 1000 if name in UNREADABLE else run_view.READING):
+        return view(read_shown(content, f"{name}.yaml", Request(times=times)))
 
 
 @cache

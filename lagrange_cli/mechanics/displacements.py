@@ -1,0 +1,100 @@
+"""Displacements of all particles at once: translations, rotations, and Galilean boosts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from functools import cached_property
+
+from lagrange_cli.expression.node import Node
+from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.mechanics.embedding import Component, Embedding
+from lagrange_cli.mechanics.noether import Change
+from lagrange_cli.mechanics.reasons import momentum_text, turning_text
+from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.records import dataclass, field
+
+TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
+"""The axes that a rotation turns into each other."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A displacement of all particles: what it may conserve, in a formula, and how it is done, or why that is
+    conserved."""
+
+    name: str
+    change: Change
+    text: str
+    how: str = ""
+    because: str = ""
+
+
+def displacements(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
+    """Those that a change of the coordinates makes."""
+    found = _Displacements(model, embedding)
+    return (*found.translations(), *found.rotations(), *found.boosts())
+
+
+@dataclass(frozen=True)
+class _Displacements:
+    model: Model[Node]
+    embedding: Embedding
+    shifts: dict[int, Mapping[int, Node] | None] = field(default_factory=dict, compare=False)
+    """By the number of the axis: what ``_shift`` has found."""
+
+    @cached_property
+    def _axes(self) -> int:
+        return max((len(one.position) for one in self._moving), default=0)
+
+    @property
+    def _everything(self) -> str:
+        return "everything" if any(one.body for one in self.model.particles) else "all particles"
+
+    def translations(self) -> Iterable[Trial]:
+        """Moving all particles along an axis."""
+        for i, axis in enumerate(COMPONENTS[: self._axes]):
+            directions = self._shift(i)
+            if directions:
+                text, how = momentum_text(self.model, axis), f"moving {self._everything} along {axis}"
+                yield Trial(f"P_{axis}", Change(directions), text, how)
+
+    def rotations(self) -> Iterable[Trial]:
+        """Turning all particles about an axis, where all have as many components."""
+        model, axes = self.model, self._axes
+        if len({len(one.position) for one in model.particles}) > 1:
+            return
+        for axis, (i, j) in TURNS.items():
+            if max(i, j) < axes:
+                turn = dict[Component, Node]()
+                for one in model.particles:
+                    turn |= {(one.name, i): -one.position[j], (one.name, j): one.position[i]}
+                directions = self.embedding.change(turn)
+                about = f"the {axis} axis" if axes == len(COMPONENTS) else "the origin"
+                if directions:
+                    how = f"turning {self._everything} about {about}"
+                    yield Trial(f"L_{axis}", Change(directions), turning_text(model, i, j), how)
+
+    def boosts(self) -> Iterable[Trial]:
+        """The motion of the centre of mass, t P - M R; that of a single particle is plain."""
+        time = self.model.time
+        for i, axis in enumerate(COMPONENTS[: self._axes]):
+            places = [(one.mass * one.position[i], 1.0) for one in self._moving if len(one.position) > i]
+            directions = self._shift(i) if len(places) > 1 else None
+            if directions:
+                because = f"the centre of mass moves uniformly along {axis} (Galilean boosts)"
+                growing = {k: time * change for k, change in directions.items()}
+                change = Change(growing, gain=graph_of(self.model).sum(places))
+                yield Trial(f"K_{axis}", change, f"t*P_{axis} - sum of m*{axis}", because=because)
+
+    def _shift(self, i: int) -> Mapping[int, Node] | None:
+        """The change of the coordinates that moves everything by 1 along an axis, if there is one."""
+        if i not in self.shifts:
+            moved = [one.name for one in self._moving if len(one.position) > i]
+            self.shifts[i] = self.embedding.change({(name, i): graph_of(self.model).one for name in moved})
+        return self.shifts[i]
+
+    @property
+    def _moving(self) -> list[Particle[Node]]:
+        """The particles, without those that stand for the rotation of a body."""
+        return [one for one in self.model.particles if not one.body]
