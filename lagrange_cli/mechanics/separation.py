@@ -42,6 +42,19 @@ def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tupl
     return found
 
 
+def coordinates_together(model: Model[Node]) -> list[list[str]]:
+    """The coordinates of each part of a system: no term of L, no force and no constraint has those of two."""
+    own = [q.symbols | v.symbols for q, v in zip(model.q, model.v)]
+    masks = [term.symbols for term, _ in _terms_of(model)]
+    applied = Energetics(model).applied
+    bound = {one.multiplier.symbols: one.expression.symbols for one in (*model.constraints, *model.redundant)}
+    for force, bits in zip(applied, own):
+        through = [symbols for multiplier, symbols in bound.items() if force.symbols & multiplier]
+        masks += [symbols | bits for symbols in (force.symbols, *through) if not force.is_zero]
+    masks += bound.values()
+    return [[model.coordinates[k] for k in part] for part in _parts(own, masks)]
+
+
 def _terms_of(model: Model[Node]) -> list[Term]:
     """The terms that L is a sum of, with their coefficients."""
     if model.lagrangian is not None:
