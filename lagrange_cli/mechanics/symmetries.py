@@ -76,13 +76,14 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
 @dataclass(frozen=True)
 class Trial:
     """A displacement of all particles: what it may conserve, in a formula, and how it is done, or why that is
-    conserved."""
+    conserved. It may be worth saying only if it is ``new``: no function of what is known."""
 
     name: str
     change: Change
     text: str
     how: str = ""
     because: str = ""
+    new: bool = False
 
 
 class _Search:
@@ -150,10 +151,13 @@ class _Search:
         """Translations, rotations and boosts: all are proven at once, as they have most terms in common."""
         trials = [*self._translations(), *self._rotations(), *self._boosts()]
         trials += [Trial(*one) for one in spins(self.model, self.embedding)]
+        trials += self._rotations_about_the_centre()
         conditions = [self.noether.conditions(one.change) for one in trials]
         kept = zeros([node for nodes in conditions for node in nodes])
         for one, nodes in zip(trials, conditions):
             if kept >= {*nodes}:
+                if one.new and not self._is_independent(self.noether.current(one.change)):
+                    continue
                 because = one.because or f"{one.how} {unchanged(self.noether, one.change)}"
                 self.add(one.name, one.text, because, one.change)
             elif one.how:
@@ -190,6 +194,28 @@ class _Search:
                 if directions:
                     how = f"turning {self._everything} about {about}"
                     yield Trial(f"L_{axis}", Change(directions), turning_text(model, i, j), how)
+
+    def _rotations_about_the_centre(self) -> Iterable[Trial]:
+        """Turning all particles about their centre of mass, which stays where it is."""
+        model, graph, axes = self.model, self.graph, self._axes
+        if len(self._moving) < 2 or len({len(one.position) for one in model.particles}) > 1:
+            return
+        whole = graph.sum([(one.mass, 1.0) for one in self._moving])
+        centre = [
+            graph.sum([(one.mass * one.position[i], 1.0) for one in self._moving]) / whole
+            for i in range(axes)
+        ]
+        for axis, (i, j) in TURNS.items():
+            if max(i, j) < axes:
+                turn = dict[Component, Node]()
+                for one in model.particles:
+                    x, y = (one.position[n] - (graph.zero if one.body else centre[n]) for n in (i, j))
+                    turn |= {(one.name, i): -y, (one.name, j): x}
+                directions = self.embedding.change(turn)
+                if directions:
+                    text = f"angular momentum about the centre of mass, along {axis}"
+                    how = f"turning {self._everything} about the centre of mass around {axis}"
+                    yield Trial(f"S_{axis}", Change(directions), text, how, new=True)
 
     def _boosts(self) -> Iterable[Trial]:
         """The motion of the centre of mass, t P - M R; that of a single particle is plain."""
@@ -300,7 +326,7 @@ class _Search:
 
     def parts(self) -> None:
         """Energies of parts of the system."""
-        for names, node in separate_energies(self.model, self.names) if "h" in self.names else ():
+        for names, node in separate_energies(self.model, self.names):
             listed = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
             because = f"no other coordinate is in the same terms of L as {listed}, nor is t"
             self._store(Conserved(f"h_{names[0]}", f"the part of h with {listed}", because), node)
