@@ -64,6 +64,7 @@ def make_section(spec: Spec, members: Members | None, request: Request, asked: A
     settings = settings_of(spec, values, request)
     given = {*request.overrides, *members.columns}
     spec, values, notes = consistent_ensemble(spec, values, settings.start, given, forced=request.projected)
+    values = values.without(values.otherwise)
     if asked.where:
         direction = DIRECTIONS[asked.direction]
         spec = with_surface(spec, asked.where, direction)
