@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.harness.report import Report, Requirement, markdown_table
 from benchmarks.harness.suite import Suite
-from benchmarks.harness.turns import in_turns, medians_in_turns, timed
+from benchmarks.harness.turns import in_turns, medians_in_turns, timed, timed_by_both
 from benchmarks.motions.constrained_motion import (
     SQUEEZER,
     ConstrainedMotion,
@@ -125,7 +125,7 @@ def work_requirements(title: str, results: Mapping[tuple[str, float], Measured])
 
 
 def steps(options: Namespace) -> Report:
-    """The time of a step of chains."""
+    """The processor time of a step of chains."""
     sizes = QUICK_SIZES if options.quick else SIZES
     runs: dict[tuple[str, int], Callable[[], Followed]] = {}
     for size in sizes:
@@ -135,7 +135,7 @@ def steps(options: Namespace) -> Report:
     counts = {key: run().outcome.steps for key, run in runs.items()}
 
     def seconds(run: Callable[[], object]) -> float:
-        return min(timed(run)[0] for _ in range(REPEATS))
+        return min(timed_by_both(run)[1] for _ in range(REPEATS))
 
     found = medians_in_turns({key: partial(seconds, run) for key, run in runs.items()}, options.runs)
     each = {key: found[key] / count for key, count in counts.items()}

@@ -31,6 +31,8 @@ class Checked:
         The coordinates that L does not contain.
     conserved : dict of str to Conserved
         What every motion keeps: its ``expression`` and the reason, ``because``.
+    structure : tuple of str
+        Combinations of coordinates that are cyclic, and parts that do not act on each other, in sentences.
     skipped, engine : tuple of str
         What a run does not compute, and how the equations are integrated, in sentences.
     warnings : tuple of Problem
@@ -69,6 +71,11 @@ class Checked:
     def conserved(self) -> dict[str, Conserved]:
         """What every motion keeps, by name."""
         return {one.quantity: one for one in self._found.conserved}
+
+    @property
+    def structure(self) -> tuple[str, ...]:
+        """What the system is made of."""
+        return self._found.structure
 
     @property
     def skipped(self) -> tuple[str, ...]:

@@ -21,19 +21,25 @@ TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
 @dataclass(frozen=True)
 class Trial:
     """A displacement of all particles: what it may conserve, in a formula, and how it is done, or why that is
-    conserved."""
+    conserved. It may be worth saying only if it is ``new``: no function of what is known."""
 
     name: str
     change: Change
     text: str
     how: str = ""
     because: str = ""
+    new: bool = False
 
 
 def displacements(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
     """Those that a change of the coordinates makes."""
     found = _Displacements(model, embedding)
     return (*found.translations(), *found.rotations(), *found.boosts())
+
+
+def rotations_about_the_centre(model: Model[Node], embedding: Embedding) -> Iterable[Trial]:
+    """Turning all particles about their centre of mass, which stays where it is."""
+    return _Displacements(model, embedding).rotations_about_the_centre()
 
 
 @dataclass(frozen=True)
@@ -74,6 +80,28 @@ class _Displacements:
                 if directions:
                     how = f"turning {self._everything} about {about}"
                     yield Trial(f"L_{axis}", Change(directions), turning_text(model, i, j), how)
+
+    def rotations_about_the_centre(self) -> Iterable[Trial]:
+        """Turning all particles about their centre of mass, which stays where it is."""
+        model, graph, axes = self.model, graph_of(self.model), self._axes
+        if len(self._moving) < 2 or len({len(one.position) for one in model.particles}) > 1:
+            return
+        whole = graph.sum([(one.mass, 1.0) for one in self._moving])
+        centre = [
+            graph.sum([(one.mass * one.position[i], 1.0) for one in self._moving]) / whole
+            for i in range(axes)
+        ]
+        for axis, (i, j) in TURNS.items():
+            if max(i, j) < axes:
+                turn = dict[Component, Node]()
+                for one in model.particles:
+                    x, y = (one.position[n] - (graph.zero if one.body else centre[n]) for n in (i, j))
+                    turn |= {(one.name, i): -y, (one.name, j): x}
+                directions = self.embedding.change(turn)
+                if directions:
+                    text = f"angular momentum about the centre of mass, along {axis}"
+                    how = f"turning {self._everything} about the centre of mass around {axis}"
+                    yield Trial(f"S_{axis}", Change(directions), text, how, new=True)
 
     def boosts(self) -> Iterable[Trial]:
         """The motion of the centre of mass, t P - M R; that of a single particle is plain."""

@@ -112,6 +112,23 @@ class Noether:
         return known
 
     @cached_property
+    def normalized(self) -> Mapping[Node, Node]:
+        """Coordinates divided by what constraints keep at a constant length, as that of a quaternion."""
+        graph, model = self._graph, self.model
+        known: dict[Node, Node] = {}
+        for one, slopes in zip(model.constraints, self.constraints.slopes):
+            if not one.holonomic or any(model.q[k] in known for k in slopes):
+                continue
+            factors = {slope / model.q[k] for k, slope in slopes.items()}
+            square = graph.sum([(model.q[k] * model.q[k], 0.5) for k in slopes])
+            for factor in factors if len(factors) == 1 else ():
+                rest = one.expression - factor * square
+                if not factor.symbols & self._moving and not rest.symbols & self._moving:
+                    scale = graph.product([(-rest / factor, 0.5), (square, -0.5)])
+                    known |= {model.q[k]: model.q[k] * scale for k in slopes}
+        return known
+
+    @cached_property
     def _moving(self) -> int:
         bits = self.model.time.symbols
         for symbol in (*self.model.q, *self.model.v):
@@ -154,7 +171,14 @@ class Noether:
                 parts.append((graph.diff(u, model.time) * change.time, 1.0))
                 parts += [(graph.diff(u, v) * v * stretch, -1.0) for v in model.v if u.symbols & v.symbols]
             found.append(graph.sum(parts))
-        return substituted(graph, found, self.eliminated) if self.eliminated else tuple(found)
+        found = [*substituted(graph, found, self.eliminated)] if self.eliminated else found
+        if not self.normalized:
+            return tuple(found)
+        absent = zeros(found)
+        return tuple(
+            graph.zero if node in absent else one
+            for node, one in zip(found, substituted(graph, found, self.normalized))
+        )
 
     def keeps(self, change: Change) -> bool:
         """Whether it is proven that the current is conserved."""

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
+from functools import reduce
+from operator import or_
 
 from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.constraints import Constraints
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -18,28 +21,53 @@ MOST = 2000
 def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tuple[list[str], Node]]:
     """The coordinates of each part, and its conserved energy sum v_k p_k - L.
 
-    Parts with nothing but coordinates whose ``momenta`` (names) are conserved are left out. Nothing is said
-    of a single part, or of a system with constraints.
+    Parts with nothing but coordinates whose ``momenta`` (names) are conserved are left out, and those whose
+    forces of constraint do work. Nothing is said of a single part.
     """
-    if model.constraints or len(model.q) < 2:
+    if len(model.q) < 2:
         return []
-    energetics, graph = Energetics(model), graph_of(model)
-    own = [q.symbols | v.symbols for q, v in zip(model.q, model.v)]
-    terms = _terms_of(model)
-    masks = [term.symbols for term, _ in terms]
-    masks += [force.symbols | bits for force, bits in zip(energetics.applied, own) if not force.is_zero]
+    energetics, graph, constraints = Energetics(model), graph_of(model), Constraints(model)
+    own, terms, working = _own(model), _terms_of(model), 0
+    for one, drift in zip(model.constraints, constraints.drifts):
+        working |= 0 if is_zero(drift) else one.expression.symbols
     parts = [
-        part for part in _parts(own, masks) if not all(f"p_{model.coordinates[k]}" in momenta for k in part)
+        part
+        for part in _parts(own, _masks(model, terms))
+        if not all(f"p_{model.coordinates[k]}" in momenta for k in part)
     ]
     found = []
     for part in parts if len(parts) > 1 else ():
         bits = sum(own[k] for k in part)
+        if bits & working:
+            continue
         lagrangian = graph.sum([(term, c) for term, c in terms if term.symbols & bits])
         power = graph.sum([(model.v[k] * energetics.applied[k], 1.0) for k in part])
         if is_zero(power - graph.diff(lagrangian, model.time)):
             moving = [(model.v[k] * energetics.momenta[k], 1.0) for k in part]
             found.append(([model.coordinates[k] for k in part], graph.sum([*moving, (lagrangian, -1.0)])))
     return found
+
+
+def coordinates_together(model: Model[Node]) -> list[list[str]]:
+    """The coordinates of each part of a system: no term of L, no force and no constraint has those of two."""
+    parts = _parts(_own(model), _masks(model, _terms_of(model)))
+    return [[model.coordinates[k] for k in part] for part in parts]
+
+
+def _own(model: Model[Node]) -> list[int]:
+    """The bits of each coordinate and its velocity."""
+    return [q.symbols | v.symbols for q, v in zip(model.q, model.v)]
+
+
+def _masks(model: Model[Node], terms: Sequence[Term]) -> list[int]:
+    """The bits of what stands together: in ``terms`` of L, along with a force, and in constraints."""
+    masks = [term.symbols for term, _ in terms]
+    bound = {one.multiplier.symbols: one.expression.symbols for one in (*model.constraints, *model.redundant)}
+    for force, bits in zip(Energetics(model).applied, _own(model)):
+        if not force.is_zero:
+            through = (symbols for multiplier, symbols in bound.items() if force.symbols & multiplier)
+            masks.append(reduce(or_, through, force.symbols | bits))
+    return [*masks, *bound.values()]
 
 
 def _terms_of(model: Model[Node]) -> list[Term]:

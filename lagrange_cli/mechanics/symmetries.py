@@ -13,7 +13,7 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
-from lagrange_cli.mechanics.displacements import Trial, displacements
+from lagrange_cli.mechanics.displacements import Trial, displacements, rotations_about_the_centre
 from lagrange_cli.mechanics.embedding import Embedding
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.gauge import acting
@@ -134,10 +134,13 @@ class _Search:
             from lagrange_cli.mechanics.spins import spins
 
             trials += [Trial(*one) for one in spins(self.model, self.embedding)]
+        trials += rotations_about_the_centre(self.model, self.embedding)
         conditions = [self.noether.conditions(one.change) for one in trials]
         kept = zeros([node for nodes in conditions for node in nodes])
         for one, nodes in zip(trials, conditions):
             if kept >= {*nodes}:
+                if one.new and not self._is_independent(self.noether.current(one.change)):
+                    continue
                 because = one.because or f"{one.how} {unchanged(self.noether, one.change)}"
                 self.add(one.name, one.text, because, one.change)
             elif one.how:
@@ -232,7 +235,7 @@ class _Search:
 
     def parts(self) -> None:
         """Energies of parts of the system."""
-        for names, node in separate_energies(self.model, self.names) if "h" in self.names else ():
+        for names, node in separate_energies(self.model, self.names):
             listed = ", ".join(names[:MOST_NAMES]) + ", ..." * (len(names) > MOST_NAMES)
             because = f"no other coordinate is in the same terms of L as {listed}, nor is t"
             self._store(Conserved(f"h_{names[0]}", f"the part of h with {listed}", because), node)

@@ -55,6 +55,8 @@ class Planner:
     def constraints(self) -> tuple[Family, ...]:
         """The constraints by family."""
         names = [one.name for one in (*self.model.constraints, *self.model.redundant)]
+        if self.model.spec is not None:  # in the file's order, whichever depend on others
+            names.sort(key=[*self.model.spec.all_constraints].index)
         families = self.model.families
         return grouped(names, {**families.get("nonholonomic", {}), **families.get("constraints", {})})
 

@@ -31,9 +31,10 @@ if TYPE_CHECKING:
 class Classification:
     """A system with its equations of motion, and what is known of it before any run.
 
-    ``skipped`` says what a run does not compute, ``engine`` how the equations are integrated, sentence by
-    sentence. ``conserved`` is all that every motion keeps (between events). ``warnings`` are places of the
-    file where units contradict each other, and where rounding may decide whether two numbers are equal.
+    ``skipped`` says what a run does not compute, ``structure`` what the system is made of, ``engine`` how the
+    equations are integrated, sentence by sentence. ``conserved`` is all that every motion keeps (between
+    events). ``warnings`` are places of the file where units contradict each other, and where rounding may
+    decide whether two numbers are equal.
     ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities
     are holonomic after all, and ``integrals`` has the functions that these keep constant, by name, as far as
     they are found.
@@ -48,6 +49,7 @@ class Classification:
     begin: Begin = NOTHING
     integrability: Integrability | None = None
     integrals: Mapping[str, str] = {}
+    structure: tuple[str, ...] = ()
 
 
 def classify(
@@ -63,6 +65,7 @@ def classify(
     """
     from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
     from lagrange_cli.mechanics.omitted_work import engine, skipped
+    from lagrange_cli.mechanics.structure import structure
     from lagrange_cli.mechanics.symmetries import symmetries
 
     method, begin = resolve_method(spec.solve.method), NOTHING
@@ -79,6 +82,7 @@ def classify(
         residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
         check_convolutions(residual, method, DOUBLE)
         further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
+        made_of = structure(residual)
     if spec.draw is not None and values is not None:
         from lagrange_cli.drawing.draw import draw
 
@@ -87,7 +91,7 @@ def classify(
     said = skipped(residual, left_out_of(spec)), engine(residual)
     conserved = (*residual.conserved, *further)
     found, integrals = velocity_constraints(spec, residual, {} if values is None else values.parameters)
-    return Classification(spec, residual, *said, conserved, warnings, begin, found, integrals)
+    return Classification(spec, residual, *said, conserved, warnings, begin, found, integrals, made_of)
 
 
 def velocity_constraints(

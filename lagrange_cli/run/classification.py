@@ -48,6 +48,7 @@ def as_object(found: Classification) -> dict[str, Any]:
             for name, each in found.spec.events.items()
         ],
         "skipped": list(found.skipped),
+        "structure": list(found.structure),
         "engine": list(found.engine),
         "formulation": residual.formulation,
         "convolutions": dict(residual.costs),
@@ -93,6 +94,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             *section("conserved", conserved, "neither h nor any p_k"),
             *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
+            *(section("structure", found.structure, "") if verbose and found.structure else ()),
             *(section("integration", found.engine, "") if verbose and found.engine else ()),
         )
     )

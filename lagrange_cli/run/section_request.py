@@ -65,6 +65,7 @@ def make_section(spec: Spec, members: Members | None, request: Request, asked: A
     settings = settings_of(spec, values, request)
     given = {*request.overrides, *members.columns}
     spec, values, notes = consistent_ensemble(spec, values, settings.start, given, forced=request.projected)
+    values = values.without(values.otherwise)
     values = within_domain(spec, values, settings.start)
     if asked.where:
         direction = DIRECTIONS[asked.direction]

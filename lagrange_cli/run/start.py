@@ -201,7 +201,8 @@ def consistent_ensemble(
 ) -> tuple[Spec, EnsembleValues, tuple[str, ...]]:
     """The same for each member of an ensemble; and what the user is told.
 
-    A member that has no consistent start is refused, and the others go on.
+    A member that has no consistent start is refused, and the others go on. The system is that without the
+    constraints that depend on others in the first member.
 
     Raises ``SpecError`` where no member has one.
     """
@@ -214,6 +215,7 @@ def consistent_ensemble(
     import numpy as np
 
     refused: dict[int, str] = {}
+    otherwise: dict[int, tuple[str, ...]] = {}
     states = np.array([np.broadcast_to(x, values.members) for x in (*values.q, *values.v)], dtype=np.float64)
     begins: list[Begin] = []
     first: tuple[str, ...] | None = None
@@ -227,10 +229,7 @@ def consistent_ensemble(
         if first is None:
             first = one.left_out
         if one.left_out != first:
-            refused[member] = (
-                "its constraints depend on each other differently from those of the other members"
-            )
-            continue
+            otherwise[member] = one.left_out
         states[:, member] = (*found.q, *found.v)
         begins.append(begin)
     if first is None:
@@ -238,7 +237,7 @@ def consistent_ensemble(
         raise error
     rows = [row if np.ptp(row) else float(row[0]) for row in states]
     size = len(values.q)
-    values = replace(values, q=tuple(rows[:size]), v=tuple(rows[size:]), refused=refused)
+    values = replace(values, q=tuple(rows[:size]), v=tuple(rows[size:]), refused=refused, otherwise=otherwise)
     return replace(spec, left_out=first), values, tuple(notes_of_members(begins))
 
 
@@ -252,10 +251,14 @@ def notes_of_members(begins: Collection[Begin]) -> Iterator[str]:
         yield f"initial values of {members(moved)} moved to satisfy the constraints"
     if found:
         yield f"initial values of {members(found)} found from the constraints"
-    for one in begins:
-        if one.redundant:
-            yield from notes(replace(NOTHING, redundant=one.redundant, undetermined=one.undetermined))
-            break
+    dependent = [(one.redundant, one.undetermined) for one in begins]
+    for redundant, undetermined in dict.fromkeys(dependent):
+        (said,) = [*notes(replace(NOTHING, redundant=redundant, undetermined=undetermined)), ""][:1]
+        if len({*dependent}) > 1:
+            count = dependent.count((redundant, undetermined))
+            said = said.replace("warning: ", f"warning: in {members(count)} ")
+        if said:
+            yield said
     singular = sum(bool(one.singular) for one in begins)
     if singular:
         yield f"warning: constraints of {members(singular)} depend on each other at the start, and only there"

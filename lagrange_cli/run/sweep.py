@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -27,6 +27,7 @@ from lagrange_cli.run.singular import in_words
 
 if TYPE_CHECKING:
     import numpy as np
+    from numpy.typing import NDArray
 
     from lagrange_cli.integrate.ensemble.outcome import EnsembleOutcome
     from lagrange_cli.integrate.prepared import Prepared
@@ -72,10 +73,51 @@ def sweep(
             return Swept(ensemble, start)
         for note in ensemble.notes:
             monitor.tell(f"{ensemble.spec.name}: {note}")
-        prepared = prepare_ensemble(ensemble, request, monitor)
+        groups = grouped(ensemble, request, monitor)
+        ensemble, prepared = groups[0].ensemble, groups[0].prepared
         refuse_long_samples(ensemble, prepared)
-        outcome, events, written = follow_and_write(ensemble, prepared, start, request, monitor, threads)
+        outcome, events, written = follow_and_write(groups, start, request, monitor, threads)
     return Swept(ensemble, replace(start, target=written), outcome, prepared.cached, events)
+
+
+@dataclass(frozen=True)
+class Group:
+    """The ``chosen`` members (members,) of an ensemble, whose constraints depend on each other in the same
+    way, and their system, compiled."""
+
+    ensemble: Ensemble
+    prepared: Prepared
+    chosen: NDArray[np.bool_]
+
+
+def grouped(ensemble: Ensemble, request: Request, monitor: Monitor) -> list[Group]:
+    """The members by which constraints depend on others. Members are refused whose outputs are not those of
+    the first ones, as something else is conserved.
+
+    Raises ``SpecError`` as ``prepare_ensemble``.
+    """
+    import numpy as np
+
+    prepared, otherwise = prepare_ensemble(ensemble, request, monitor), ensemble.values.otherwise
+    values = ensemble.values
+    made: dict[tuple[str, ...], Prepared] = {}
+    for left_out in dict.fromkeys(otherwise.values()):
+        spec = replace(ensemble.spec, left_out=left_out)
+        other = prepare_ensemble(replace(ensemble, spec=spec), request, monitor)
+        if other.recording == prepared.recording:
+            made[left_out] = other
+        else:
+            values = values.without(one for one, names in otherwise.items() if names == left_out)
+    ensemble, keys = replace(ensemble, values=values), [ensemble.spec.left_out, *made]
+    of_member = [values.otherwise.get(member, keys[0]) for member in range(values.members)]
+    return [
+        Group(
+            replace(ensemble, spec=replace(ensemble.spec, left_out=left_out)),
+            made.get(left_out, prepared),
+            np.array([one == left_out for one in of_member]),
+        )
+        for left_out in keys
+    ]
 
 
 def refuse_long_samples(ensemble: Ensemble, prepared: Prepared) -> None:
@@ -102,8 +144,7 @@ def layout_of(ensemble: Ensemble, prepared: Prepared, units: Mapping[str, str]) 
 
 
 def follow_and_write(
-    ensemble: Ensemble,
-    prepared: Prepared,
+    groups: Sequence[Group],
     start: Start,
     request: Request,
     monitor: Monitor,
@@ -117,6 +158,7 @@ def follow_and_write(
     from lagrange_cli.integrate.ensemble.selection import ensemble_method
     from lagrange_cli.store.ensemble import EnsembleWriter
 
+    ensemble, prepared = groups[0].ensemble, groups[0].prepared
     times, sampled, members = ensemble.times, ensemble.sampled, ensemble.values.members
     units = units_of(ensemble.spec, monitor.tell)
     tell_empty(ensemble.spec, ensemble.settings, monitor.tell)
@@ -147,18 +189,20 @@ def follow_and_write(
                 begin = kept.restored()
             schedule = Schedule(request.checkpoint, request.checkpoint_count, start.reached or 0)
             with stage("integrate"):
-                outcome = follow_ensemble(
-                    prepared,
-                    ensemble_method(prepared, partial(alone, ensemble, request)),
-                    ensemble.values,
-                    ensemble.families,
-                    times,
-                    write,
-                    watched(progress, interrupted),
-                    sampled=sampled,
-                    threads=threads,
-                    checkpointing=Checkpointing(begin, schedule, write_checkpoint),
-                )
+                for group in groups:
+                    begin = outcome = follow_ensemble(
+                        group.prepared,
+                        ensemble_method(group.prepared, partial(alone, group.ensemble, request)),
+                        ensemble.values,
+                        ensemble.families,
+                        times,
+                        write,
+                        watched(progress, interrupted),
+                        sampled=sampled,
+                        threads=threads,
+                        checkpointing=Checkpointing(begin, schedule, write_checkpoint),
+                        chosen=group.chosen,
+                    )
             progress.clear()
             with stage("write"):
                 last = None

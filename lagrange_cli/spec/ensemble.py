@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
 from lagrange_cli.errors import LagrangeError, UsageError
 from lagrange_cli.expression.columns import Column, ColumnAlgebra
-from lagrange_cli.records import dataclass, field
+from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.evaluation import evaluate_run
 from lagrange_cli.spec.values import Values, resolve_values
 
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
     Array = NDArray[np.float64]
 
+DIFFERENT = "its constraints depend on each other differently from those of the other members"
+
 Number: TypeAlias = "float | Array"
 """What all members have in common, or one number for each, of shape (members,)."""
 
@@ -29,8 +31,9 @@ class EnsembleValues:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
     ``times`` are those of ``solve`` that depend on parameters. Members that are ``refused`` have no
-    start: why not, by their numbers. ``remainder`` is the rest of the numbers of the only member,
-    if they are known to more digits than a double has.
+    start: why not, by their numbers. ``otherwise`` has the constraints that depend on others in
+    those members where these are not those of the first one. ``remainder`` is the rest of the numbers of the
+    only member, if they are known to more digits than a double has.
     """
 
     members: int
@@ -39,6 +42,7 @@ class EnsembleValues:
     v: tuple[Number, ...]
     times: Mapping[str, Number] = field(default_factory=dict)
     refused: Mapping[int, str] = field(default_factory=dict)
+    otherwise: Mapping[int, tuple[str, ...]] = field(default_factory=dict)
     remainder: Values | None = None
 
     @property
@@ -76,6 +80,12 @@ class EnsembleValues:
             products: Array = np.prod(np.sort(np.fmin(sizes, 1.0), axis=0)[:2], axis=0)
             found: Array = products / np.max(speeds, axis=0) ** 2
         return found
+
+    def without(self, members: Iterable[int]) -> EnsembleValues:
+        """The same with these ``members`` refused that are ``otherwise``."""
+        gone = [*members]
+        left = {member: names for member, names in self.otherwise.items() if member not in gone}
+        return replace(self, refused={**self.refused, **dict.fromkeys(gone, DIFFERENT)}, otherwise=left)
 
     def of(self, member: int) -> Values:
         """The numbers of one."""

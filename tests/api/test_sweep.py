@@ -172,3 +172,42 @@ def test_members_that_actions_change_need_not_be_observed():
     """
     swept = lagrange.sweep(text, over={"x": [0.1, 0.3]}, stop=1, samples=3, outputs=["q"])
     assert np.asarray(swept.q["x"]) == pytest.approx(np.array([[0.1, 0.4, 0.1], [0.3, 0.2, 0.3]]))
+
+
+COINCIDING = """
+name: coinciding
+parameters: {a: 1.0}
+coordinates: {x: {initial: 0.6}, y: {initial: -0.8}, z: {initial: 0}}
+masses: {p: 1}
+positions: {p: [x, y, z]}
+potential: 9.81*p.y - 0.3*p.z
+constraints: {rod: x**2 + y**2 - 1, second: a*(x**2 + y**2 - 1) + (a - 1)*z}
+"""
+
+
+@pytest.mark.filterwarnings("ignore::lagrange_cli.LagrangeWarning")
+def test_constraints_may_depend_on_each_other_in_some_members_only():
+    """For a = 1 the second constraint is the first; else it keeps z at 0."""
+    outputs = ["q", "multipliers", "h"]
+    swept = lagrange.sweep(COINCIDING, over={"a": [2, 1, 1, 0.5]}, stop=2, samples=11, outputs=outputs)
+    assert {*swept.statuses.flat} == {"complete"}
+    assert np.abs(swept.q["z"][[0, 3]]).max() < 1e-15
+    assert swept.q["z"][1] == pytest.approx(0.15 * swept.t**2, abs=1e-14)
+    for i, a in enumerate([2, 1]):
+        alone = lagrange.solve(COINCIDING, set={"a": a}, stop=2, samples=11, outputs=outputs)
+        for path in ("q/x", "q/z", "multipliers/rod", "multipliers/second"):
+            assert swept.datasets[path][i] == pytest.approx(alone.datasets[path], abs=1e-12)
+
+
+def test_of_members_whose_constraints_depend_on_each_other_it_is_said_how_many():
+    with pytest.warns(lagrange.LagrangeWarning, match="in 2 members the constraint second depends on"):
+        lagrange.sweep(COINCIDING, over={"a": [2, 1, 1, 0.5]}, stop=1)
+
+
+@pytest.mark.filterwarnings("ignore::lagrange_cli.LagrangeWarning")
+def test_members_that_conserve_something_else_are_refused():
+    """Only for a = 1 the momentum along z is conserved."""
+    text = COINCIDING.replace(" - 0.3*p.z", "")
+    swept = lagrange.sweep(text, over={"a": [2, 1]}, stop=1, outputs=["p"])
+    assert swept.statuses.tolist() == ["complete", "failed"]
+    assert "depend on each other differently" in swept.message

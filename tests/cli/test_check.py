@@ -15,6 +15,7 @@ KEYS = [
     "conserved",
     "events",
     "skipped",
+    "structure",
     "engine",
     "formulation",
     "convolutions",

@@ -177,7 +177,75 @@ masses: {p: 1}
 positions: {p: [x]}
 potential: 2/x**2
 """
+TUMBLING = """
+parameters: {m: 1, M: 2, l: 1.2, g: 9.81}
+coordinates:
+  x: {velocity: 1}
+  y: {velocity: 0.5}
+  z: {velocity: 3}
+  X: {initial: l, velocity: 1}
+  Y: {velocity: 1.5}
+  Z: {velocity: 2}
+masses: {a: m, b: M}
+positions: {a: [x, y, z], b: [X, Y, Z]}
+potential: g*(m*a.z + M*b.z)
+constraints: {rod: dot(a - b, a - b) - l**2}
+"""
+BOX = """
+parameters: {g: 9.81}
+coordinates:
+  X: {velocity: 1}
+  Y: {velocity: 0.5}
+  Z: {velocity: 3}
+  w: {initial: 1}
+  x: {velocity: 0.3}
+  y: {velocity: 0.6}
+  z: {velocity: 1.1}
+bodies:
+  box: {mass: 2, inertia: [1.0, 1.6, 2.1], position: [X, Y, Z], orientation: {quaternion: [w, x, y, z]}}
+potential: 2*g*box.z
+"""
+BALL = """
+parameters: {R: 0.5}
+coordinates:
+  X: {velocity: 1}
+  Y: {velocity: 0.5}
+  w: {initial: 1}
+  x: {velocity: -0.5}
+  y: {velocity: 1}
+  z: {velocity: 1.1}
+bodies: {ball: {mass: 2, solid: {sphere: R}, position: [X, Y, R], orientation: {quaternion: [w, x, y, z]}}}
+nonholonomic: {along: ball.vx - R*ball.wy, across: ball.vy + R*ball.wx}
+"""
+BOUND = """
+coordinates: {w: {initial: 1}, x: {velocity: 0.3}, y: {velocity: 0.5}, z: {}}
+bodies: {b: {mass: 1, inertia: [2.0, 1.1, 1.5], position: [0, 0, 0], orientation: {quaternion: [w, x, y, z]}}}
+nonholonomic: {axis: b.AXIS}
+"""
+GIMBALS = """
+coordinates: {a: {velocity: 0.4}, b: {initial: 0.7, velocity: 0.2}, c: {velocity: 5.0}}
+bodies:
+  outer: {mass: 1, inertia: [0.2, 0.2, 0.3], position: [0, 0, 0], orientation: {euler: [a, 0, 0]}}
+  inner: {mass: 1, inertia: [0.2, 0.25, 0.3], position: [0, 0, 0], orientation: {euler: [a, b, 0]}}
+  rotor: {mass: 1, inertia: [0.5, 0.5, 0.9], position: [0, 0, 0], orientation: {euler: [a, b, c]}}
+"""
+HELD_APART = """
+parameters: {l: 2}
+coordinates: {x: {initial: 1.2, velocity: 0.4}, y: {initial: 1.6, velocity: -0.3}, s: {}, u: {velocity: 1}}
+masses: {a: 1, b: 1, c: 1, d: 1}
+positions: {a: [x, 0], b: [0, y], c: [s], d: [u]}
+potential: 9.81*y + (c.x - d.x)**2
+constraints: {rod: x**2 + y**2 - l**2, DRIVE}
+"""
 CASES = {
+    "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y"}),
+    "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "h_Z", "h_w"}),
+    "a ball that rolls": (BALL, {"S_z", "C_1", "C_2"}),
+    "Veselova's body": (BOUND.replace("AXIS", "wz"), {"L_x", "L_y"}),
+    "Suslov's body": (BOUND.replace("AXIS", "w3 - 0.1*b.w1"), set()),
+    "a gyroscope in gimbals": (GIMBALS, set()),
+    "parts with constraints": (HELD_APART.replace(", DRIVE", ""), {"h_x", "h_s", "C_1", "C_2"}),
+    "a part that is driven": (HELD_APART.replace("DRIVE", "drive: x - 1.2 - 0.4*t"), {"h_s", "C_1", "C_2"}),
     "a flying body": (FLYING, {"L_z", "S_x", "S_y", "h_z", "h_phi"}),
     "a collision": (COLLISION, {"P_x", "K_x", "C_1"}),
     "scaling on a line": (ON_A_LINE, {"C_1"}),

@@ -15,7 +15,11 @@ from lagrange_cli.records import replace
 
 @click.command("check")
 @systems_argument
-@click.option("--verbose", is_flag=True, help="Also describe how the equations will be integrated.")
+@click.option(
+    "--verbose",
+    is_flag=True,
+    help="Also say what the system is made of, and how the equations will be integrated.",
+)
 @given_options
 def check(systems: tuple[str, ...], verbose: bool, given: Given) -> int:
     """Validate system files and classify the systems that they describe.

@@ -48,7 +48,10 @@ class EnsembleDatasets:
         sampled: bool,
         members: int,
         section: Section | None = None,
+        chosen: NDArray[np.bool_] | None = None,
     ) -> None:
+        self._chosen = np.ones(members, dtype=np.bool_) if chosen is None else chosen
+        """Members that are not are left to others."""
         self._prepared, self._machine, self._recording = prepared, prepared.machine, prepared.recording
         self._start, self._emit = times.start, emit
         self._times = times.chunk(0, times.count) if sampled else None
@@ -96,7 +99,8 @@ class EnsembleDatasets:
 
     def missing(self) -> Index:
         """Those of the members from ``first`` that have not ended, counted from there."""
-        return np.flatnonzero(self._endings[self._first :][: len(self._states)] == UNFINISHED)
+        unfinished = self._chosen & (self._endings == UNFINISHED)
+        return np.flatnonzero(unfinished[self._first :][: len(self._states)])
 
     def accept(self, batch: Batch) -> None:
         """Take members that have ended, counted among those that were missing at the beginning."""

@@ -16,6 +16,8 @@ from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.integrate.times import Times
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from lagrange_cli.integrate.ensemble.datasets import Emit
     from lagrange_cli.spec.ensemble import EnsembleValues, Number
     from lagrange_cli.spec.spec import Family
@@ -37,6 +39,7 @@ def follow_ensemble(
     threads: int,
     checkpointing: Checkpointing[EnsembleOutcome] | None = None,
     section: Section | None = None,
+    chosen: NDArray[np.bool_] | None = None,
 ) -> EnsembleOutcome:
     """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
 
@@ -46,11 +49,12 @@ def follow_ensemble(
     times a second; True stops them all. The arrays are valid during the call only. Datasets of crossings of
     events have as many rows as there are, and say to which members they belong. With ``checkpointing``,
     members that an earlier run has followed to their end are not followed again; only their start is emitted.
-    Samples are those of the ``section``, if there is one.
+    Samples are those of the ``section``, if there is one. If some members are ``chosen`` (members,), only
+    these are followed.
     """
     program = prepared.machine.program
     datasets = EnsembleDatasets(
-        prepared, times, emit, sampled=sampled, members=values.members, section=section
+        prepared, times, emit, sampled=sampled, members=values.members, section=section, chosen=chosen
     )
     if checkpointing is not None and checkpointing.begin is not None:
         datasets.restore(checkpointing.begin)
