@@ -58,6 +58,19 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     return system
 
 
+def engine(system: FamilySystem) -> tuple[str, ...]:
+    """How the equations are integrated, a sentence for each fact."""
+    said = [
+        "families stay families: the code is a loop over the members of each, and its length does not depend on "
+        "their number",
+        "the mass matrix is diagonal and contains parameters only: it is computed once per run",
+        f"the forces have {system.terms} terms in all",
+    ]
+    if system.steady:
+        said.append("the equations do not depend on t")
+    return tuple(said)
+
+
 def narrow(system: FamilySystem) -> bool:
     """Whether forces may hide between the places where steps look at them."""
     return hides(reachable(system.force_nodes), moving(system), large=True)
