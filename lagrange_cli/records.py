@@ -88,7 +88,14 @@ def dataclass_of(cls: Any, frozen: bool, order: bool, eq: bool) -> Any:
 
 def replace(record: T, **changes: Any) -> T:
     """A record like this one but for ``changes``."""
-    return type(record)(**{**{name: getattr(record, name) for name in fields_of(record)}, **changes})
+    cls, values = type(record), record.__dict__
+    names = getattr(cls, "__record_fields__")  # noqa: B009 - it is nothing that a type checker knows
+    if len(values) != len(names) or not changes.keys() <= names.keys() or hasattr(cls, "__post_init__"):
+        return cls(**{**{name: getattr(record, name) for name in names}, **changes})
+    made = cls.__new__(cls)  # a third of the time: families have many members
+    made.__dict__.update(values)
+    made.__dict__.update(changes)
+    return made
 
 
 def fields_of(record: object) -> tuple[str, ...]:
