@@ -84,6 +84,7 @@ class FamilyBuilder(ArrayBuilder):
 
     def __init__(self, spec: Spec) -> None:
         self.algebra: GraphAlgebra
+        self.spec = spec
         super().__init__(self._unknown, GraphAlgebra(), spec.sizes)
         self.graph = self.algebra.graph
         self.slots = Slots(self.graph)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 
 from lagrange_cli.expression.node import Kind, Node, reachable
-from lagrange_cli.families.arrays import Array, Source, Term, Total
-from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.arrays import Array, Slots, Source, Term, Total
+from lagrange_cli.spec.spec import Spec
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -22,11 +22,23 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 }  # fmt: skip
 
 
+class Described(Protocol):
+    """What expressions of families are made of."""
+
+    spec: Spec
+    slots: Slots
+    q: Array
+    v: Array
+    given: Array
+    time: Node
+    parameters: Mapping[str, Node]
+
+
 class FamilyValues:
     """The values at one state: ``q``, ``v`` (coordinates,), t, and ``parameters`` in the order of the file."""
 
-    def __init__(self, system: FamilySystem, t: float, q: Values, v: Values, parameters: Values) -> None:
-        self.system, self.slots = system, system.slots
+    def __init__(self, system: Described, t: float, q: Values, v: Values, parameters: Values) -> None:
+        self.slots = system.slots
         self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: parameters}
         names = {one.name: i for i, one in enumerate(system.spec.parameters)}
         self._scalars: dict[Node, Any] = {system.time: t}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -10,10 +10,13 @@ import numpy as np
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.families.arrays import Term, Total
 from lagrange_cli.families.system import FamilySystem, family_system
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
-from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.native.compilation.machine import compile_program
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import order_for
@@ -94,6 +97,17 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         undetected=(NARROW,) * narrow(system),
     )
     return program, recording
+
+
+def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:
+    """(t, q, v, parameters) -> accelerations, from the code that ``solve`` runs."""
+    machine = compile_program(write_family_program(system, {}, FULL_PRECISION, RATES))
+
+    def accelerations(t: float, q: Array, v: Array, parameters: Array) -> Array:
+        rates = Equations.of(machine, parameters).rates(t, np.concatenate([q, v]))
+        return rates[machine.program.state.v]
+
+    return accelerations
 
 
 def moving(system: FamilySystem) -> int:

@@ -100,8 +100,8 @@ def matrix_sections(equations: Equations, writer: Writer) -> list[Section]:
 def vakonomic_sections(equations: Equations, form: Vakonomic, writer: Writer) -> list[Section]:
     """The equations of motion, and beside them what Hamilton's principle gives."""
     other = Writer(writer.notation, form.order)
-    right = tuple(equation_statements(equations, equations.equations, writer))
-    wrong = tuple(equation_statements(equations, form.equations, other))
+    right = tuple(equation_statements(equations.coordinates, equations.equations, writer))
+    wrong = tuple(equation_statements(equations.coordinates, form.equations, other))
     total = writer.notation.plus.join([writer.names("L"), f"{writer.names('mu')} g"])
     return [
         *constraint_sections(equations, writer),

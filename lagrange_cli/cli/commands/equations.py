@@ -10,7 +10,7 @@ from lagrange_cli.cli.console import emit, emit_json, run_each, stem
 from lagrange_cli.cli.options.shared import Given, given_options, systems_argument
 from lagrange_cli.cli.progress import Waiting
 from lagrange_cli.cli.source import read_system
-from lagrange_cli.run.equations import FORMATS, FORMS
+from lagrange_cli.run.equations import FORMATS, FORMS, INDEXED
 
 if TYPE_CHECKING:
     from lagrange_cli.run.coordinates import Covariance
@@ -91,7 +91,9 @@ def show_system(
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
-    derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
+    derived = derive(
+        spec, waiting.stage, given.overrides, coordinates=coordinates, indexed=form in INDEXED
+    )
     with waiting.stage("verify"):
         verification = verify_system(derived, given.overrides) if verifying else None
     if format_ == "json":
