@@ -69,6 +69,14 @@ class Latex(Notation):
         last = loop.stop + number(-1 if loop.step > 0 else 1)
         return rf"\sum_{{{below}}}^{{{self.whole(last.text)}}}"
 
+    def members(self, loops: Sequence[Loop]) -> str:
+        said = []
+        for loop in loops:
+            last = self.whole((loop.stop + number(-1 if loop.step > 0 else 1)).text)
+            said.append(rf"{self.symbol(loop.index)} = {self.whole(loop.start.text)}, \dots, {last}")
+            said += map(self.condition, loop.conditions)
+        return ", ".join(f"${one}$" for one in said)
+
     def condition(self, condition: Condition) -> str:
         """A condition on indices."""
         if isinstance(condition, Joined):

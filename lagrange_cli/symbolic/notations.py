@@ -216,7 +216,7 @@ class Unicode(Text):
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = letter[0] + DOTS[dots] + letter[1:]
-        if any(not one.isalnum() for one in indices):
+        if any(re.search(r"\W", one) and "[" not in one for one in indices):
             return f"{text}_[{', '.join(self.whole(one) for one in indices)}]"
         for last, index in zip(["", *indices], indices):
             comma = "," if last.isdigit() and index.isdigit() else ""

@@ -80,6 +80,10 @@ class Notation(ABC):
         """A sum over indices; ``body`` is of level ``summand``."""
         return self.call("sum", [body + self.words(f" {' '.join(one.text for one in loops)}")])
 
+    def members(self, loops: Sequence[Loop]) -> str:
+        """For which members something holds, in words."""
+        return self.words(" ".join(one.text for one in loops))
+
     summand, sum_level = Level.SUM, Level.ATOM
     """The level of what is summed, and of a sum over indices."""
 

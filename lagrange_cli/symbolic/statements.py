@@ -111,7 +111,8 @@ def equation_statements(
     for name, equation in zip(names, written, strict=True):
         remark = writer.prose(f"`{name}`")
         if equation.factor != 1:
-            small = equation.factor.is_Rational and abs(equation.factor) < 1
+            numerator, denominator = sympy.fraction(equation.factor)
+            small = abs(numerator) == 1 and denominator != 1
             word, factor = ("multiplied", 1 / equation.factor) if small else ("divided", equation.factor)
             remark += f", {word} by {writer.notation.inline(writer.text(factor))}"
         yield Statement(writer.text(equation.left), writer.text(equation.right), remark)

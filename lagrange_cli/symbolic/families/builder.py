@@ -24,11 +24,15 @@ from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.families.members import KNOWN, Loops, Summed, expression_of, member, opened, renamed
 from lagrange_cli.symbolic.families.whole import (
     Condition,
+    Joined,
     Loop,
+    Relation,
     Span,
     Whole,
     condition_of,
+    holds,
     named,
+    names_of,
     negation,
     number,
     relation,
@@ -36,23 +40,32 @@ from lagrange_cli.symbolic.families.whole import (
 )
 
 LETTERS = "ijklmnabcdefgh"
+MOST_PIECES = 30
+"""Into which a sum is split."""
 
 
 class Split(Exception):
-    """Members differ in kind: where ``condition`` holds they are of one, as ``chosen`` (members,) says."""
+    """Members differ in kind: where ``condition`` holds they are of one."""
 
-    def __init__(self, condition: Condition, chosen: Any) -> None:
+    def __init__(self, condition: Condition) -> None:
         super().__init__()
-        self.condition, self.chosen = condition, chosen
+        self.condition = condition
 
 
 class Frame(dict[str, Any]):
     """Where an expression stands: the values of indices for all its ``count`` members (and sizes), and what
-    they are in terms of the indices of the loops around it (``names``)."""
+    they are in terms of the indices of the loops around it (``names``), whose values are ``arrays``."""
 
-    def __init__(self, values: Mapping[str, Any], count: int, names: Mapping[str, Whole]) -> None:
+    def __init__(
+        self, values: Mapping[str, Any], count: int, names: Mapping[str, Whole], arrays: Mapping[str, Any]
+    ) -> None:
         super().__init__(values)
-        self.count, self.names = count, names
+        self.count, self.names, self.arrays = count, names, arrays
+
+    def part(self, which: Any) -> Frame:
+        """The same for some of the members."""
+        arrays = {name: np.broadcast_to(one, self.count)[which] for name, one in self.arrays.items()}
+        return Frame(taken(self, which), len(which), self.names, arrays)
 
 
 @dataclass(frozen=True)
@@ -87,7 +100,7 @@ class WrittenBuilder(Builder):
         self.names = {name: named(name) for name in spec.sizes}
         self.taken = {*spec.sizes, *self.bases, *self.groups, TIME}
         """Names that no index may get."""
-        self.root = Frame(spec.sizes, 1, self.names)
+        self.root = Frame(spec.sizes, 1, self.names, {})
 
     def _unknown(self, identifier: str) -> Value:
         raise Unsuited
@@ -100,7 +113,7 @@ class WrittenBuilder(Builder):
         """What belongs to no member."""
         values = {**self.root, **written.indices}
         names = {**self.names, **{name: number(one) for name, one in written.indices.items()}}
-        made = self.value(written.tree, Frame(values, 1, names))
+        made = self.value(written.tree, Frame(values, 1, names, {}))
         if isinstance(made, tuple):
             raise Unsuited
         return made
@@ -123,7 +136,7 @@ class WrittenBuilder(Builder):
             return member(name, wholes) if wholes else self.algebra.symbol(name)
         if name not in self.groups:
             raise Unsuited
-        value = self._of_group(self.groups[name], wholes, [integers(one, frame) for one in tree.indices], frame)
+        value = self.of_group(self.groups[name], wholes, [integers(one, frame) for one in tree.indices], frame)
         if not component:
             return value
         parts = value if isinstance(value, tuple) else (value,)
@@ -134,7 +147,7 @@ class WrittenBuilder(Builder):
     def _whole(self, tree: Tree, indices: Any) -> Value:
         return expression_of(whole_of(tree, indices.names))
 
-    def _of_group(self, group: Group, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Value:
+    def of_group(self, group: Group, wholes: Sequence[Whole], values: Sequence[Any], frame: Frame) -> Value:
         """What members of a group are, with their places."""
         shape = group.family.shape
         places: Any = 0
@@ -144,13 +157,13 @@ class WrittenBuilder(Builder):
         labels = group.labels[which]
         if len(labels) and np.any(labels != labels[0]):
             label = int(labels[0])
-            raise Split(self._where_label(group, label, wholes), labels == label)
+            raise Split(self._where_label(group, label, wholes))
         label = int(labels[0]) if len(labels) else 0
         own = {
             name: np.broadcast_to(one, group.count)[which] for name, one in group.indices.items()
         }
         names = {**self.names, **{name: wholes[axis] for name, axis in self.axes_of(group, label).items()}}
-        return self.value(group.trees[label], Frame({**self.sizes, **own}, frame.count, names))
+        return self.value(group.trees[label], Frame({**self.sizes, **own}, frame.count, names, frame.arrays))
 
     def axes_of(self, group: Group, label: int) -> dict[str, int]:
         """Along which axis each index of the members with a label runs."""
@@ -184,8 +197,6 @@ class WrittenBuilder(Builder):
 
     def _where_label(self, group: Group, label: int, wholes: Sequence[Whole]) -> Condition:
         """Where members have a label."""
-        from lagrange_cli.symbolic.families.whole import Joined, Relation
-
         parts: list[Condition] = []
         for (low, high), size, whole, axis in zip(
             self.ranges(group, label), group.family.shape, wholes, range(len(wholes))
@@ -216,7 +227,7 @@ class WrittenBuilder(Builder):
         condition, *branches = tree.arguments
         known = np.broadcast_to(holding(condition, indices), indices.count)
         if len(known) and np.any(known != known[0]):
-            raise Split(condition_of(condition, indices.names), known)
+            raise Split(condition_of(condition, indices.names))
         return self._value(branches[0 if not len(known) or known[0] else 1], indices)
 
     def _sum(self, tree: Sum, indices: Any) -> Value:
@@ -236,11 +247,12 @@ class WrittenBuilder(Builder):
             step = bounds[2].constant
         conditions = tuple(condition_of(one, names) for one in tree.conditions)
         loop = Loop(index, start, stop, step, conditions)
-        alone = tree.index if frame.count == 1 and not tree.conditions else ""
-        kinds = self.kinds(loop, values, names, lambda inside: self._value(tree.body, inside), len(owners), alone)
+        arrays = {name: np.broadcast_to(one, frame.count)[owners] for name, one in frame.arrays.items()}
+        inside = Frame(values, len(owners), names, {**arrays, index: values[tree.index]})
+        kinds = self.kinds([loop], inside, lambda one: self._value(tree.body, one))
         parts: list[list[sympy.Expr]] = []
         vector = False
-        for loop, value in kinds:
+        for (loop,), value in kinds:
             vector = isinstance(value, tuple)
             listed = value if isinstance(value, tuple) else (value,)
             parts += [[] for _ in range(len(listed) - len(parts))]
@@ -250,27 +262,28 @@ class WrittenBuilder(Builder):
         return made if vector else made[0] if made else sympy.S.Zero
 
     def kinds(
-        self, loop: Loop, values: Mapping[str, Any], names: Mapping[str, Whole],
-        build: Callable[[Frame], Any], count: int, alone: str,
-    ) -> Iterator[tuple[Loop, Any]]:  # fmt: skip
-        """What is built of the terms of a loop, of each kind by itself. ``alone`` is the index where no other
-        loop is around it."""
-        pending = [(loop, np.arange(count))] if count else []
+        self, loops: Sequence[Loop], frame: Frame, build: Callable[[Frame], Any]
+    ) -> Iterator[tuple[tuple[Loop, ...], Any]]:
+        """What is built of the members that loops run through, of each kind by itself."""
+        alone = len(frame.arrays) == 1 and not loops[0].conditions if loops else False
+        pending = [(tuple(loops), np.arange(frame.count))] if frame.count else []
+        pieces = 0
         while pending:
-            loop, which = pending.pop(0)
+            loops, which = pending.pop(0)
+            part, pieces = frame.part(which), pieces + 1
             try:
-                yield loop, build(Frame(taken(values, which), len(which), names))
+                yield loops, build(part)
             except Split as split:
-                if loop.index not in self._names_of(split.condition) or len(pending) > 20:
+                within = [one for one in loops if one.index in names_of(split.condition)]
+                if not within or pieces > MOST_PIECES:
                     raise
-                for condition, chosen in (
-                    (split.condition, split.chosen),
-                    (negation(split.condition), ~split.chosen),
-                ):
-                    more = Loop(loop.index, loop.start, loop.stop, loop.step, (*loop.conditions, condition))
+                chosen = np.broadcast_to(holds(split.condition, {**self.sizes, **part.arrays}), part.count)
+                for condition, own in ((split.condition, chosen), (negation(split.condition), ~chosen)):
+                    last = within[-1]
+                    more = Loop(last.index, last.start, last.stop, last.step, (*last.conditions, condition))
                     if alone:
-                        more = self._plain(more, values[alone][which[chosen]])
-                    pending.append((more, which[chosen]))
+                        more = self._plain(more, part.arrays[last.index][own])
+                    pending.append((tuple(more if one is last else one for one in loops), which[own]))
 
     def _plain(self, loop: Loop, values: Any) -> Loop:
         """The loop without conditions, if it runs through a range of these values all the same."""
@@ -288,12 +301,6 @@ class WrittenBuilder(Builder):
             return renamed(value, {loop.index: loop.start}, {})
         return Summed(value, Loops([loop]))
 
-    @staticmethod
-    def _names_of(condition: Condition) -> frozenset[str]:
-        from lagrange_cli.symbolic.families.whole import names_of
-
-        return names_of(condition)
-
     def fresh(self, wanted: str, frame: Frame) -> str:
         """An index's name, if no loop around has it."""
         used = frozenset[str]().union(*(one.names for one in frame.names.values())) | self.taken
@@ -304,14 +311,16 @@ class WrittenBuilder(Builder):
         family = group.family
         for label in range(len(group.trees)):
             if not family.shape:
-                yield Kind((), (), group.trees[label], self.root)
+                values = {name: int(one[0]) for name, one in group.indices.items()}
+                yield Kind((), (), group.trees[label], Frame({**self.sizes, **values}, 1, self.names, {}))
                 continue
             axes = {axis: name for name, axis in self.axes_of(group, label).items()}
-            loops, indices, names = [], [], dict(self.names)
+            loops, indices, names, axes_names = [], [], dict(self.names), []
             for axis, (low, high) in enumerate(self.ranges(group, label)):
                 wanted = axes.get(axis, LETTERS[axis])
-                index = self.fresh(wanted, Frame({}, 1, {one.index: named(one.index) for one in loops}))
+                index = self.fresh(wanted, Frame({}, 1, {one.index: named(one.index) for one in loops}, {}))
                 whole = named(index)
+                axes_names.append(index)
                 if low == high:
                     whole = self.bound(family, axis, low)
                 else:
@@ -322,7 +331,9 @@ class WrittenBuilder(Builder):
                     names[axes[axis]] = whole
             chosen = group.labels == label
             values = {name: one[chosen] for name, one in group.indices.items()}
-            frame = Frame({**self.sizes, **values}, int(chosen.sum()), names)
+            places = dict(zip(axes_names, self.places_of(group, label)))
+            arrays = {loop.index: places[loop.index] for loop in loops}
+            frame = Frame({**self.sizes, **values}, int(chosen.sum()), names, arrays)
             yield Kind(tuple(loops), tuple(indices), group.trees[label], frame)
 
     # velocities

@@ -7,12 +7,13 @@ a belongs to each i (a + 1, (a - 1) % N), it takes a's place, and the loop is go
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import count as iterate
 
 import sympy
 
 from lagrange_cli.expression.index_arrays import Unsuited
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.families.members import KNOWN, Loops, Summed, opened, renamed
+from lagrange_cli.symbolic.families.members import HIDDEN, KNOWN, Loops, Summed, hidden, opened, renamed
 from lagrange_cli.symbolic.families.whole import (
     Condition,
     Loop,
@@ -29,10 +30,6 @@ from lagrange_cli.symbolic.families.whole import (
     relation,
     single,
 )
-
-
-HIDDEN = "@{}"
-"""The name of the index of a loop, so that it is not that of an index of a member."""
 
 
 @dataclass(frozen=True)
@@ -68,14 +65,14 @@ def parts(expression: sympy.Expr, base: str) -> Iterator[Part]:
 
 def resolved(part: Part, indices: Sequence[str], spans: Spans) -> Resolved:
     """What it adds to the member with ``indices``, each of them within its bounds; sizes are in ``spans``."""
-    own = {loop.index: named(HIDDEN.format(loop.index)) for loop in part.loops}
+    count = iterate()
+    own = {loop.index: named(f"{HIDDEN}{next(count)}") for loop in part.loops}
     loops = [
-        Loop(own[one.index].text, *((x.start, x.stop, x.step, x.conditions)))
-        for one in part.loops
-        for x in [one.changed(lambda whole: whole.with_names(own))]
+        Loop(own[one.index].text, one.start, one.stop, one.step, one.conditions)
+        for one in (loop.changed(lambda whole: whole.with_names(own)) for loop in part.loops)
     ]
     wide = spans_within(loops, spans)
-    expression = renamed(part.factor, own, {**wide, **{name: wide[one.text] for name, one in own.items()}})
+    expression = hidden(renamed(part.factor, own, wide), count)
     conditions = [
         relation(one.with_names(own), "==", named(name)) for one, name in zip(part.indices, indices)
     ]

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
+from typing import Any
 
 import sympy
 
@@ -23,10 +24,11 @@ from lagrange_cli.model.constraints import without_force, without_work
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
-from lagrange_cli.symbolic.families.builder import Kind, Split, WrittenBuilder
+from lagrange_cli.symbolic.families.builder import Frame, Kind, Split, WrittenBuilder
 from lagrange_cli.symbolic.families.derivatives import Part, parts
 from lagrange_cli.symbolic.families.lines import Line, Lines
 from lagrange_cli.symbolic.families.members import Loops, Ranks, Summed, member, opened, summed_of
+from lagrange_cli.symbolic.families.whole import Loop
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
@@ -78,34 +80,39 @@ class _Deriver:
         """The members of a family that are written alike."""
         return self.builder.of_family(group_of(family, written))
 
-    def particles(self) -> Iterator[tuple[Family, Kind, tuple[sympy.Expr, ...], sympy.Expr]]:
-        """Members of families of particles: where they are, and their masses."""
-        spec, builder = self.spec, self.builder
+    def particles(self) -> Iterator[tuple[tuple[Loop, ...], tuple[sympy.Expr, ...], sympy.Expr]]:
+        """Members of families of particles: the loops through them, where they are, and their masses."""
+        spec = self.spec
         for family in grouped(spec.embedding, particle_families(spec)):
-            masses = group_of(family, spec.masses)
-            if len(masses.trees) > 1 and len(group_of(family, spec.embedding).trees) > 1:
-                raise Unsuited
-            kinds = [*self.kinds(family, spec.embedding)]
-            heavy = [*self.kinds(family, spec.masses)]
-            for one in kinds if len(kinds) > 1 else heavy:
-                place = self.at(one, family, spec.embedding)
-                (mass,) = self.at(one, family, spec.masses)
-                yield family, one, place, mass
+            for kind in self.kinds(family, spec.embedding):
+                mass = self.elsewhere(kind, family, spec.masses)
+                for loops, (place, (own,)) in self.values(kind, self.written(kind), mass):
+                    yield loops, place, own
 
-    def at(self, kind: Kind, family: Family, written: Mapping[str, Expression]) -> tuple[sympy.Expr, ...]:
-        """What is written of the members of a kind."""
-        group = group_of(family, written)
-        value = self.builder._of_group(group, kind.indices, self.places(kind, family), kind.frame)
-        return value if isinstance(value, tuple) else (value,)
+    def values(
+        self, kind: Kind, *trees: Callable[[Frame], Any]
+    ) -> Iterator[tuple[tuple[Loop, ...], list[tuple[sympy.Expr, ...]]]]:
+        """What is built of the members of a kind, in parts that are alike: their loops, and the values."""
 
-    def places(self, kind: Kind, family: Family) -> list[object]:
-        """The values of a kind's indices."""
-        import numpy as np
+        def build(frame: Frame) -> list[tuple[sympy.Expr, ...]]:
+            made = [one(frame) for one in trees]
+            return [one if isinstance(one, tuple) else (one,) for one in made]
 
-        bounds = [(one.start.value(self.spec.sizes), one.stop.value(self.spec.sizes)) for one in kind.loops]
-        ranges = np.meshgrid(*(np.arange(*one) for one in bounds), indexing="ij") if bounds else []
-        values = {**self.spec.sizes, **{loop.index: one.ravel() for loop, one in zip(kind.loops, ranges)}}
-        return [one.value(values) for one in kind.indices]
+        yield from self.builder.kinds(kind.loops, kind.frame, build)
+
+    def written(self, kind: Kind) -> Callable[[Frame], Any]:
+        """What builds the expression of a kind's members."""
+        return lambda frame: self.builder.value(kind.tree, frame)
+
+    def elsewhere(self, kind: Kind, family: Family, given: Mapping[str, Expression]) -> Callable[[Frame], Any]:
+        """What builds what is written elsewhere of the members of a kind."""
+        group = group_of(family, given)
+
+        def build(frame: Frame) -> Any:
+            known = {**self.spec.sizes, **frame.arrays}
+            return self.builder.of_group(group, kind.indices, [one.value(known) for one in kind.indices], frame)
+
+        return build
 
     def energies(self) -> tuple[sympy.Expr | None, sympy.Expr]:
         """T and U; None and L."""
@@ -114,8 +121,8 @@ class _Deriver:
             return None, self.builder.scalar(spec.lagrangian)
         kinetic = sympy.Add(
             *(
-                Summed(sympy.Add(*(mass * self.builder.rate(x) ** 2 / 2 for x in place)), Loops(kind.loops))
-                for _, kind, place, mass in self.particles()
+                Summed(sympy.Add(*(mass * self.builder.rate(x) ** 2 / 2 for x in place)), Loops(loops))
+                for loops, place, mass in self.particles()
             )
         )
         return kinetic, sympy.Add(*map(self.builder.scalar, spec.potential.values()))
@@ -127,16 +134,17 @@ class _Deriver:
         for family in grouped(written, spec.families.get("generalized_forces", {})):
             if family.name == name:
                 for kind in self.kinds(family, written):
-                    yield Part(self.builder.value(kind.tree, kind.frame), kind.loops, kind.indices)
+                    for loops, ((force,),) in self.values(kind, self.written(kind)):
+                        yield Part(force, loops, kind.indices)
         written = forces.get("forces", {})
         families = {**particle_families(spec), **spec.families.get("forces", {})}
         for family in grouped(written, families):
             for kind in self.kinds(family, written):
-                acting = self.builder.value(kind.tree, kind.frame)
-                place = self.at(kind, family, spec.embedding)
-                for force, x in zip(acting if isinstance(acting, tuple) else (acting,), place, strict=True):
-                    for one in parts(x, name):
-                        yield Part(force * one.factor, (*kind.loops, *one.loops), one.indices)
+                position = self.elsewhere(kind, family, spec.embedding)
+                for loops, (acting, place) in self.values(kind, self.written(kind), position):
+                    for force, x in zip(acting, place, strict=True):
+                        for one in parts(x, name):
+                            yield Part(force * one.factor, (*loops, *one.loops), one.indices)
         for one in forces.get("dissipation", {}).values():
             for each in parts(self.builder.scalar(one), velocity_name(name)):
                 yield Part(-each.factor, each.loops, each.indices)
@@ -273,7 +281,7 @@ class _Deriver:
                 own = [one for one in momenta if one.family is family]
                 yield f"P_{family.name}", sympy.Add(*(Summed(one.expression, Loops(one.loops)) for one in own))
             return
-        particles = [(kind.loops, place, mass) for _, kind, place, mass in self.particles()]
+        particles = [*self.particles()]
         rate, t = self.builder.rate, sympy.Symbol(TIME)
 
         def total(of: object) -> sympy.Expr:

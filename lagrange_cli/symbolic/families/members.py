@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Any
 
 import sympy
 from sympy.core.basic import Atom
 
-from lagrange_cli.symbolic.families.whole import Loop, Spans, Whole, reduced
+from lagrange_cli.symbolic.families.whole import Loop, Spans, Whole, named, reduced
 from lagrange_cli.symbolic.order import Role
 
 
@@ -107,14 +107,14 @@ def names_in(expression: sympy.Expr) -> set[str]:
 
 
 def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) -> sympy.Expr:
-    """The expression with whole numbers in place of indices, and remainders left out that ``spans`` allow."""
-    inner = dict(spans)
+    """The expression with whole numbers in place of indices, and remainders left out that ``spans`` allow. An
+    index of a sum hides another of its name."""
 
-    def change(whole: Whole) -> Whole:
-        made = whole.with_names(known)
-        return reduced(made, inner) if made.names <= inner.keys() else made
+    def walk(one: sympy.Expr, known: Mapping[str, Whole], spans: Spans) -> sympy.Expr:
+        def change(whole: Whole) -> Whole:
+            made = whole.with_names(known)
+            return reduced(made, spans) if made.names <= spans.keys() else made
 
-    def walk(one: sympy.Expr) -> sympy.Expr:
         if one.is_Symbol:
             if one.name in KNOWN:
                 base, indices = KNOWN[one.name]
@@ -124,17 +124,37 @@ def renamed(expression: sympy.Expr, known: Mapping[str, Whole], spans: Spans) ->
         if isinstance(one, Summed):
             loops = []
             for loop in one.loops:
-                loops.append(loop.changed(change))
-                if loops[-1].names <= inner.keys():
-                    inner[loop.index] = loops[-1].span(inner)
-                    loops[-1] = loops[-1].changed(change)
-            return Summed(walk(one.body), Loops(loops))
+                known = {name: whole for name, whole in known.items() if name != loop.index}
+                spans = {name: span for name, span in spans.items() if name != loop.index}
+                made_loop = loop.changed(change)
+                if made_loop.names <= spans.keys():
+                    spans = {**spans, loop.index: made_loop.span(spans)}
+                loops.append(made_loop)
+            return Summed(walk(one.body, known, spans), Loops(loops))
         if not one.args:
             return one
-        arguments = [walk(argument) for argument in one.args]
+        arguments = [walk(argument, known, spans) for argument in one.args]
         return one if all(a is b for a, b in zip(arguments, one.args)) else one.func(*arguments)
 
-    return walk(expression)
+    return walk(expression, known, spans)
+
+
+def hidden(expression: sympy.Expr, count: Iterator[int]) -> sympy.Expr:
+    """The expression with indices of its sums that no other index is called like."""
+    if isinstance(expression, Summed):
+        names = {loop.index: named(f"{HIDDEN}{next(count)}") for loop in expression.loops}
+        loops = [
+            Loop(names[one.index].text, one.start, one.stop, one.step, one.conditions)
+            for one in (loop.changed(lambda whole: whole.with_names(names)) for loop in expression.loops)
+        ]
+        return Summed(hidden(renamed(expression.body, names, {}), count), Loops(loops))
+    if not expression.has(Summed):
+        return expression
+    return expression.func(*(hidden(one, count) for one in expression.args))
+
+
+HIDDEN = "@"
+"""What the name of an index begins with that no other index is called like."""
 
 
 def opened(expression: sympy.Expr) -> tuple[sympy.Expr, dict[sympy.Symbol, Summed]]:

@@ -10,6 +10,7 @@ import sympy
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.families.members import names_in
 from lagrange_cli.symbolic.families.whole import Loop
 from lagrange_cli.symbolic.latex import Latex, blocks
 from lagrange_cli.symbolic.layouts import lines_of
@@ -33,7 +34,10 @@ def as_page(equations: FamilyEquations, format_: str, form: str) -> str:
 def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[Section]:
     """The sections of a form."""
     writer = Writer(notation, equations.order)
-    sizes = tuple(Statement(writer.names(name), str(size)) for name, size in equations.sizes.items())
+    used = names_used(equations)
+    sizes = tuple(
+        Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
+    )
     accelerations = tuple(
         line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
     )
@@ -63,6 +67,14 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     return found
 
 
+def names_used(equations: FamilyEquations) -> set[str]:
+    """The names of indices and sizes in the equations."""
+    found = names_in(equations.L)
+    for line in (*equations.momenta, *equations.accelerations):
+        found |= names_in(line.expression).union(*(one.names for one in (*line.loops, *line.indices)))
+    return found
+
+
 def line_statement(line: Line, name: str, writer: Writer) -> Statement:
     """``name = expression`` of some members."""
     return Statement(writer.names(name), writer.text(line.expression), with_members("", line.loops, writer))
@@ -70,8 +82,7 @@ def line_statement(line: Line, name: str, writer: Writer) -> Statement:
 
 def with_members(remark: str, loops: Sequence[Loop], writer: Writer) -> str:
     """A remark, and which members it is said of."""
-    said = writer.notation.words(" ".join(one.text for one in loops))
-    return ", ".join(filter(None, (remark, said)))
+    return ", ".join(filter(None, (remark, writer.notation.members(loops))))
 
 
 def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict[str, Any]:
