@@ -7,6 +7,7 @@ No member is written out: rates are compared with their terms at random states, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -158,7 +159,7 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
     for axis in axes:
         name = COMPONENTS[axis]
         how = f"moving all particles along {name}"
-        yield Trial(f"P_{name}", f"sum of m*v{name}", how, lambda state, axis=axis: shifted(state, axis))
+        yield Trial(f"P_{name}", f"sum of m*v{name}", how, partial(shifted, axis=axis))
     if len({*counts.values()}) == 1:
         for name, (i, j) in TURNS.items():
             if max(i, j) in axes:
@@ -166,18 +167,20 @@ def trials(system: FamilySystem) -> Iterator[Trial]:
                 x, y, u, w = COMPONENTS[i], COMPONENTS[j], VELOCITY_COMPONENTS[i], VELOCITY_COMPONENTS[j]
                 yield Trial(
                     f"L_{name}", f"sum of {x}*m*{w} - {y}*m*{u}", f"turning all particles about {about}",
-                    lambda state, i=i, j=j: turned(state, i, j),
+                    partial(turned, i=i, j=j),
                 )  # fmt: skip
     for axis in axes if len(system.spec.embedding) > 1 else ():
         name = COMPONENTS[axis]
         how = f"the centre of mass moves uniformly along {name} (Galilean boosts)"
         text = f"t*P_{name} - sum of m*{name}"
-        yield Trial(f"K_{name}", text, how, lambda state, axis=axis: shifted(state, axis), boosts=True)
+        yield Trial(f"K_{name}", text, how, partial(shifted, axis=axis), boosts=True)
 
 
 def shifted(state: State, axis: int) -> Values | None:
     """All particles move along an axis."""
-    return state.change({place: np.full(len(x), float(place[1] == axis)) for place, x in state.places.items()})
+    return state.change(
+        {place: np.full(len(x), float(place[1] == axis)) for place, x in state.places.items()}
+    )
 
 
 def turned(state: State, i: int, j: int) -> Values | None:
@@ -200,4 +203,9 @@ def shifts(system: FamilySystem) -> Iterator[Trial]:
         if len(family.members) > 1:
             how = f"changing all {family.label} alike"
             text = f"sum of p_{family.label}"
-            yield Trial(f"P_{family.name}", text, how, lambda state, direction=direction: direction)
+            yield Trial(f"P_{family.name}", text, how, partial(constant, direction=direction))
+
+
+def constant(state: State, direction: Values) -> Values:
+    """The same change in every state."""
+    return direction

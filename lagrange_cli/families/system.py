@@ -182,7 +182,7 @@ def made(spec: Spec) -> FamilySystem:
 
 
 def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
-    """The components of all particles that move. Each contains one coordinate at most, and is linear in it."""
+    """The components of all particles that move. Each contains one coordinate at most, linearly."""
     families = grouped(spec.embedding, particle_families(spec))
     for family in families:
         group, masses = builder.positions[family.name], group_of(family, spec.masses)

@@ -25,17 +25,24 @@ FUNCTIONS: dict[str, Callable[..., Any]] = {
 class Described(Protocol):
     """What expressions of families are made of."""
 
-    spec: Spec
-    slots: Slots
-    q: Array
-    v: Array
-    given: Array
-    time: Node
-    parameters: Mapping[str, Node]
+    @property
+    def spec(self) -> Spec: ...
+    @property
+    def slots(self) -> Slots: ...
+    @property
+    def q(self) -> Array: ...
+    @property
+    def v(self) -> Array: ...
+    @property
+    def given(self) -> Array: ...
+    @property
+    def time(self) -> Node: ...
+    @property
+    def parameters(self) -> Mapping[str, Node]: ...
 
 
 class FamilyValues:
-    """The values at one state: ``q``, ``v`` (coordinates,), t, and ``parameters`` in the order of the file."""
+    """The values at one state: ``q``, ``v`` (coordinates,), t, and ``parameters`` in the file's order."""
 
     def __init__(self, system: Described, t: float, q: Values, v: Values, parameters: Values) -> None:
         self.slots = system.slots

@@ -64,8 +64,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
     said = [
-        "families stay families: the code is a loop over the members of each, and its length does not depend on "
-        "their number",
+        "families stay families: the code has a loop over the members of each",
         "the mass matrix is diagonal and contains parameters only: it is computed once per run",
         f"the forces have {system.terms} terms in all",
     ]

@@ -5,7 +5,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.zero import is_zero
+from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
+
+
+def has_forces(residual: Residual) -> bool:
+    """Whether there are forces besides those in L."""
+    return not all(map(is_zero, set(Energetics(residual.model).forces)))
 
 
 def engine(residual: Residual) -> tuple[str, ...]:

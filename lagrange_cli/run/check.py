@@ -29,9 +29,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Mechanics:
-    """What the equations of motion show: what depends on time explicitly (``depending``), which coordinates are
-    ``cyclic``, and all that every motion keeps (between events). ``engine`` says how the equations are
-    integrated, sentence by sentence; ``convolutions`` are those of each formulation an order."""
+    """What the equations of motion show: what depends on time explicitly (``depending``), which coordinates
+    are ``cyclic``, all that every motion keeps (between events), and whether there are ``applied`` forces.
+    ``engine`` says how the equations are integrated, sentence by sentence; ``convolutions`` are those of each
+    formulation an order."""
 
     depending: tuple[str, ...]
     cyclic: tuple[str, ...]
@@ -48,7 +49,8 @@ class Mechanics:
 class Classification:
     """A system, and what is known of it before any run.
 
-    ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict each other, and where rounding may decide whether two numbers are equal.
+    ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict
+    each other, and where rounding may decide whether two numbers are equal.
     ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities
     are holonomic after all, and ``integrals`` has the functions that these keep constant, by name, as far as
     they are found.
@@ -116,11 +118,9 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
 
 def of_members(spec: Spec, method: str) -> Mechanics:
     """The mechanics of any system, derived member by member."""
-    from lagrange_cli.expression.zero import is_zero
     from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
     from lagrange_cli.mechanics.derive import depending_on_time
-    from lagrange_cli.mechanics.energetics import Energetics
-    from lagrange_cli.mechanics.omitted_work import engine
+    from lagrange_cli.mechanics.omitted_work import engine, has_forces
     from lagrange_cli.mechanics.symmetries import symmetries
 
     residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
@@ -130,7 +130,7 @@ def of_members(spec: Spec, method: str) -> Mechanics:
         depending_on_time(residual.model),
         residual.cyclic,
         (*residual.conserved, *further),
-        not all(map(is_zero, set(Energetics(residual.model).forces))),
+        has_forces(residual),
         engine(residual),
         residual.formulation,
         residual.costs,

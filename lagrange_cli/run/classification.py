@@ -89,7 +89,11 @@ def as_text(found: Classification, *, verbose: bool) -> str:
             *section("conserved", conserved, "neither h nor any p_k"),
             *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
-            *(section("integration", found.mechanics.engine, "") if verbose and found.mechanics.engine else ()),
+            *(
+                section("integration", found.mechanics.engine, "")
+                if verbose and found.mechanics.engine
+                else ()
+            ),
         )
     )
 

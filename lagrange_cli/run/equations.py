@@ -15,14 +15,12 @@ from lagrange_cli.run.monitor import Stage, untimed
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
-    from lagrange_cli.families.system import FamilySystem
     from lagrange_cli.limits import Work
     from lagrange_cli.model.model import Model
     from lagrange_cli.run.coordinates import Covariance
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
     from lagrange_cli.symbolic.equations import Conserved, Equations
-    from lagrange_cli.symbolic.families.equations import FamilyEquations
     from lagrange_cli.symbolic.verify import Verification
 
 FORMATS = ("text", "unicode", "latex", "json", "python")
@@ -30,8 +28,6 @@ MOTION, SPAN, PATIENCE = 8, 10.0, 2.0
 """States along the motion that are compared; its end if the file gives none; the seconds that it may take."""
 EMPTY: Mapping[str, str] = {}
 FORMS = ("lagrange", "explicit", "hamilton", "matrix", "reactions", "vakonomic")
-INDEXED = FORMS[:2]
-"""Forms in which large families are printed with their indices."""
 
 
 @dataclass(frozen=True)
@@ -40,14 +36,12 @@ class Derived:
     them."""
 
     spec: Spec
-    equations: Equations | FamilyEquations
+    equations: Equations
     work: Work
     covariance: Covariance | None = None
     """How they compare with those in the coordinates of the file, where these have been changed."""
     original: Spec | None = None
     """The system in the coordinates of the file, likewise."""
-    families: FamilySystem | None = None
-    """The system as one of families, where its equations are ``FamilyEquations``."""
 
     @contextmanager
     def bounded(self) -> Iterator[None]:
@@ -64,12 +58,10 @@ def derive(
     overrides: Mapping[str, str] = EMPTY,
     most: float = math.inf,
     coordinates: str = "",
-    *,
-    indexed: bool = False,
 ) -> Derived:
     """Derive the equations of motion, to be read; ``overrides`` are values by name, as ``--set`` has them.
     It takes ``most`` steps of work (``limits.Work``). They are in the ``coordinates`` of a transformation of
-    the file if one is named. If ``indexed``, large families are printed with their indices.
+    the file if one is named.
 
     Raises ``SpecError`` where there are none, or they are too large; ``UsageError`` where there is no such
     transformation.
@@ -87,10 +79,6 @@ def derive(
     from lagrange_cli.symbolic.derive import derive_equations
     from lagrange_cli.symbolic.work import counting
 
-    if indexed:
-        made = with_indices(spec, stage, most)
-        if made is not None:
-            return made
     check_printed(spec)
     spec = spec if spec.replaced else independent(spec, overrides)
     work = Work(most)
@@ -105,26 +93,6 @@ def derive(
         freedom = spec.degrees_of_freedom
         told = replace(equations, conserved=conserved, changing=changing, degrees_of_freedom=freedom)
         return Derived(spec, told, work)
-
-
-def with_indices(spec: Spec, stage: Stage, most: float) -> Derived | None:
-    """The equations of motion of large families, None where the system is of another kind."""
-    if not spec.families.get("coordinates"):
-        return None
-    from lagrange_cli.families.system import family_system
-    from lagrange_cli.limits import Work
-
-    with stage("derive"), located(spec):
-        system = family_system(spec)
-        if system is None:
-            return None
-        from lagrange_cli.symbolic.families.equations import family_equations
-        from lagrange_cli.symbolic.work import counting
-
-        work = Work(most)
-        with counting(work):
-            equations = family_equations(system)
-        return None if equations is None else Derived(spec, equations, work, families=system)
 
 
 def derive_in(coordinates: str, spec: Spec, stage: Stage, overrides: Mapping[str, str]) -> Derived:
@@ -189,11 +157,6 @@ def check_printed(spec: Spec) -> None:
 
 def as_data(derived: Derived, form: str, parameters: dict[str, float]) -> dict[str, Any]:
     """The equations in terms of JSON; ``form`` is one of ``FORMS``."""
-    if derived.families is not None:
-        from lagrange_cli.symbolic.families.report import as_data as data_of_families
-
-        with derived.bounded():
-            return data_of_families(derived.equations, parameters)
     from lagrange_cli.symbolic.data import as_data
 
     with derived.bounded():
@@ -211,8 +174,6 @@ def of_form(derived: Derived, form: str) -> Equations:
 
 def as_written(derived: Derived, format_: str, form: str, parameters: dict[str, float]) -> str:
     """The equations in one of the ``FORMATS`` other than JSON; ``form`` is one of ``FORMS``."""
-    if derived.families is not None:
-        return families_as_written(derived, format_, form, parameters)
     with derived.bounded():
         equations = of_form(derived, form)
         if format_ == "python":
@@ -223,18 +184,6 @@ def as_written(derived: Derived, format_: str, form: str, parameters: dict[str, 
         from lagrange_cli.symbolic.layouts import as_text, as_unicode
 
         return {"text": as_text, "unicode": as_unicode, "latex": as_latex}[format_](equations, form)
-
-
-def families_as_written(derived: Derived, format_: str, form: str, parameters: dict[str, float]) -> str:
-    """The same of families with their indices."""
-    with derived.bounded():
-        if format_ == "python":
-            from lagrange_cli.symbolic.families.source import as_python
-
-            return as_python(derived.equations, parameters)
-        from lagrange_cli.symbolic.families.report import as_page
-
-        return as_page(derived.equations, format_, form)
 
 
 def as_page(derived: Derived) -> str:
@@ -248,14 +197,6 @@ def as_page(derived: Derived) -> str:
 def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verification:
     """Compare the printed equations with the compiled ones, and with the file differentiated directly, near
     the start, along the motion and beside branches; only this needs the compiler."""
-    if derived.families is not None:
-        from lagrange_cli.integrate.families import compiled_accelerations
-        from lagrange_cli.spec.values import resolve_values
-        from lagrange_cli.symbolic.families.verify import verify_families
-
-        compiled = compiled_accelerations(derived.families)
-        start = resolve_values(derived.spec, overrides)
-        return verify_families(derived.families, derived.equations, compiled, start)
     from lagrange_cli.integrate.single_state import compiled_values
     from lagrange_cli.run.coordinates import start_in
     from lagrange_cli.run.start import consistent_values

@@ -11,8 +11,8 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Switch
+from lagrange_cli.symbolic.families.conditions import Loop
 from lagrange_cli.symbolic.families.members import Summed
-from lagrange_cli.symbolic.families.whole import Loop
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 from lagrange_cli.symbolic.work import charge
 
@@ -160,7 +160,9 @@ class Renderer:
             return self.cases(expression), Level.ATOM
         if isinstance(expression, Summed):
             notation = self.notation
-            return notation.summed(self.at(expression.body, notation.summand), expression.loops), notation.sum_level
+            return notation.summed(
+                self.at(expression.body, notation.summand), expression.loops
+            ), notation.sum_level
         if expression.is_Function:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:

@@ -21,23 +21,27 @@ from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPON
 from lagrange_cli.families.builder import Group, group_of, particle_families
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
-from lagrange_cli.symbolic.families.members import KNOWN, Loops, Summed, expression_of, member, opened, renamed
-from lagrange_cli.symbolic.families.whole import (
+from lagrange_cli.symbolic.families.conditions import (
     Condition,
     Joined,
     Loop,
     Relation,
-    Span,
-    Whole,
     condition_of,
     holds,
-    named,
     names_of,
     negation,
-    number,
     relation,
-    whole_of,
 )
+from lagrange_cli.symbolic.families.members import (
+    KNOWN,
+    Loops,
+    Summed,
+    expression_of,
+    member,
+    opened,
+    renamed,
+)
+from lagrange_cli.symbolic.families.whole import Span, Whole, named, number, whole_of
 
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30
@@ -70,8 +74,8 @@ class Frame(dict[str, Any]):
 
 @dataclass(frozen=True)
 class Kind:
-    """Members of a family that are written alike: the ``loops`` through them, the ``indices`` of a member, and
-    where their expression stands."""
+    """Members of a family that are written alike: the ``loops`` through them, the ``indices`` of a member,
+    and where their expression stands."""
 
     loops: tuple[Loop, ...]
     indices: tuple[Whole, ...]
@@ -91,7 +95,9 @@ class WrittenBuilder(Builder):
                 self.bases[family.name] = family
                 if section == "coordinates":
                     self.bases[velocity_name(family.name)] = family
-        self.coordinates = grouped([one.name for one in spec.coordinates], spec.families.get("coordinates", {}))
+        self.coordinates = grouped(
+            [one.name for one in spec.coordinates], spec.families.get("coordinates", {})
+        )
         self.groups: dict[str, Group] = {}
         for family in grouped(spec.definitions, spec.families.get("definitions", {})):
             self.groups[family.name] = group_of(family, spec.definitions)
@@ -136,7 +142,9 @@ class WrittenBuilder(Builder):
             return member(name, wholes) if wholes else self.algebra.symbol(name)
         if name not in self.groups:
             raise Unsuited
-        value = self.of_group(self.groups[name], wholes, [integers(one, frame) for one in tree.indices], frame)
+        value = self.of_group(
+            self.groups[name], wholes, [integers(one, frame) for one in tree.indices], frame
+        )
         if not component:
             return value
         parts = value if isinstance(value, tuple) else (value,)
@@ -159,16 +167,14 @@ class WrittenBuilder(Builder):
             label = int(labels[0])
             raise Split(self._where_label(group, label, wholes))
         label = int(labels[0]) if len(labels) else 0
-        own = {
-            name: np.broadcast_to(one, group.count)[which] for name, one in group.indices.items()
-        }
+        own = {name: np.broadcast_to(one, group.count)[which] for name, one in group.indices.items()}
         names = {**self.names, **{name: wholes[axis] for name, axis in self.axes_of(group, label).items()}}
         return self.value(group.trees[label], Frame({**self.sizes, **own}, frame.count, names, frame.arrays))
 
     def axes_of(self, group: Group, label: int) -> dict[str, int]:
         """Along which axis each index of the members with a label runs."""
         places = self.places_of(group, label)
-        found = {}
+        found: dict[str, int] = {}
         chosen = np.flatnonzero(group.labels == label)
         for name, values in group.indices.items():
             for axis, own in enumerate(places):
@@ -303,8 +309,10 @@ class WrittenBuilder(Builder):
 
     def fresh(self, wanted: str, frame: Frame) -> str:
         """An index's name, if no loop around has it."""
-        used = frozenset[str]().union(*(one.names for one in frame.names.values())) | self.taken
-        return next(name for name in (wanted, *LETTERS, *(f"i{k}" for k in range(99))) if name not in used)
+        used = self.taken.union(*(one.names for one in frame.names.values()))
+        candidates = [wanted, *LETTERS, *(f"i{k}" for k in range(99))]
+        found: str = next(name for name in candidates if name not in used)
+        return found
 
     def of_family(self, group: Group) -> Iterator[Kind]:
         """The members of a family, of each kind by itself; those that differ further raise ``Split``."""
@@ -315,7 +323,10 @@ class WrittenBuilder(Builder):
                 yield Kind((), (), group.trees[label], Frame({**self.sizes, **values}, 1, self.names, {}))
                 continue
             axes = {axis: name for name, axis in self.axes_of(group, label).items()}
-            loops, indices, names, axes_names = [], [], dict(self.names), []
+            loops: list[Loop] = []
+            indices: list[Whole] = []
+            axes_names: list[str] = []
+            names = dict(self.names)
             for axis, (low, high) in enumerate(self.ranges(group, label)):
                 wanted = axes.get(axis, LETTERS[axis])
                 index = self.fresh(wanted, Frame({}, 1, {one.index: named(one.index) for one in loops}, {}))

@@ -1,7 +1,8 @@
 """Derivatives of sums over families by one member, whose indices stay names.
 
-Of sum_a f(.., x[e(a)], ..) by x[i] that is the sum of df/dx[e] over all a with e(a) = i. Where e is such that one
-a belongs to each i (a + 1, (a - 1) % N), it takes a's place, and the loop is gone; else it is a condition.
+Of sum_a f(.., x[e(a)], ..) by x[i] that is the sum of df/dx[e] over all a with e(a) = i. Where e is such that
+one a belongs to each i (a + 1, (a - 1) % N), it takes a's place, and the loop is gone. Else e(a) = i is a
+condition.
 """
 
 from __future__ import annotations
@@ -13,23 +14,19 @@ import sympy
 
 from lagrange_cli.expression.index_arrays import Unsuited
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.families.members import HIDDEN, KNOWN, Loops, Summed, hidden, opened, renamed
-from lagrange_cli.symbolic.families.whole import (
+from lagrange_cli.symbolic.families.conditions import (
+    SWAPPED,
     Condition,
     Loop,
-    Operation,
-    Spans,
-    Whole,
+    Relation,
     changed,
     decided,
-    named,
     names_of,
-    number,
-    operation,
-    reduced,
     relation,
     single,
 )
+from lagrange_cli.symbolic.families.members import HIDDEN, KNOWN, Loops, Summed, hidden, opened, renamed
+from lagrange_cli.symbolic.families.whole import Operation, Spans, Whole, named, number, operation, reduced
 
 
 @dataclass(frozen=True)
@@ -116,7 +113,7 @@ def spans_within(loops: Sequence[Loop], spans: Spans) -> Spans:
 def solved(
     whole: Whole, target: Whole, loops: Sequence[Loop], spans: Spans
 ) -> tuple[Loop, Whole, list[Condition]] | None:
-    """The loop whose index follows from ``whole == target``, what it is, and that it is in the loop's range."""
+    """The loop whose index follows from ``whole == target``, what it is, and that it is in its range."""
     for loop in reversed(loops):
         own = named(loop.index)
         made = None
@@ -201,8 +198,6 @@ def placed(
 
 def narrowed(loop: Loop, condition: Condition, spans: Spans) -> Loop:
     """The loop with one condition more, in its bounds if it can be."""
-    from lagrange_cli.symbolic.families.whole import SWAPPED, Relation
-
     if decided(condition, spans) is True:
         return loop
     if isinstance(condition, Relation) and loop.step == 1:

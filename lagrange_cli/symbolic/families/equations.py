@@ -25,10 +25,10 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.builder import Frame, Kind, Split, WrittenBuilder
+from lagrange_cli.symbolic.families.conditions import Loop
 from lagrange_cli.symbolic.families.derivatives import Part, parts
 from lagrange_cli.symbolic.families.lines import Line, Lines
 from lagrange_cli.symbolic.families.members import Loops, Ranks, Summed, member, opened, summed_of
-from lagrange_cli.symbolic.families.whole import Loop
 from lagrange_cli.symbolic.grouping import neat, tidy
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
@@ -38,7 +38,7 @@ MASS, SLOPE, FORCE = "p", "dU/dq", "Q"
 
 @dataclass(frozen=True)
 class FamilyEquations:
-    """The equations of motion of a system of families. ``T`` and ``U`` are None where the file gives L itself.
+    """The equations of motion of a system of families. ``T`` and ``U`` are None where the file gives L.
     ``momenta``, ``accelerations``, ``forces`` (those outside L, where there are any) and ``equations`` have a
     line for members that are alike; the ``expression`` of an equation's line is its left side."""
 
@@ -104,13 +104,17 @@ class _Deriver:
         """What builds the expression of a kind's members."""
         return lambda frame: self.builder.value(kind.tree, frame)
 
-    def elsewhere(self, kind: Kind, family: Family, given: Mapping[str, Expression]) -> Callable[[Frame], Any]:
+    def elsewhere(
+        self, kind: Kind, family: Family, given: Mapping[str, Expression]
+    ) -> Callable[[Frame], Any]:
         """What builds what is written elsewhere of the members of a kind."""
         group = group_of(family, given)
 
         def build(frame: Frame) -> Any:
             known = {**self.spec.sizes, **frame.arrays}
-            return self.builder.of_group(group, kind.indices, [one.value(known) for one in kind.indices], frame)
+            return self.builder.of_group(
+                group, kind.indices, [one.value(known) for one in kind.indices], frame
+            )
 
         return build
 
@@ -145,8 +149,8 @@ class _Deriver:
                     for force, x in zip(acting, place, strict=True):
                         for one in parts(x, name):
                             yield Part(force * one.factor, (*loops, *one.loops), one.indices)
-        for one in forces.get("dissipation", {}).values():
-            for each in parts(self.builder.scalar(one), velocity_name(name)):
+        for power in forces.get("dissipation", {}).values():
+            for each in parts(self.builder.scalar(power), velocity_name(name)):
                 yield Part(-each.factor, each.loops, each.indices)
 
     # what follows
@@ -171,7 +175,9 @@ class _Deriver:
                 forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
             for line, own in self.lines.of(family, several):
                 v = symbol_of(line, speed)
-                mass = tidy(own[MASS].diff(v) if not own[MASS].has(Summed) else self.mass(own[MASS], v), order)
+                mass = tidy(
+                    own[MASS].diff(v) if not own[MASS].has(Summed) else self.mass(own[MASS], v), order
+                )
                 force = own[SLOPE] + own[FORCE]
                 a = symbol_of(line, acceleration_name(name))
                 equation = textbook_form(mass * a - force, order)
@@ -279,7 +285,10 @@ class _Deriver:
         if self.spec.lagrangian is not None:
             for family in self.builder.coordinates:
                 own = [one for one in momenta if one.family is family]
-                yield f"P_{family.name}", sympy.Add(*(Summed(one.expression, Loops(one.loops)) for one in own))
+                yield (
+                    f"P_{family.name}",
+                    sympy.Add(*(Summed(one.expression, Loops(one.loops)) for one in own)),
+                )
             return
         particles = [*self.particles()]
         rate, t = self.builder.rate, sympy.Symbol(TIME)

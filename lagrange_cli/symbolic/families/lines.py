@@ -11,20 +11,18 @@ from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.builder import LETTERS, WrittenBuilder
-from lagrange_cli.symbolic.families.derivatives import Part, placed, resolved, spans_within
-from lagrange_cli.symbolic.families.members import Loops, Summed, even, renamed, summed_of
-from lagrange_cli.symbolic.families.whole import (
+from lagrange_cli.symbolic.families.conditions import (
     Condition,
     Loop,
-    Spans,
-    Whole,
+    changed,
     decided,
     holds,
-    named,
     negation,
-    number,
     relation,
 )
+from lagrange_cli.symbolic.families.derivatives import Part, placed, resolved, spans_within
+from lagrange_cli.symbolic.families.members import Loops, Summed, even, renamed, summed_of
+from lagrange_cli.symbolic.families.whole import Spans, Whole, named, number
 from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.order import Order
 
@@ -58,7 +56,9 @@ class Lines:
         self.builder, self.order = builder, order
         self.sizes: Spans = {name: (size, size) for name, size in builder.sizes.items()}
 
-    def of(self, family: Family, several: Mapping[str, Sequence[Part]]) -> list[tuple[Line, Mapping[str, sympy.Expr]]]:
+    def of(
+        self, family: Family, several: Mapping[str, Sequence[Part]]
+    ) -> list[tuple[Line, Mapping[str, sympy.Expr]]]:
         """The members of a family that are alike in all of ``several`` sums of parts, and these sums."""
         shape = family.shape
         targets = [TARGET.format(k) for k in range(len(shape))]
@@ -72,11 +72,13 @@ class Lines:
         labels = np.zeros(count, dtype=np.int64)
         for mask in masks.values():
             _, labels = np.unique(2 * labels + mask, return_inverse=True)
-        lines = []
+        lines: list[tuple[Line, Mapping[str, sympy.Expr]]] = []
         for label in dict.fromkeys(labels[np.sort(np.unique(labels, return_index=True)[1])].tolist()):
             chosen = np.flatnonzero(labels == label)
             true = {guard for guard, mask in masks.items() if mask[chosen[0]]}
-            loops, indices = self.described(family, {n: p[chosen] for n, p in places.items()}, masks, true, targets)
+            loops, indices = self.described(
+                family, {n: p[chosen] for n, p in places.items()}, masks, true, targets
+            )
             known = dict(zip(targets, indices))
             line = Line(family, indices, loops, sympy.S.Zero)
             sums: dict[str, list[sympy.Expr]] = {key: [] for key in several}
@@ -109,8 +111,6 @@ class Lines:
         if not whole:
             known = dict(zip(targets, indices))
             conditions = [one if one in true else negation(one) for one in masks]
-            from lagrange_cli.symbolic.families.whole import changed
-
             listed = [changed(one, lambda index: index.with_names(known)) for one in conditions]
             spans = spans_within(loops, self.sizes)
             kept = tuple(one for one in listed if decided(one, spans) is not True)
@@ -152,7 +152,9 @@ class Lines:
         single = [one for one in loops if one.step == 1 and one.stop - one.start == number(1)]
         if single and not single[0].conditions:
             known = {single[0].index: single[0].start}
-            rest = [one.changed(lambda whole: whole.with_names(known)) for one in loops if one is not single[0]]
+            rest = [
+                one.changed(lambda whole: whole.with_names(known)) for one in loops if one is not single[0]
+            ]
             return self.with_sums(Summed(renamed(body, known, inner), Loops(rest)), spans)
         used = set(spans) | self.builder.taken
         letters = [one for one in LETTERS if one not in used][: len(loops)]

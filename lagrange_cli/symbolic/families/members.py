@@ -8,7 +8,8 @@ from typing import Any
 import sympy
 from sympy.core.basic import Atom
 
-from lagrange_cli.symbolic.families.whole import Loop, Spans, Whole, named, reduced
+from lagrange_cli.symbolic.families.conditions import Loop
+from lagrange_cli.symbolic.families.whole import Spans, Whole, named, reduced
 from lagrange_cli.symbolic.order import Role
 
 
@@ -44,13 +45,16 @@ class Summed(sympy.Function):  # type: ignore[misc]
         """Factors that no index of a loop changes come out of the sum, and sums in sums are one."""
         if body.is_zero or not loops.loops:
             return body
-        if isinstance(body, Summed):
-            return cls(body.args[0], Loops((*loops.loops, *body.args[1].loops)))
+        factors = sympy.Mul.make_args(body)
+        sums = [one for one in factors if isinstance(one, Summed)]
+        if len(sums) == 1:
+            inner = sympy.Mul(*(one for one in factors if one is not sums[0]), sums[0].args[0])
+            return cls(inner, Loops((*loops.loops, *sums[0].args[1].loops)))
         bound = {one.index for one in loops.loops}
-        outside = [one for one in sympy.Mul.make_args(body) if bound.isdisjoint(names_in(one))]
+        outside = [one for one in factors if bound.isdisjoint(names_in(one))]
         if not outside:
             return None
-        inside = [one for one in sympy.Mul.make_args(body) if one not in outside]
+        inside = [one for one in factors if one not in outside]
         if not inside:  # the number of terms
             return None if outside == [sympy.S.One] else sympy.Mul(*outside) * cls(sympy.S.One, loops)
         return sympy.Mul(*outside) * cls(sympy.Mul(*inside), loops)
@@ -70,8 +74,8 @@ class Summed(sympy.Function):  # type: ignore[misc]
 
 
 KNOWN: dict[str, tuple[str, tuple[Whole, ...]]] = {}
-"""What the name of every symbol of a member stands for: the family, and the indices. A symbol of whole numbers
-has no family."""
+"""What the name of every symbol of a member stands for: the family, and the indices. A symbol of whole
+numbers has no family."""
 
 
 def member(base: str, indices: Iterable[Whole]) -> sympy.Symbol:

@@ -8,10 +8,10 @@ from typing import Any
 import sympy
 
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX
+from lagrange_cli.symbolic.families.conditions import Loop
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
 from lagrange_cli.symbolic.families.members import names_in
-from lagrange_cli.symbolic.families.whole import Loop
 from lagrange_cli.symbolic.latex import Latex, blocks
 from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode
@@ -44,7 +44,11 @@ def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[
     explicit = Section("Accelerations", accelerations)
     if form == "explicit":
         return [Section("Sizes", sizes), explicit]
-    energies = [(name, one) for name, one in (("T", equations.T), ("U", equations.U), ("L", equations.L)) if one is not None]
+    energies = [
+        (name, one)
+        for name, one in (("T", equations.T), ("U", equations.U), ("L", equations.L))
+        if one is not None
+    ]
     of_motion = [
         Statement(one.left, one.right, with_members(one.remark, line.loops, writer))
         for line, equation in equations.equations
@@ -71,7 +75,8 @@ def names_used(equations: FamilyEquations) -> set[str]:
     """The names of indices and sizes in the equations."""
     found = names_in(equations.L)
     for line in (*equations.momenta, *equations.accelerations):
-        found |= names_in(line.expression).union(*(one.names for one in (*line.loops, *line.indices)))
+        found |= names_in(line.expression)
+        found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
     return found
 
 
@@ -118,7 +123,11 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
         "accelerations": by_line(equations.accelerations),
         "h": text(equations.h),
         "conserved": [
-            {"quantity": each.quantity, "expression": text(expression_of(each, equations)), "because": plain(each.because)}
+            {
+                "quantity": each.quantity,
+                "expression": text(equations.h if each.quantity == "h" else each.expression),
+                "because": plain(each.because),
+            }
             for each in equations.conserved
         ],
         "not_conserved": [
@@ -126,8 +135,3 @@ def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict
             for each in equations.changing
         ],
     }  # fmt: skip
-
-
-def expression_of(each: Any, equations: FamilyEquations) -> sympy.Expr:
-    """What is conserved."""
-    return equations.h if each.quantity == "h" else each.expression

@@ -14,9 +14,9 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.spec.values import Values
+from lagrange_cli.symbolic.families.conditions import holds
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.families.whole import holds
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.verify import COMPILED, Verification
@@ -48,7 +48,10 @@ class ReadBack:
         """Their values for all coordinates, 0 where there is no line."""
         made = np.zeros(self.count)
         for line in lines:
-            bounds = [np.arange(*(end.value(self.spec.sizes) for end in (one.start, one.stop))) for one in line.loops]
+            bounds = [
+                np.arange(*(end.value(self.spec.sizes) for end in (one.start, one.stop)))
+                for one in line.loops
+            ]
             grid = [one.ravel() for one in np.meshgrid(*bounds, indexing="ij")] if bounds else []
             indices = {loop.index: one for loop, one in zip(line.loops, grid)}
             known = {**self.spec.sizes, **indices}
@@ -65,7 +68,11 @@ class ReadBack:
         return made
 
     def value(
-        self, expression: sympy.Expr, indices: dict[str, Any], count: int, at: tuple[float, Array, Array, Array]
+        self,
+        expression: sympy.Expr,
+        indices: dict[str, Any],
+        count: int,
+        at: tuple[float, Array, Array, Array],
     ) -> Any:
         """The values of an expression, whose text is read back, for all values of indices."""
         builder = FamilyBuilder(self.spec)
@@ -75,7 +82,7 @@ class ReadBack:
         return np.broadcast_to(FamilyValues(builder, t, q, v, parameters).node(node), count)
 
 
-def verify_families(
+def verify(
     system: FamilySystem, equations: FamilyEquations, compiled: Compiled, start: Values
 ) -> Verification:
     """Compare printed accelerations, momenta and h with those of the system, and with the compiled ones, at
@@ -99,7 +106,8 @@ def differences(
     t = system.spec.solve.start or 0.0
     for _ in range(STATES):
         q, v = (
-            np.array(one) + NEAR * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one)) for one in (start.q, start.v)
+            np.array(one) + NEAR * (1 + np.abs(one)) * chance.uniform(-1, 1, len(one))
+            for one in (start.q, start.v)
         )
         at = t, q, v, parameters
         own = FamilyValues(system, *at)
