@@ -71,6 +71,7 @@ def dataclass_of(cls: Any, frozen: bool, order: bool, eq: bool) -> Any:
         if isinstance(given, Field):
             delattr(cls, name)
     cls.__record_fields__ = fields
+    cls.__record_plain__ = -1 if hasattr(cls, "__post_init__") else len(fields)
     cls.__record_compared__ = tuple(name for name, one in fields.items() if one.compare)
     cls.__init__ = _initializer(tuple(fields), hasattr(cls, "__post_init__"))
     methods: dict[str, Any] = {"__eq__": _equal, "__repr__": _shown, "__hash__": _hash if frozen else None}
@@ -88,14 +89,14 @@ def dataclass_of(cls: Any, frozen: bool, order: bool, eq: bool) -> Any:
 
 def replace(record: T, **changes: Any) -> T:
     """A record like this one but for ``changes``."""
-    cls, values = type(record), record.__dict__
-    names = getattr(cls, "__record_fields__")  # noqa: B009 - it is nothing that a type checker knows
-    if len(values) != len(names) or not changes.keys() <= names.keys() or hasattr(cls, "__post_init__"):
-        return cls(**{**{name: getattr(record, name) for name in names}, **changes})
-    made = cls.__new__(cls)  # a third of the time: families have many members
-    made.__dict__.update(values)
-    made.__dict__.update(changes)
-    return made
+    cls: Any = type(record)
+    made = cls.__new__(cls)  # a third of the time that __init__ takes: families have many members
+    values = made.__dict__
+    values.update(record.__dict__)
+    values.update(changes)
+    if len(values) == cls.__record_plain__:
+        return made  # type: ignore[no-any-return]
+    return cls(**{**{name: getattr(record, name) for name in fields_of(record)}, **changes})  # type: ignore[no-any-return]
 
 
 def fields_of(record: object) -> tuple[str, ...]:
