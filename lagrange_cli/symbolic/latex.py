@@ -7,8 +7,8 @@ from collections.abc import Sequence
 
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Equations
-from lagrange_cli.symbolic.families.conditions import Condition, Joined, Loop
-from lagrange_cli.symbolic.families.whole import number
+from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
+from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
 from lagrange_cli.symbolic.notations import GREEK, dotted, multiplied, split_index
 from lagrange_cli.symbolic.render import Level, Notation

@@ -8,8 +8,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
-from lagrange_cli.symbolic.families.conditions import Condition, Joined, Loop
-from lagrange_cli.symbolic.families.whole import number
+from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
+from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.render import Level, Notation
 
 GREEK = {

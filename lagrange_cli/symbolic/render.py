@@ -11,8 +11,8 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Switch
-from lagrange_cli.symbolic.families.conditions import Loop
-from lagrange_cli.symbolic.families.members import Summed
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import Summed
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 from lagrange_cli.symbolic.work import charge
 

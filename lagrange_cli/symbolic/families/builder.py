@@ -21,7 +21,7 @@ from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPON
 from lagrange_cli.families.builder import Group, group_of, particle_families
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
-from lagrange_cli.symbolic.families.conditions import (
+from lagrange_cli.symbolic.indexed.conditions import (
     Condition,
     Joined,
     Loop,
@@ -32,7 +32,7 @@ from lagrange_cli.symbolic.families.conditions import (
     negation,
     relation,
 )
-from lagrange_cli.symbolic.families.members import (
+from lagrange_cli.symbolic.indexed.members import (
     KNOWN,
     Loops,
     Summed,
@@ -41,7 +41,7 @@ from lagrange_cli.symbolic.families.members import (
     opened,
     renamed,
 )
-from lagrange_cli.symbolic.families.whole import Span, Whole, named, number, whole_of
+from lagrange_cli.symbolic.indexed.whole import Span, Whole, named, number, whole_of
 
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30

@@ -14,7 +14,7 @@ import sympy
 
 from lagrange_cli.expression.index_arrays import Unsuited
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.families.conditions import (
+from lagrange_cli.symbolic.indexed.conditions import (
     SWAPPED,
     Condition,
     Loop,
@@ -25,8 +25,8 @@ from lagrange_cli.symbolic.families.conditions import (
     relation,
     single,
 )
-from lagrange_cli.symbolic.families.members import HIDDEN, KNOWN, Loops, Summed, hidden, opened, renamed
-from lagrange_cli.symbolic.families.whole import Operation, Spans, Whole, named, number, operation, reduced
+from lagrange_cli.symbolic.indexed.members import HIDDEN, KNOWN, Loops, Summed, hidden, opened, renamed
+from lagrange_cli.symbolic.indexed.whole import Operation, Spans, Whole, named, number, operation, reduced
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,11 @@ from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
 from lagrange_cli.symbolic.families.builder import Frame, Kind, Split, WrittenBuilder
-from lagrange_cli.symbolic.families.conditions import Loop
 from lagrange_cli.symbolic.families.derivatives import Part, parts
 from lagrange_cli.symbolic.families.lines import Line, Lines
-from lagrange_cli.symbolic.families.members import Loops, Ranks, Summed, member, opened, summed_of
 from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import Loops, Ranks, Summed, member, opened, summed_of
 from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
 

@@ -11,7 +11,9 @@ from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Family
 from lagrange_cli.symbolic.families.builder import LETTERS, WrittenBuilder
-from lagrange_cli.symbolic.families.conditions import (
+from lagrange_cli.symbolic.families.derivatives import Part, placed, resolved, spans_within
+from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.indexed.conditions import (
     Condition,
     Loop,
     changed,
@@ -20,10 +22,8 @@ from lagrange_cli.symbolic.families.conditions import (
     negation,
     relation,
 )
-from lagrange_cli.symbolic.families.derivatives import Part, placed, resolved, spans_within
-from lagrange_cli.symbolic.families.members import Loops, Summed, even, renamed, summed_of
-from lagrange_cli.symbolic.families.whole import Spans, Whole, named, number
-from lagrange_cli.symbolic.grouping import tidy
+from lagrange_cli.symbolic.indexed.members import Loops, Summed, even, renamed, summed_of
+from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, number
 from lagrange_cli.symbolic.order import Order
 
 TARGET = "@@{}"

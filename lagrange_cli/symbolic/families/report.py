@@ -8,10 +8,10 @@ from typing import Any
 import sympy
 
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX
-from lagrange_cli.symbolic.families.conditions import Loop
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
-from lagrange_cli.symbolic.families.members import names_in
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import names_in
 from lagrange_cli.symbolic.latex import Latex, blocks
 from lagrange_cli.symbolic.layouts import lines_of
 from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode

@@ -9,9 +9,9 @@ import sympy
 
 from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, velocity_name
 from lagrange_cli.spec.spec import Family
-from lagrange_cli.symbolic.families.conditions import Loop
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.indexed.conditions import Loop
 from lagrange_cli.symbolic.notations import IndexedPython
 from lagrange_cli.symbolic.render import render
 
@@ -114,7 +114,7 @@ class _Writer:
             found.append(f"{indent}for {self.head(loop)}:")
             indent += "    "
             for one in loop.conditions:
-                from lagrange_cli.symbolic.families.conditions import written
+                from lagrange_cli.symbolic.indexed.conditions import written
 
                 found += [f"{indent}if not ({written(one)}):", f"{indent}    continue"]
         place = str(first)

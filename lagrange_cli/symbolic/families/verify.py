@@ -14,9 +14,9 @@ from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.families.values import FamilyValues
 from lagrange_cli.spec.values import Values
-from lagrange_cli.symbolic.families.conditions import holds
 from lagrange_cli.symbolic.families.equations import FamilyEquations
 from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.indexed.conditions import holds
 from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 from lagrange_cli.symbolic.verify import COMPILED, Verification

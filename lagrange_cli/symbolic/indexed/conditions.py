@@ -10,7 +10,7 @@ import numpy as np
 from lagrange_cli.expression.indices import COMPARISONS
 from lagrange_cli.expression.syntax import Comparison, Logic, Tree
 from lagrange_cli.records import dataclass
-from lagrange_cli.symbolic.families.whole import Span, Spans, Values, Whole, number, whole_of
+from lagrange_cli.symbolic.indexed.whole import Span, Spans, Values, Whole, number, whole_of
 
 
 @dataclass(frozen=True)

@@ -8,8 +8,8 @@ from typing import Any
 import sympy
 from sympy.core.basic import Atom
 
-from lagrange_cli.symbolic.families.conditions import Loop
-from lagrange_cli.symbolic.families.whole import Spans, Whole, named, reduced
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.whole import Spans, Whole, named, reduced
 from lagrange_cli.symbolic.order import Role
 
 
