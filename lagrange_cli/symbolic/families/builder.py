@@ -18,7 +18,7 @@ from lagrange_cli.expression.index_arrays import Unsuited, holding, inner, integ
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
-from lagrange_cli.families.builder import Group, group_of, particle_families
+from lagrange_cli.families.builder import Group, group_of, particle_families, recursion
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 from lagrange_cli.symbolic.indexed.conditions import (
@@ -99,6 +99,8 @@ class WrittenBuilder(Builder):
             [one.name for one in spec.coordinates], spec.families.get("coordinates", {})
         )
         self.groups: dict[str, Group] = {}
+        self.within: list[Group] = []
+        """The groups whose members are being built."""
         for family in grouped(spec.definitions, spec.families.get("definitions", {})):
             self.groups[family.name] = group_of(family, spec.definitions)
         for family in grouped(spec.embedding, particle_families(spec)):
@@ -169,7 +171,9 @@ class WrittenBuilder(Builder):
         label = int(labels[0]) if len(labels) else 0
         own = {name: np.broadcast_to(one, group.count)[which] for name, one in group.indices.items()}
         names = {**self.names, **{name: wholes[axis] for name, axis in self.axes_of(group, label).items()}}
-        return self.value(group.trees[label], Frame({**self.sizes, **own}, frame.count, names, frame.arrays))
+        inside = Frame({**self.sizes, **own}, frame.count, names, frame.arrays)
+        with recursion(group, self.within):
+            return self.value(group.trees[label], inside)
 
     def axes_of(self, group: Group, label: int) -> dict[str, int]:
         """Along which axis each index of the members with a label runs."""
