@@ -22,7 +22,6 @@ from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Tot
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
 
-
 DEEPEST = 3
 """How often members of a family may stand in one another's definitions: x[i] = x[i - 1] + ... is unwound."""
 
