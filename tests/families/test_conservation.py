@@ -3,19 +3,26 @@
 from __future__ import annotations
 
 import random
+from collections.abc import Mapping
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from lagrange_cli.families import system as systems
 from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
 from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.symmetries import symmetries
 from lagrange_cli.run.check import classify
 from lagrange_cli.run.classification import as_text
 from lagrange_cli.run.derive import derive_system
 from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
 from tests.families.test_systems import drawn
-from tests.support.motion import SYSTEMS
+from tests.support.motion import SYSTEMS, run
 
 BODIES = """
 name: bodies
@@ -78,6 +85,27 @@ def test_particles_conserve_what_their_members_do(case: str, monkeypatch: pytest
     assert found.keys() == displaced
     for name, one in found.items():
         assert one == expected[name]
+
+
+@pytest.mark.parametrize("case", ["gravity", "another scale", "about an axis", "pulled"])
+def test_what_is_conserved_is_written(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = BODIES.format(**{"count": 3, "scale": 1, "forces": ""} | CASES[case])
+
+    def followed(fewest: int) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
+        monkeypatch.setattr(systems, "FEWEST", fewest)
+        spec = read_spec(text, "system.yaml")
+        outputs = frozenset(["conserved"])
+        ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
+        return ready, run(ready, resolve_values(spec, {}), 0.0, 0.3, 4).data
+
+    (together, found), (apart, expected) = followed(0), followed(10**9)
+    names = [one.path for one in together.recording.datasets]
+    assert set(names) <= {one.path for one in apart.recording.datasets} and len(names) > 1
+    for name in names:
+        size = 1 + np.max(np.abs(expected[name]))
+        assert np.max(np.abs(found[name] - expected[name])) <= 2.0**-40 * size
+        assert np.ptp(found[name]) <= 2.0**-40 * size
+    assert {f"diagnostics/conserved/{one}" for one in ("P_x", "L_z", "K_x")} & {*names}
 
 
 @pytest.mark.exhaustive(keep=3)
