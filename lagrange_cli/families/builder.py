@@ -14,7 +14,8 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Places, Unsuited, Whole, flat, one_if_equal, split
+from lagrange_cli.expression.index_arrays import Differ, Places, Whole, flat, one_if_equal, split
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.syntax import Sum, Tree, sums
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name

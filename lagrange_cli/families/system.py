@@ -13,7 +13,8 @@ from contextlib import suppress
 import numpy as np
 
 from lagrange_cli.errors import TooLarge
-from lagrange_cli.expression.index_arrays import Differ, Places, Unsuited
+from lagrange_cli.expression.index_arrays import Differ, Places
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces

@@ -14,7 +14,8 @@ import sympy
 
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.build import Builder
-from lagrange_cli.expression.index_arrays import Unsuited, holding, inner, integers, taken
+from lagrange_cli.expression.index_arrays import holding, inner, integers, taken
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.symbolic import SympyAlgebra
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name

@@ -12,7 +12,7 @@ from itertools import count as iterate
 
 import sympy
 
-from lagrange_cli.expression.index_arrays import Unsuited
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.records import dataclass
 from lagrange_cli.symbolic.indexed.conditions import (
     SWAPPED,

@@ -8,7 +8,7 @@ from typing import Any
 
 import sympy
 
-from lagrange_cli.expression.index_arrays import Unsuited
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.expression.vocabulary import (
     COMPONENTS,

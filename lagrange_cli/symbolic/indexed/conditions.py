@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
-import numpy as np
-
 from lagrange_cli.expression.indices import COMPARISONS
 from lagrange_cli.expression.syntax import Comparison, Logic, Tree
 from lagrange_cli.records import dataclass
@@ -61,6 +59,8 @@ def negation(condition: Condition) -> Condition:
 
 def holds(condition: Condition, values: Values) -> Any:
     """Whether it holds, or for which members."""
+    import numpy as np
+
     if isinstance(condition, Joined):
         parts = [holds(one, values) for one in condition.parts]
         if condition.operator == "not":

@@ -10,8 +10,7 @@ from collections.abc import Callable, Mapping
 from operator import add, sub
 from typing import Any, TypeAlias
 
-from lagrange_cli.expression.index_arrays import Unsuited
-from lagrange_cli.expression.indices import OPERATIONS
+from lagrange_cli.expression.indices import OPERATIONS, Unsuited
 from lagrange_cli.expression.syntax import Binary, Name, Negative, Number, Tree
 from lagrange_cli.records import dataclass
 
