@@ -32,6 +32,8 @@ class Latex(Notation):
     powers_of_functions = functions_last = bars_enclose = True
 
     def symbol(self, name: str) -> str:
+        if name.startswith("("):  # a whole number
+            return self.parentheses(self.whole(name[1:-1]))
         bare, dots = dotted(name)
         stem, indices = split_index(bare)
         text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
@@ -67,13 +69,13 @@ class Latex(Notation):
             rows[0] += rf",\, {self.whole((loop.start + number(loop.step)).text)},\, \dots"
         rows += map(self.condition, loop.conditions)
         below = rows[0] if len(rows) == 1 else rf"\substack{{{BREAK.join(rows)}}}"
-        last = loop.stop + number(-1 if loop.step > 0 else 1)
+        last = loop.stop + number(-1)
         return rf"\sum_{{{below}}}^{{{self.whole(last.text)}}}"
 
     def members(self, loops: Sequence[Loop]) -> str:
         said = []
         for loop in loops:
-            last = self.whole((loop.stop + number(-1 if loop.step > 0 else 1)).text)
+            last = self.whole((loop.stop + number(-1)).text)
             said.append(rf"{self.symbol(loop.index)} = {self.whole(loop.start.text)}, \dots, {last}")
             said += map(self.condition, loop.conditions)
         return ", ".join(f"${one}$" for one in said)

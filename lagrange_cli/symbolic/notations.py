@@ -156,8 +156,6 @@ class IndexedSympy(Text):
             low, high = loop.start.text, (loop.stop + number(-1)).text
             if loop.step != 1:
                 conditions.append(f"Eq(({loop.index} - ({low})) % {loop.step}, 0)")
-            if loop.step < 0:
-                low, high = (loop.stop + number(1)).text, loop.start.text
             if conditions:
                 body = f"Piecewise(({body}, And({', '.join(conditions)})), (0, True))"
             body = f"Sum({body}, ({loop.index}, {low}, {high}))"
@@ -213,6 +211,8 @@ class Unicode(Text):
     powers_of_functions = True
 
     def symbol(self, name: str) -> str:
+        if name.startswith("("):  # a whole number
+            return self.whole(name)
         bare, dots = dotted(name)
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)

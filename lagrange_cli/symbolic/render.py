@@ -241,7 +241,7 @@ class Renderer:
         return self.raised(base, self.at(exponent, Level.SUM))
 
     def raised(self, base: sympy.Expr, exponent: str) -> tuple[str, Level]:
-        if self.notation.powers_of_functions and base.is_Function and not isinstance(base, Switch):
+        if self.notation.powers_of_functions and base.is_Function and not isinstance(base, Switch | Summed):
             return self.call(base, exponent), Level.POWER
         return self.notation.power(self.at(base, Level.ATOM), exponent), Level.POWER
 

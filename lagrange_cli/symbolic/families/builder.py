@@ -42,7 +42,7 @@ from lagrange_cli.symbolic.indexed.members import (
     opened,
     renamed,
 )
-from lagrange_cli.symbolic.indexed.whole import Span, Whole, named, number, whole_of
+from lagrange_cli.symbolic.indexed.whole import Span, Whole, named, number, operation, whole_of
 
 LETTERS = "ijklmnabcdefgh"
 MOST_PIECES = 30
@@ -256,6 +256,10 @@ class WrittenBuilder(Builder):
             if bounds[2].terms:
                 raise Unsuited
             step = bounds[2].constant
+        if step < 0:  # a sum does not depend on the order of its terms
+            count = start - stop - number(1)
+            first = start - (count if step == -1 else operation("//", count, number(-step)) * -step)
+            start, stop, step = first, start + number(1), -step
         conditions = tuple(condition_of(one, names) for one in tree.conditions)
         loop = Loop(index, start, stop, step, conditions)
         arrays = {name: np.broadcast_to(one, frame.count)[owners] for name, one in frame.arrays.items()}
@@ -314,7 +318,7 @@ class WrittenBuilder(Builder):
 
     def fresh(self, wanted: str, frame: Frame) -> str:
         """An index's name, if no loop around has it."""
-        used = self.taken.union(*(one.names for one in frame.names.values()))
+        used = self.taken.union(frame.arrays, *(one.names for one in frame.names.values()))
         candidates = [wanted, *LETTERS, *(f"i{k}" for k in range(99))]
         found: str = next(name for name in candidates if name not in used)
         return found

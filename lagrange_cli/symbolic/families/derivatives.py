@@ -153,8 +153,6 @@ def remainder(atom: Operation, loop: Loop, target: Whole, spans: Spans) -> Whole
 
 def within(loop: Loop, whole: Whole) -> list[Condition]:
     """That a number is in a loop's range."""
-    if loop.step < 0:
-        raise Unsuited
     found: list[Condition] = [relation(loop.start, "<=", whole), relation(whole, "<", loop.stop)]
     if loop.step > 1:
         found.append(relation(operation("%", whole - loop.start, number(loop.step)), "==", number(0)))

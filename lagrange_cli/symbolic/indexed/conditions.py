@@ -129,7 +129,7 @@ def written(condition: Condition, level: int = 0) -> str:
 
 @dataclass(frozen=True)
 class Loop:
-    """``for index in range(start, stop, step) if conditions``."""
+    """``for index in range(start, stop, step) if conditions``, with a positive step."""
 
     index: str
     start: Whole
@@ -151,9 +151,7 @@ class Loop:
     def span(self, spans: Spans) -> Span:
         """Bounds of its index."""
         starts, stops = self.start.span(spans), self.stop.span(spans)
-        if self.step > 0:
-            return starts[0], max(starts[0], stops[1] - 1)
-        return min(starts[1], stops[0] + 1), starts[1]
+        return starts[0], max(starts[0], stops[1] - 1)
 
     @property
     def bounds(self) -> str:
