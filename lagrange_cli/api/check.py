@@ -55,27 +55,27 @@ class Checked:
     @property
     def coordinates(self) -> tuple[str, ...]:
         """The names of the coordinates, in their order."""
-        return tuple(self._found.residual.coordinates)
+        return tuple(one.name for one in self._found.spec.coordinates)
 
     @property
     def scleronomic(self) -> bool:
         """Whether positions and constraints do not depend on t."""
-        return self._found.residual.scleronomic
+        return not self._found.mechanics.depending
 
     @property
     def cyclic(self) -> tuple[str, ...]:
         """The coordinates that L does not contain."""
-        return tuple(self._found.residual.cyclic)
+        return self._found.mechanics.cyclic
 
     @property
     def conserved(self) -> dict[str, Conserved]:
         """What every motion keeps, by name."""
-        return {one.quantity: one for one in self._found.conserved}
+        return {one.quantity: one for one in self._found.mechanics.conserved}
 
     @property
     def structure(self) -> tuple[str, ...]:
         """What the system is made of."""
-        return self._found.structure
+        return self._found.mechanics.structure
 
     @property
     def skipped(self) -> tuple[str, ...]:
@@ -85,7 +85,7 @@ class Checked:
     @property
     def engine(self) -> tuple[str, ...]:
         """How the equations are integrated."""
-        return self._found.engine
+        return self._found.mechanics.engine
 
     @property
     def warnings(self) -> tuple[Any, ...]:

@@ -17,7 +17,6 @@ from lagrange_cli.expression.index_arrays import (
     MOST,
     Differ,
     Places,
-    Unsuited,
     Whole,
     holding,
     inner,
@@ -26,7 +25,7 @@ from lagrange_cli.expression.index_arrays import (
     split,
     taken,
 )
-from lagrange_cli.expression.indices import Indices
+from lagrange_cli.expression.indices import Indices, Unsuited
 from lagrange_cli.expression.syntax import Call, Name, Sum, Tree
 from lagrange_cli.expression.vocabulary import TIME
 

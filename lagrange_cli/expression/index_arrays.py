@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 
-from lagrange_cli.expression.indices import COMPARISONS, LARGEST, OPERATIONS, counted
+from lagrange_cli.expression.indices import COMPARISONS, LARGEST, OPERATIONS, Unsuited, counted
 from lagrange_cli.expression.syntax import (
     Binary,
     Comparison,
@@ -35,10 +35,6 @@ Indices: TypeAlias = "Mapping[str, Whole]"
 
 MOST = whole("pairs")
 """Terms of all sums that are not written out."""
-
-
-class Unsuited(Exception):
-    """What is asked cannot be said of all members at once."""
 
 
 class Differ(Exception):

@@ -36,6 +36,10 @@ COMPARISONS: dict[str, Callable[[int, int], bool]] = {
 _MADE_OF = "use whole numbers, sizes and indices with + - * // %"
 
 
+class Unsuited(Exception):
+    """What is asked cannot be said of all members of a family at once."""
+
+
 def integer(tree: Tree, indices: Indices) -> int:
     """The whole number that ``tree`` is.
 

@@ -16,7 +16,8 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.bounds import MAX_EXPONENT, Bounds, BoundsAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Indices, Places, Unsuited, Whole
+from lagrange_cli.expression.index_arrays import Differ, Indices, Places, Whole
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.syntax import ExpressionError, Sum, Tree
 
 if TYPE_CHECKING:

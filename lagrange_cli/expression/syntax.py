@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Iterator
+from functools import cached_property
 from typing import TypeAlias
 
 from lagrange_cli.records import dataclass
@@ -152,7 +153,7 @@ class Key:
     text: str
     axes: tuple[Axis, ...] = ()
 
-    @property
+    @cached_property
     def label(self) -> str:
         """The key as messages call it: ``u[i,0]``."""
         if not self.axes:

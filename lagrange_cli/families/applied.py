@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Unsuited
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.families.arrays import Domain, Term, Total
 from lagrange_cli.families.builder import FamilyBuilder, alike, group_of, particle_families
 from lagrange_cli.families.slopes import slopes

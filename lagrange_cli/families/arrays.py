@@ -22,6 +22,10 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.index_arrays import Places
 
 
+LOOKED_AT = 64
+"""Numbers of a long table that are looked at first."""
+
+
 class Source(Enum):
     """Where the numbers of an array are from."""
 
@@ -83,9 +87,9 @@ class Slots:
 
     def symbol(self, domain: Domain, array: Array, table: Places) -> Node:
         """The symbol of a slot."""
-        key = id(domain), id(array), hash(table.tobytes())
+        key = id(domain), id(array), digest(table)
         for node in self.known.setdefault(key, []):
-            if np.array_equal(self.of[node].table, table):
+            if equal(self.of[node].table, table):
                 return node
         node = self.graph.symbol(f"slot {len(self.of)}")
         self.of[node] = Slot(domain, array, table)
@@ -105,15 +109,25 @@ class Slots:
         return any(slot.array in moves for _, slot in self.inside(node))
 
 
+def digest(table: Places) -> int:
+    """What equal tables have in common, and most others have not: a few of the numbers."""
+    return hash(table[:: max(1, len(table) // LOOKED_AT)].tobytes())
+
+
+def equal(one: Places, other: Places) -> bool:
+    """Whether tables are equal."""
+    return one is other or np.array_equal(one, other)
+
+
 def total_of(count: int, terms: Iterable[Term], graph: Graph) -> Total:
     """The sums of these terms; those of one domain at the same places are one, and those that are 0 none."""
     found: dict[tuple[int, int], list[Term]] = {}
     for term in terms:
         if term.domain.count == 0:
             continue
-        same = found.setdefault((id(term.domain), hash(term.targets.tobytes())), [])
+        same = found.setdefault((id(term.domain), digest(term.targets)), [])
         for i, one in enumerate(same):
-            if np.array_equal(one.targets, term.targets):
+            if equal(one.targets, term.targets):
                 same[i] = Term(one.domain, one.node + term.node, one.targets)
                 break
         else:

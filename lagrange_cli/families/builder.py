@@ -6,6 +6,7 @@ Where members of a sum differ in kind, as a chain's ends do from its middle, eac
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from typing import Any
 
 import numpy as np
@@ -13,13 +14,17 @@ import numpy as np
 from lagrange_cli.expression.algebra import Value
 from lagrange_cli.expression.array_builder import ArrayBuilder, Members
 from lagrange_cli.expression.graph_algebra import GraphAlgebra
-from lagrange_cli.expression.index_arrays import Differ, Places, Unsuited, Whole, flat, one_if_equal, split
+from lagrange_cli.expression.index_arrays import Differ, Places, Whole, flat, one_if_equal, split
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.syntax import Sum, Tree, sums
 from lagrange_cli.expression.vocabulary import COMPONENTS, TIME, VELOCITY_COMPONENTS, velocity_name
 from lagrange_cli.families.arrays import Array, Domain, Slots, Source, Term, Total, total_of
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+
+DEEPEST = 3
+"""How often members of a family may stand in one another's definitions: x[i] = x[i - 1] + ... is unwound."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -55,6 +60,19 @@ class Group:
         return self.trees[labels[0]], Members(domain, domain.count, {**sizes, **values})
 
 
+@contextmanager
+def recursion(group: Group, within: list[Group]) -> Iterator[None]:
+    """A context in which members of a group are built, ``within`` others. Raises ``Unsuited`` where members
+    follow from others of their own group, one after the other."""
+    if within.count(group) == DEEPEST:
+        raise Unsuited
+    within.append(group)
+    try:
+        yield
+    finally:
+        within.pop()
+
+
 def group_of(family: Family, written: Mapping[str, Expression]) -> Group:
     """The members of a family as they are written."""
     expressions = [written[name] for name in family.members]
@@ -84,6 +102,7 @@ class FamilyBuilder(ArrayBuilder):
 
     def __init__(self, spec: Spec) -> None:
         self.algebra: GraphAlgebra
+        self.spec = spec
         super().__init__(self._unknown, GraphAlgebra(), spec.sizes)
         self.graph = self.algebra.graph
         self.slots = Slots(self.graph)
@@ -101,6 +120,8 @@ class FamilyBuilder(ArrayBuilder):
         self.positions: dict[str, Group] = {}
         scalars = [one.name for one in spec.parameters if "[" not in one.name]
         self.parameters = {name: self.graph.symbol(name) for name in scalars}
+        self.within: list[Group] = []
+        """The groups whose members are being built."""
         self._written: dict[tuple[int, int], tuple[Total, ...]] = {}
         self._newest: Node | None = None
         """The symbol of the sum that was built last."""
@@ -174,7 +195,8 @@ class FamilyBuilder(ArrayBuilder):
         """The members of a group, for those of a domain. What contains sums is computed once for each."""
         tree, members = group.members(which, self.sizes, domain)
         if not any(True for _ in sums(tree)):
-            return self.value(tree, members)
+            with recursion(group, self.within):
+                return self.value(tree, members)
         label = int(group.labels[which[0]])
         key = id(group), label
         if key not in self._written:

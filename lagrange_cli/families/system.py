@@ -7,13 +7,14 @@ kind are derived member by member (``mechanics``).
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 
 import numpy as np
 
 from lagrange_cli.errors import TooLarge
-from lagrange_cli.expression.index_arrays import Differ, Unsuited
+from lagrange_cli.expression.index_arrays import Differ, Places
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.syntax import ExpressionError
 from lagrange_cli.families.applied import applied_forces
@@ -34,10 +35,25 @@ _LATEST: list[tuple[Spec, FamilySystem | None]] = []
 
 
 @dataclass(frozen=True, eq=False)
+class Component:
+    """A component of the places of some particles, which moves: x of ``axis`` of the ``members`` of a family,
+    with dx/dq, the ``slope``, for the coordinates in these ``rows``."""
+
+    family: str
+    axis: int
+    members: Places
+    domain: Domain
+    rows: Places
+    mass: Node
+    slope: Node
+
+
+@dataclass(frozen=True, eq=False)
 class FamilySystem:
     """``masses`` and ``forces`` have an entry for each coordinate: M a = forces. ``needed`` are the totals
     that the forces take, in the order in which they can be computed, ``totals`` all that expressions contain.
-    The system is ``driven`` if a force is not in L.
+    ``energies`` are those that the potential is made of. The forces are those in L, -dU/dq of the ``slopes``,
+    and those that are ``applied`` besides.
     ``potential`` and ``kinetic`` are expressions of a domain of one member, ``root``; with a given Lagrangian
     their difference is L.
     """
@@ -56,18 +72,33 @@ class FamilySystem:
     masses: Total
     forces: Total
     needed: Sequence[Total]
-    driven: bool
+    energies: Sequence[Total]
+    slopes: Total
+    applied: Total
     potential: Node
     kinetic: Node
+    components: Sequence[Component]
     positions: Mapping[str, Sequence[Total]]
     observables: Mapping[str, tuple[Total, int]]
 
     @property
     def steady(self) -> bool:
         """Whether nothing depends on time explicitly."""
-        totals = *self.totals, *self.needed, self.forces
-        terms = [one.node for total in totals for one in total.terms]
-        return not any(node.symbols & self.time.symbols for node in (*terms, self.potential))
+        return self.steady_potential and not self.depends_on_time((*self.needed, self.forces))
+
+    @property
+    def steady_potential(self) -> bool:
+        """Whether L does not depend on time explicitly."""
+        return not self.potential.symbols & self.time.symbols and not self.depends_on_time(self.energies)
+
+    def depends_on_time(self, totals: Iterable[Total]) -> bool:
+        """Whether a term of one of them contains t."""
+        return any(one.node.symbols & self.time.symbols for total in totals for one in total.terms)
+
+    @property
+    def driven(self) -> bool:
+        """Whether a force is not in L."""
+        return bool(self.applied.terms)
 
     @property
     def terms(self) -> int:
@@ -115,8 +146,11 @@ def made(spec: Spec) -> FamilySystem:
         energies = [builder.of_root(one.tree, one.indices) for one in spec.potential.values()]
         potential = graph.sum([(one, 1.0) for one in energies])
         totals = [*builder.totals]
-        masses = total_of(builder.q.count, particles(builder, spec), graph)
+        components = [*particles(builder, spec)]
+        inertia = [Term(one.domain, one.mass * one.slope * one.slope, one.rows) for one in components]
+        masses = total_of(builder.q.count, inertia, graph)
     else:
+        components = []
         lagrangian = builder.of_root(spec.lagrangian.tree, spec.lagrangian.indices)
         potential, masses = separated(builder, lagrangian)
         totals = [*builder.totals]
@@ -139,8 +173,8 @@ def made(spec: Spec) -> FamilySystem:
     used = [total for total in builder.totals if total not in (masses, energy)]
     found = FamilySystem(
         spec, slots, builder.q, builder.v, builder.given, builder.whole, builder.time, builder.parameters,
-        builder.root, everyone, builder.totals, masses, forces, [*used, *needed, *beside], bool(terms),
-        potential, kinetic,
+        builder.root, everyone, builder.totals, masses, forces, [*used, *needed, *beside], totals,
+        rates, total_of(builder.q.count, terms, graph), potential, kinetic, components,
         {name: builder.computed(group, np.arange(group.count)) for name, group in builder.positions.items()},
         dict(observed(builder, spec)),
     )  # fmt: skip
@@ -148,9 +182,8 @@ def made(spec: Spec) -> FamilySystem:
     return found
 
 
-def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
-    """The terms of the masses: m (dx/dq)^2 of every component x of each particle, which contains one
-    coordinate at most."""
+def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Component]:
+    """The components of all particles that move. Each contains one coordinate at most, linearly."""
     families = grouped(spec.embedding, particle_families(spec))
     for family in families:
         group, masses = builder.positions[family.name], group_of(family, spec.masses)
@@ -160,7 +193,7 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
             position, mass = values
             if not fixed(builder, mass):
                 raise Unsuited
-            for x in position if isinstance(position, tuple) else (position,):
+            for axis, x in enumerate(position if isinstance(position, tuple) else (position,)):
                 if x.symbols & builder.time.symbols:
                     raise Unsuited
                 inside = [(s, slot) for s, slot in builder.slots.inside(x) if slot.array is not builder.given]
@@ -171,7 +204,7 @@ def particles(builder: FamilyBuilder, spec: Spec) -> Iterator[Term]:
                     slope = builder.graph.diff(x, symbol)
                     if not fixed(builder, slope):
                         raise Unsuited
-                    yield Term(domain, mass * slope * slope, slot.table)
+                    yield Component(family.name, axis, which, domain, slot.table, mass, slope)
 
 
 def fixed(builder: FamilyBuilder, node: Node) -> bool:

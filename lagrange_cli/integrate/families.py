@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -10,10 +10,14 @@ import numpy as np
 from lagrange_cli.expression.node import reachable
 from lagrange_cli.families.arrays import Term, Total
 from lagrange_cli.families.system import FamilySystem, family_system
+from lagrange_cli.integrate.arrays import Array
+from lagrange_cli.integrate.methods.equations import Equations
 from lagrange_cli.integrate.methods.table import METHODS, Needs
-from lagrange_cli.integrate.precision import DOUBLE
+from lagrange_cli.integrate.precision import DOUBLE, FULL_PRECISION
+from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.defect import hides
 from lagrange_cli.model.model import Model, Particle
+from lagrange_cli.native.compilation.machine import compile_program
 from lagrange_cli.native.families.program import write_family_program
 from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.orders import order_for
@@ -27,7 +31,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.compilation import Compilation
     from lagrange_cli.spec.spec import Spec
 
-OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables"})
+OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
 """What can be computed of families; other outputs go through the members."""
 Element = tuple[Total, int]
 """A number: the total that it is in, and its place there."""
@@ -58,6 +62,18 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
     return system
 
 
+def engine(system: FamilySystem) -> tuple[str, ...]:
+    """How the equations are integrated, a sentence for each fact."""
+    said = [
+        "families stay families: the code has a loop over the members of each",
+        "the mass matrix is diagonal and contains parameters only: it is computed once per run",
+        f"the forces have {system.terms} terms in all",
+    ]
+    if system.steady:
+        said.append("the equations do not depend on t")
+    return tuple(said)
+
+
 def narrow(system: FamilySystem) -> bool:
     """Whether forces may hide between the places where steps look at them."""
     return hides(reachable(system.force_nodes), moving(system), large=True)
@@ -66,7 +82,7 @@ def narrow(system: FamilySystem) -> bool:
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
     """The program that ``compilation`` asks for, and what becomes of its results."""
     conserved = frozenset(system.conserved)
-    planner = Planner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
+    planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
     observed = cast("dict[str, Element]", planner.observed)
     needs, tolerance, order = METHODS[compilation.method].needs, compilation.tolerance, RATES
@@ -77,10 +93,21 @@ def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Prog
         coordinates=tuple(one.name for one in system.spec.coordinates),
         states=tuple(planner.states),
         made=tuple(planner.made),
-        conserved=tuple(name for name in observed if name in conserved),
+        conserved=tuple(name for name in observed if name in conserved.union(planner.kept)),
         undetected=(NARROW,) * narrow(system),
     )
     return program, recording
+
+
+def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Array, Array], Array]:
+    """(t, q, v, parameters) -> accelerations, from the code that ``solve`` runs."""
+    machine = compile_program(write_family_program(system, {}, FULL_PRECISION, RATES))
+
+    def accelerations(t: float, q: Array, v: Array, parameters: Array) -> Array:
+        rates = Equations.of(machine, parameters).rates(t, np.concatenate([q, v]))
+        return rates[machine.program.state.v]
+
+    return accelerations
 
 
 def moving(system: FamilySystem) -> int:
@@ -92,11 +119,33 @@ def moving(system: FamilySystem) -> int:
     return found
 
 
+class FamilyPlanner(Planner):
+    """Plans with families: quantities are places in totals."""
+
+    def further(self) -> Sequence[tuple[Conserved, Any]]:
+        """What is conserved besides h and momenta of cyclic coordinates."""
+        from lagrange_cli.families.conservation import constants_of
+        from lagrange_cli.families.currents import current
+
+        system = self.residual.system  # type: ignore[attr-defined]
+        known = {one.quantity for one in self.residual.conserved}
+        found = constants_of(system).conserved
+        return [(one, (current(system, one.quantity), 0)) for one in found if one.quantity not in known]
+
+
 @dataclass(frozen=True)
 class Described:
     """What the planner asks of a residual."""
 
     system: FamilySystem
+
+    @property
+    def conserved(self) -> tuple[Conserved, ...]:
+        """h, and momenta of cyclic coordinates."""
+        from lagrange_cli.families.conservation import constants_of
+
+        found = constants_of(self.system).conserved
+        return tuple(one for one in found if one.quantity == "h" or one.quantity.startswith("p_"))
 
     @property
     def model(self) -> Model[Any]:

@@ -59,8 +59,7 @@ def conservation(model: Model[Node]) -> tuple[tuple[str, ...], tuple[Conserved, 
             continue
         cyclic.append(name)
         if force in absent:
-            because = f"{name} is cyclic (L does not depend on it), and {without_force(constrained)}"
-            conserved.append(Conserved(f"p_{name}", f"dL/d{velocity_name(name)}", because))
+            conserved.append(kept_momentum(name, constrained=constrained))
     steady = is_zero(energetics.lagrangian_rate(model.time)) and not branches_on(graph, given, model.time)
     if steady and is_zero(energetics.power):
         conserved.append(_energy(model, energetics))
@@ -108,15 +107,28 @@ def union(symbols: Iterable[Node]) -> int:
     return reduce(or_, (symbol.symbols for symbol in symbols), 0)
 
 
+def kept_momentum(name: str, *, constrained: bool) -> Conserved:
+    """The momentum of a cyclic coordinate on which no force acts."""
+    because = f"{name} is cyclic (L does not depend on it), and {without_force(constrained)}"
+    return Conserved(f"p_{name}", f"dL/d{velocity_name(name)}", because)
+
+
+def kept_energy(*, applied: bool, constrained: bool, fixed: str) -> Conserved:
+    """h, where L does not depend on t and forces do no work. It is T + U where ``fixed`` says what does not
+    depend on t."""
+    because = "L does not depend on t explicitly" + without_work(applied, constrained)
+    if not fixed:
+        return Conserved("h", "sum_k q_dot_k p_k - L", because)
+    plainly = f"h is the energy T + U, since the {fixed} do not depend on t, nor U on velocities"
+    return Conserved("h", "T + U", f"{because}; {plainly}")
+
+
 def _energy(model: Model[Node], energetics: Energetics) -> Conserved:
-    applied = not all(map(is_zero, set(energetics.applied)))
-    because = "L does not depend on t explicitly" + without_work(applied, bool(model.constraints))
+    applied, fixed = not all(map(is_zero, set(energetics.applied))), ""
     if model.lagrangian is None:
         graph = graph_of(model)
         positions = [x for p in model.particles for x in p.position]
         plain = all(independent(graph, [model.potential], v) for v in model.v)
         if plain and independent(graph, positions, model.time):
-            what = "positions and orientations" if any(p.body for p in model.particles) else "positions"
-            plainly = f"h is the energy T + U, since the {what} do not depend on t, nor U on velocities"
-            return Conserved("h", "T + U", f"{because}; {plainly}")
-    return Conserved("h", "sum_k q_dot_k p_k - L", because)
+            fixed = "positions and orientations" if any(p.body for p in model.particles) else "positions"
+    return kept_energy(applied=applied, constrained=bool(model.constraints), fixed=fixed)

@@ -1,4 +1,4 @@
-"""What a run of a system leaves out, and how its equations are integrated, in sentences for the user."""
+"""How the equations of a system are integrated, in sentences for the user."""
 
 from __future__ import annotations
 
@@ -10,15 +10,9 @@ from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 
 
-def skipped(residual: Residual, outputs: Sequence[str]) -> tuple[str, ...]:
-    """What ``solve`` does not compute for this system, a sentence each; ``outputs`` are those that it has and
-    that the file does not ask for."""
-    said = []
-    if all(map(is_zero, set(Energetics(residual.model).forces))):
-        said.append("generalized forces: all of them are zero")
-    if outputs:
-        said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")
-    return tuple(said)
+def has_forces(residual: Residual) -> bool:
+    """Whether there are forces besides those in L."""
+    return not all(map(is_zero, set(Energetics(residual.model).forces)))
 
 
 def engine(residual: Residual) -> tuple[str, ...]:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from lagrange_cli.errors import NotDefined
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import COMPONENTS
+from lagrange_cli.mechanics.conservation import Conserved
 from lagrange_cli.mechanics.energetics import Energetics
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.switches import switches
@@ -41,6 +42,13 @@ class Planner:
     def model(self) -> Model[Node]:
         """The system."""
         return self.residual.model
+
+    def further(self) -> Sequence[tuple[Conserved, Node]]:
+        """What is conserved besides h and momenta of cyclic coordinates."""
+        from lagrange_cli.mechanics.symmetries import symmetries
+
+        found = symmetries(self.model, self.residual.conserved)
+        return [(one.conserved, one.node) for one in found]
 
     def families(self, section: str, names: Iterable[str]) -> tuple[Family, ...]:
         """The names that a section of the file declares, by family."""

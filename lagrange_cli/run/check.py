@@ -17,39 +17,55 @@ from lagrange_cli.run.settings import ALL, default_outputs, resolve_method, reso
 from lagrange_cli.run.start import NOTHING, Begin, consistent_values
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
+    from collections.abc import Collection, Mapping, Sequence
 
     from lagrange_cli.errors import Problem
+    from lagrange_cli.expression.node import Node
     from lagrange_cli.mechanics.conservation import Conserved
     from lagrange_cli.mechanics.frobenius import Integrability
-    from lagrange_cli.mechanics.residual import Residual
+    from lagrange_cli.model.model import Model
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
 
 @dataclass(frozen=True)
-class Classification:
-    """A system with its equations of motion, and what is known of it before any run.
+class Mechanics:
+    """What the equations of motion show: what depends on time explicitly (``depending``), which coordinates
+    are ``cyclic``, all that every motion keeps (between events), and whether there are ``applied`` forces.
+    ``engine`` says how the equations are integrated, sentence by sentence; ``convolutions`` are those of each
+    formulation an order."""
 
-    ``skipped`` says what a run does not compute, ``structure`` what the system is made of, ``engine`` how the
-    equations are integrated, sentence by sentence. ``conserved`` is all that every motion keeps (between
-    events). ``warnings`` are places of the file where units contradict each other, and where rounding may
-    decide whether two numbers are equal.
+    depending: tuple[str, ...]
+    cyclic: tuple[str, ...]
+    conserved: tuple[Conserved, ...]
+    applied: bool
+    engine: tuple[str, ...]
+    formulation: str
+    convolutions: Mapping[str, int]
+    structure: tuple[str, ...] = ()
+    """What the system is made of, in sentences."""
+    model: Model[Node] | None = None
+    """What they were derived from, member by member."""
+
+
+@dataclass(frozen=True)
+class Classification:
+    """A system, and what is known of it before any run.
+
+    ``skipped`` says what a run does not compute. ``warnings`` are places of the file where units contradict
+    each other, and where rounding may decide whether two numbers are equal.
     ``begin`` says how the initial state became consistent, ``integrability`` which constraints on velocities
     are holonomic after all, and ``integrals`` has the functions that these keep constant, by name, as far as
     they are found.
     """
 
     spec: Spec
-    residual: Residual
+    mechanics: Mechanics
     skipped: tuple[str, ...]
-    engine: tuple[str, ...]
-    conserved: tuple[Conserved, ...]
     warnings: tuple[Problem, ...]
     begin: Begin = NOTHING
     integrability: Integrability | None = None
     integrals: Mapping[str, str] = {}
-    structure: tuple[str, ...] = ()
 
 
 def classify(
@@ -63,15 +79,11 @@ def classify(
     Raises ``SpecError`` where none can be derived, where the method of the file cannot follow them, or where
     numbers of its section ``draw`` make no sense.
     """
-    from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
-    from lagrange_cli.mechanics.omitted_work import engine, skipped
-    from lagrange_cli.mechanics.structure import structure
-    from lagrange_cli.mechanics.symmetries import symmetries
-
     method, begin = resolve_method(spec.solve.method), NOTHING
+    asked = default_outputs(spec) if spec.solve.outputs is None else spec.solve.outputs
+    outputs = resolve_outputs(asked, has_particles=spec.lagrangian is None)
     if method == AUTO:
-        outputs = default_outputs(spec) if spec.solve.outputs is None else spec.solve.outputs
-        method, _ = chosen_method(spec, resolve_outputs(outputs, has_particles=spec.lagrangian is None))
+        method, _ = chosen_method(spec, outputs)
     if values is not None:
         with stage("parse"):
             start = spec.solve.start or 0.0
@@ -79,30 +91,79 @@ def classify(
         check_energies(spec, values.parameters)
         check_domain(spec, consistent, start)
     with stage("derive"), located(spec):
-        residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
-        check_convolutions(residual, method, DOUBLE)
-        further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
-        made_of = structure(residual)
+        mechanics = of_families(spec, method, outputs) or of_members(spec, method)
     if spec.draw is not None and values is not None:
         from lagrange_cli.drawing.draw import draw
 
         draw(spec, values, spec.solve.start or 0.0)
     warnings = (*contradicting_units(spec), *rounded_equalities(spec))
-    said = skipped(residual, left_out_of(spec)), engine(residual)
-    conserved = (*residual.conserved, *further)
-    found, integrals = velocity_constraints(spec, residual, {} if values is None else values.parameters)
-    return Classification(spec, residual, *said, conserved, warnings, begin, found, integrals, made_of)
+    found, integrals = velocity_constraints(spec, mechanics, {} if values is None else values.parameters)
+    skipped = left_out(mechanics, left_out_of(spec))
+    return Classification(spec, mechanics, skipped, warnings, begin, found, integrals)
+
+
+def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics | None:
+    """The mechanics of a system that ``solve`` follows as one of families; None if it is not."""
+    if not spec.families.get("coordinates"):
+        return None
+    from lagrange_cli.families.conservation import constants_of
+    from lagrange_cli.integrate.compilation import Compilation
+    from lagrange_cli.integrate.families import engine, family_run
+    from lagrange_cli.integrate.precision import FULL_PRECISION
+
+    system = family_run(spec, Compilation(method, FULL_PRECISION, outputs))
+    if system is None:
+        return None
+    constants = constants_of(system)
+    depending = ("L",) if spec.lagrangian is not None and not system.steady_potential else ()
+    return Mechanics(
+        depending, constants.cyclic, constants.conserved, system.driven, engine(system), "Lagrange", {}
+    )
+
+
+def of_members(spec: Spec, method: str) -> Mechanics:
+    """The mechanics of any system, derived member by member."""
+    from lagrange_cli.integrate.convolutions import check_convolutions, foresee_convolutions
+    from lagrange_cli.mechanics.derive import depending_on_time
+    from lagrange_cli.mechanics.omitted_work import engine, has_forces
+    from lagrange_cli.mechanics.structure import structure
+    from lagrange_cli.mechanics.symmetries import symmetries
+
+    residual = derive_system(spec, foresee=lambda model: foresee_convolutions(model, method, DOUBLE))
+    check_convolutions(residual, method, DOUBLE)
+    further = tuple(found.conserved for found in symmetries(residual.model, residual.conserved))
+    return Mechanics(
+        depending_on_time(residual.model),
+        residual.cyclic,
+        (*residual.conserved, *further),
+        has_forces(residual),
+        engine(residual),
+        residual.formulation,
+        residual.costs,
+        structure(residual),
+        residual.model,
+    )
+
+
+def left_out(mechanics: Mechanics, outputs: Sequence[str]) -> tuple[str, ...]:
+    """What ``solve`` does not compute for this system, a sentence each; ``outputs`` are those that it has and
+    that the file does not ask for."""
+    said = [] if mechanics.applied else ["generalized forces: all of them are zero"]
+    if outputs:
+        said.append(f"{', '.join(outputs)}: computed only if --outputs asks for them")
+    return tuple(said)
 
 
 def velocity_constraints(
-    spec: Spec, residual: Residual, parameters: Mapping[str, float]
+    spec: Spec, mechanics: Mechanics, parameters: Mapping[str, float]
 ) -> tuple[Integrability | None, dict[str, str]]:
     """Which constraints on velocities are integrable, and the functions that they keep constant."""
-    if not any(not one.holonomic for one in residual.model.constraints):
+    model = mechanics.model
+    if model is None or all(one.holonomic for one in model.constraints):
         return None, {}
     from lagrange_cli.mechanics.frobenius import integrability
 
-    found = integrability(residual.model, parameters)
+    found = integrability(model, parameters)
     integrals = {}
     for name in (name for name, alone in found.alone.items() if alone):
         from lagrange_cli.symbolic.integrals import integral_of

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from lagrange_cli.run.source import count_of
 
 if TYPE_CHECKING:
-    from lagrange_cli.mechanics.residual import Residual
     from lagrange_cli.run.check import Classification
     from lagrange_cli.spec.spec import Spec
 
@@ -21,12 +20,12 @@ def as_object(found: Classification) -> dict[str, Any]:
     from lagrange_cli.model.events import DIRECTIONS, action_of
     from lagrange_cli.spec.spelling import spelled
 
-    residual = found.residual
+    mechanics = found.mechanics
     return {
         "name": found.spec.name,
         "degrees_of_freedom": found.spec.degrees_of_freedom,
-        "scleronomic": residual.scleronomic,
-        "cyclic": list(residual.cyclic),
+        "scleronomic": not mechanics.depending,
+        "cyclic": list(mechanics.cyclic),
         **constraints_object(found),
         "conserved": [
             {
@@ -35,7 +34,7 @@ def as_object(found: Classification) -> dict[str, Any]:
                 "because": each.because,
                 **({"broken_by": list(each.breaks)} if each.breaks else {}),
             }
-            for each in found.conserved
+            for each in mechanics.conserved
         ],
         "events": [
             {
@@ -48,10 +47,10 @@ def as_object(found: Classification) -> dict[str, Any]:
             for name, each in found.spec.events.items()
         ],
         "skipped": list(found.skipped),
-        "structure": list(found.structure),
-        "engine": list(found.engine),
-        "formulation": residual.formulation,
-        "convolutions": dict(residual.costs),
+        "structure": list(mechanics.structure),
+        "engine": list(mechanics.engine),
+        "formulation": mechanics.formulation,
+        "convolutions": dict(mechanics.convolutions),
         "warnings": [
             {"line": each.line, "column": each.column, "message": each.message, "hint": each.hint}
             for each in found.warnings
@@ -59,18 +58,16 @@ def as_object(found: Classification) -> dict[str, Any]:
     }
 
 
-def dependence_on_time(residual: Residual) -> str:
+def dependence_on_time(found: Classification) -> str:
     """Whether the system is scleronomic or rheonomic, and by what."""
-    from lagrange_cli.mechanics.derive import depending_on_time
-
-    depending = depending_on_time(residual.model)
+    mechanics, spec = found.mechanics, found.spec
+    depending = mechanics.depending
     if depending:
         depend = "depends" if depending == ("L",) else "depend"
         return f"rheonomic: {listed(depending)} {depend} on t"
-    model = residual.model
-    independent = ["L" if model.lagrangian is not None else "positions"]
-    independent += ["orientations"] * any(one.body for one in model.particles)
-    independent += ["constraints"] * bool(model.constraints)
+    independent = ["L" if spec.lagrangian is not None else "positions"]
+    independent += ["orientations"] * bool(spec.bodies)
+    independent += ["constraints"] * bool(spec.independent.all_constraints)
     do = "does" if independent == ["L"] else "do"
     return f"scleronomic: {listed(independent)} {do} not depend on t"
 
@@ -82,20 +79,20 @@ def listed(words: Sequence[str]) -> str:
 
 def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
-    residual = found.residual
-    conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in found.conserved]
-    degrees = count_of(found.spec.degrees_of_freedom, "degree")
+    names, spec = [one.name for one in found.spec.coordinates], found.spec
+    conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in mechanics.conserved]
+    degrees = count_of(spec.degrees_of_freedom, "degree")
     return "\n".join(
         (
-            f"{found.spec.name}: {degrees} of freedom, {dependence_on_time(residual)}",
-            f"  coordinates: {', '.join(in_short(residual.coordinates, residual))}",
-            f"  cyclic: {', '.join(in_short(residual.cyclic, residual)) or 'none'}",
+            f"{spec.name}: {degrees} of freedom, {dependence_on_time(found)}",
+            f"  coordinates: {', '.join(in_short(names, spec))}",
+            f"  cyclic: {', '.join(in_short(found.mechanics.cyclic, spec)) or 'none'}",
             *constraints_shown(found),
             *section("conserved", conserved, "neither h nor any p_k"),
             *(section("events", events_of(found.spec), "") if found.spec.events else ()),
             *section("skipped by solve", found.skipped, "nothing"),
-            *(section("structure", found.structure, "") if verbose and found.structure else ()),
-            *(section("integration", found.engine, "") if verbose and found.engine else ()),
+            *(section("structure", mechanics.structure, "") if verbose and mechanics.structure else ()),
+            *(section("integration", mechanics.engine, "") if verbose and mechanics.engine else ()),
         )
     )
 
@@ -122,11 +119,10 @@ def constraints_shown(found: Classification) -> list[str]:
         return []
     lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
     lines += integrable(found)
-    residual = found.residual
-    kept = {each.quantity for each in residual.conserved}
-    changing = [name for name in residual.cyclic if f"p_{name}" not in kept]
+    kept = {each.quantity for each in mechanics.conserved}
+    changing = [name for name in found.mechanics.cyclic if f"p_{name}" not in kept]
     if changing:
-        cyclic = ", ".join(in_short(changing, residual))
+        cyclic = ", ".join(in_short(changing, found.spec))
         those = "it, so that its momentum" if len(changing) == 1 else "them, so that their momenta"
         lines.append(f"L does not contain {cyclic}, but forces may act along {those} may change")
     return [f"  constraints: {', '.join(names)}", *(f"    {line}" for line in lines)]
@@ -164,11 +160,11 @@ def events_of(spec: Spec) -> list[str]:
     return lines
 
 
-def in_short(names: Sequence[str], residual: Residual) -> list[str]:
+def in_short(names: Sequence[str], spec: Spec) -> list[str]:
     """The names, with all members of a family as one: ``u[0..19,0..9]``."""
     from lagrange_cli.expression.vocabulary import family_name, member_name
 
-    families = residual.model.families.get("coordinates", {})
+    families = spec.families.get("coordinates", {})
     present = set(names)
     whole = {name: family for name, family in families.items() if present.issuperset(family.members)}
     shown: dict[str, None] = {}

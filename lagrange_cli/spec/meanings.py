@@ -104,7 +104,9 @@ class Meanings:
         """Say what a declared definition or particle, or a member of a family of them, came to."""
         base = family_name(name)
         self.values[name] = value
-        self.table[base] = replace(self.table[base], kinds=kinds, value=value)
+        known = self.table[base]
+        if known.value is not value or known.kinds != kinds:
+            self.table[base] = replace(known, kinds=kinds, value=value)
 
     def value(self, identifier: str) -> Any:
         """The bounds of a (dotted) name that has been looked up.

@@ -7,7 +7,8 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from lagrange_cli.expression.index_arrays import Places, Unsuited, Whole, flat
+from lagrange_cli.expression.index_arrays import Places, Whole, flat
+from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
 from lagrange_cli.spec.kinds import Meaning
 from lagrange_cli.spec.spec import Expression

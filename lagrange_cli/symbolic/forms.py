@@ -101,8 +101,8 @@ def vakonomic_sections(equations: Equations, writer: Writer) -> list[Section]:
     """The equations of motion, and beside them what Hamilton's principle gives."""
     form = vakonomic_form(equations)
     other = Writer(writer.notation, form.order)
-    right = tuple(equation_statements(equations, equations.equations, writer))
-    wrong = tuple(equation_statements(equations, form.equations, other))
+    right = tuple(equation_statements(equations.coordinates, equations.equations, writer))
+    wrong = tuple(equation_statements(equations.coordinates, form.equations, other))
     total = writer.notation.plus.join([writer.names("L"), f"{writer.names('mu')} g"])
     return [
         *constraint_sections(equations, writer),

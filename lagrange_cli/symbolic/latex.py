@@ -7,6 +7,8 @@ from collections.abc import Sequence
 
 from lagrange_cli.records import replace
 from lagrange_cli.symbolic.equations import Equations
+from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
+from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.latex_lines import SIGN, WIDTH, broken, is_sum, width
 from lagrange_cli.symbolic.notations import GREEK, dotted, multiplied, split_index
 from lagrange_cli.symbolic.render import Level, Notation
@@ -17,6 +19,9 @@ FUNCTIONS = {
     "asin": r"\arcsin", "acos": r"\arccos", "atan": r"\arctan", "log": r"\ln",
     "atan2": r"\operatorname{atan2}", "sign": r"\operatorname{sgn}",
 }  # fmt: skip
+WHOLE = {"%": r"\bmod", "//": r"\mathbin{/\!/}", "*": r"\,"}
+RELATIONS = {"==": "=", "!=": r"\ne", "<=": r"\le", ">=": r"\ge"}
+BREAK = r" \\ "
 LETTERS = {letter: rf"\{name}" for name, letter in GREEK.items()}
 
 
@@ -27,6 +32,8 @@ class Latex(Notation):
     powers_of_functions = functions_last = bars_enclose = True
 
     def symbol(self, name: str) -> str:
+        if name.startswith("("):  # a whole number
+            return self.parentheses(self.whole(name[1:-1]))
         bare, dots = dotted(name)
         stem, indices = split_index(bare)
         text = LETTERS.get(stem, rf"\{stem}" if stem in GREEK else stem)
@@ -35,7 +42,54 @@ class Latex(Notation):
         if dots:
             text = rf"\{'d' * dots}ot{{{text}}}"
         if indices:
-            text += "_{" + ",".join(self.symbol(index) for index in indices) + "}"
+            text += "_{" + ",".join(self.index(index) for index in indices) + "}"
+        return text
+
+    def index(self, text: str) -> str:
+        """An index: a name, a number, or one that is computed."""
+        return self.symbol(text) if re.fullmatch(r"\w+(\[[^\]]*\])?", text) else self.whole(text)
+
+    def whole(self, text: str) -> str:
+        """A whole number that is computed of indices and sizes."""
+        parts = re.split(r"([^\W\d]\w*|//|[%*])", text)
+        parts[1::2] = [WHOLE.get(one) or self.symbol(one) for one in parts[1::2]]
+        return "".join(parts)
+
+    def summed(self, body: str, loops: Sequence[Loop]) -> str:
+        signs = "".join(map(self.sign, loops))
+        return f"{signs} {body}"
+
+    summand, sum_level = Level.PRODUCT, Level.POWER
+
+    def sign(self, loop: Loop) -> str:
+        """The sign of a sum with its bounds, and conditions below it."""
+        index, start = self.symbol(loop.index), self.whole(loop.start.text)
+        rows = [f"{index} = {start}"]
+        if loop.step != 1:
+            rows[0] += rf",\, {self.whole((loop.start + number(loop.step)).text)},\, \dots"
+        rows += map(self.condition, loop.conditions)
+        below = rows[0] if len(rows) == 1 else rf"\substack{{{BREAK.join(rows)}}}"
+        last = loop.stop + number(-1)
+        return rf"\sum_{{{below}}}^{{{self.whole(last.text)}}}"
+
+    def members(self, loops: Sequence[Loop]) -> str:
+        said = []
+        for loop in loops:
+            last = self.whole((loop.stop + number(-1)).text)
+            said.append(rf"{self.symbol(loop.index)} = {self.whole(loop.start.text)}, \dots, {last}")
+            said += map(self.condition, loop.conditions)
+        return ", ".join(f"${one}$" for one in said)
+
+    def condition(self, condition: Condition) -> str:
+        """A condition on indices."""
+        if isinstance(condition, Joined):
+            parts = [self.condition(one) for one in condition.parts]
+            if condition.operator == "not":
+                return rf"\text{{not }} ({parts[0]})"
+            return rf" \text{{ {condition.operator} }} ".join(parts)
+        text = self.whole(condition.operands[0].text)
+        for operator, operand in zip(condition.operators, condition.operands[1:]):
+            text += f" {RELATIONS.get(operator, operator)} {self.whole(operand.text)}"
         return text
 
     def decimal(self, digits: str) -> str:
@@ -111,12 +165,16 @@ class Latex(Notation):
 
 def as_latex(equations: Equations, form: str) -> str:
     """A fragment for a document that uses amsmath: a section each for L, p_k and so on."""
-    title = " ".join(equations.name.split())
-    blocks = [f"% {title}", r"% This needs \usepackage{amsmath}."]
-    for section in sections(equations, form, Latex()):
-        blocks.append(rf"\paragraph{{{section.title}}}")
-        blocks += listed(section) if section.verbal else aligned(section)
-    return "\n".join(blocks)
+    return blocks(equations.name, sections(equations, form, Latex()))
+
+
+def blocks(name: str, content: Sequence[Section]) -> str:
+    """The sections in sequence."""
+    found = [f"% {' '.join(name.split())}", r"% This needs \usepackage{amsmath}."]
+    for section in content:
+        found.append(rf"\paragraph{{{section.title}}}")
+        found += listed(section) if section.verbal else aligned(section)
+    return "\n".join(found)
 
 
 def as_display(equations: Equations, form: str) -> str:

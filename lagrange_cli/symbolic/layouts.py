@@ -29,8 +29,12 @@ def as_unicode(equations: Equations, form: str) -> str:
 
 def page(equations: Equations, content: Iterable[Section]) -> str:
     """The sections in sequence."""
-    count = equations.degrees_of_freedom
-    lines = [f"{equations.name}: {count} degree{'' if count == 1 else 's'} of freedom"]
+    return lines_of(equations.name, equations.degrees_of_freedom, content)
+
+
+def lines_of(name: str, count: int, content: Iterable[Section]) -> str:
+    """The sections in sequence, below a title."""
+    lines = [f"{name}: {count} degree{'' if count == 1 else 's'} of freedom"]
     for section in content:
         lines += ["", section.title]
         for statement in section.statements:

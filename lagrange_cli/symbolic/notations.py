@@ -8,6 +8,8 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX, VELOCITY_SUFFIX
+from lagrange_cli.symbolic.indexed.conditions import Condition, Joined, Loop
+from lagrange_cli.symbolic.indexed.whole import number
 from lagrange_cli.symbolic.render import Level, Notation
 
 GREEK = {
@@ -135,6 +137,65 @@ class Sympy(Identifiers):
 SYMPY = {"abs": "Abs", "min": "Min", "max": "Max"}
 
 
+class IndexedSympy(Text):
+    """What sympy reads back, where names of families stand for ``IndexedBase``, and indices for integers."""
+
+    def joined(self, conditions: Sequence[str], word: str) -> str:
+        return f"{word.capitalize()}({', '.join(conditions)})" if word else conditions[0]
+
+    def call(self, function: str, arguments: Sequence[str], exponent: str = "") -> str:
+        return super().call(SYMPY.get(function, function), arguments)
+
+    def symbol(self, name: str) -> str:
+        base, bracket, index = name.partition("[")
+        return base + "_" * keyword.iskeyword(base) + bracket + index
+
+    def summed(self, body: str, loops: Sequence[Loop]) -> str:
+        for loop in reversed(loops):
+            conditions = [self.condition(one) for one in loop.conditions]
+            low, high = loop.start.text, (loop.stop + number(-1)).text
+            if loop.step != 1:
+                conditions.append(f"Eq(({loop.index} - ({low})) % {loop.step}, 0)")
+            if conditions:
+                body = f"Piecewise(({body}, And({', '.join(conditions)})), (0, True))"
+            body = f"Sum({body}, ({loop.index}, {low}, {high}))"
+        return body
+
+    def condition(self, condition: Condition) -> str:
+        """A condition on indices."""
+        if isinstance(condition, Joined):
+            word = condition.operator.capitalize()
+            return f"{word}({', '.join(map(self.condition, condition.parts))})"
+        pairs = zip(condition.operators, condition.operands, condition.operands[1:])
+        listed = [f"{RELATIONS[operator]}({one.text}, {other.text})" for operator, one, other in pairs]
+        return listed[0] if len(listed) == 1 else f"And({', '.join(listed)})"
+
+
+RELATIONS = {"==": "Eq", "!=": "Ne", "<": "Lt", "<=": "Le", ">": "Gt", ">=": "Ge"}
+
+
+class IndexedPython(Text):
+    """An expression of Python, where families are lists; those of several indices one list of all members."""
+
+    def __init__(self, shapes: Mapping[str, Sequence[str]]) -> None:
+        self.shapes = shapes
+        """How many members there are along each index of a family, by its name."""
+
+    def symbol(self, name: str) -> str:
+        base, bracket, inside = name.partition("[")
+        own = base + "_" * keyword.iskeyword(base)
+        if not bracket:
+            return own
+        indices = inside.rstrip("]").split(",")
+        place = indices[0]
+        for size, index in zip(self.shapes[base][1:], indices[1:]):
+            place = f"({place})*{size} + {index}"
+        return f"{own}[{place}]"
+
+    def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
+        return f"({''.join(f'{value} if {condition} else ' for value, condition in pieces)}{otherwise})"
+
+
 class Python(Identifiers):
     """An expression of Python."""
 
@@ -150,14 +211,22 @@ class Unicode(Text):
     powers_of_functions = True
 
     def symbol(self, name: str) -> str:
+        if name.startswith("("):  # a whole number
+            return self.whole(name)
         bare, dots = dotted(name)
         stem, indices = split_index(bare)
         letter = GREEK.get(stem, stem)
         text = letter[0] + DOTS[dots] + letter[1:]
+        if any(re.search(r"\W", one) and "[" not in one for one in indices):
+            return f"{text}_[{', '.join(self.whole(one) for one in indices)}]"
         for last, index in zip(["", *indices], indices):
             comma = "," if last.isdigit() and index.isdigit() else ""
             text += comma + index.translate(SUBSCRIPTS) if index.isdigit() else f"_{self.symbol(index)}"
         return text
+
+    def whole(self, text: str) -> str:
+        """An index that is computed."""
+        return text.replace("-", "−")
 
     def decimal(self, digits: str) -> str:
         mantissa, _, exponent = digits.partition("e")

@@ -11,6 +11,8 @@ import sympy
 
 from lagrange_cli.errors import NotReal
 from lagrange_cli.expression.symbolic_switches import Switch
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import Summed
 from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 from lagrange_cli.symbolic.work import charge
 
@@ -73,6 +75,17 @@ class Notation(ABC):
     @abstractmethod
     def cases(self, pieces: Sequence[tuple[str, str]], otherwise: str) -> str:
         """Values with their conditions, the first one that holds, and a value where none holds."""
+
+    def summed(self, body: str, loops: Sequence[Loop]) -> str:
+        """A sum over indices; ``body`` is of level ``summand``."""
+        return self.call("sum", [body + self.words(f" {' '.join(one.text for one in loops)}")])
+
+    def members(self, loops: Sequence[Loop]) -> str:
+        """For which members something holds, in words."""
+        return self.words(" ".join(one.text for one in loops))
+
+    summand, sum_level = Level.SUM, Level.ATOM
+    """The level of what is summed, and of a sum over indices."""
 
     @abstractmethod
     def parentheses(self, text: str) -> str:
@@ -145,6 +158,11 @@ class Renderer:
             return self.raised(expression.base, self.at(expression.exp, Level.SUM))
         if isinstance(expression, Switch):
             return self.cases(expression), Level.ATOM
+        if isinstance(expression, Summed):
+            notation = self.notation
+            return notation.summed(
+                self.at(expression.body, notation.summand), expression.loops
+            ), notation.sum_level
         if expression.is_Function:
             return self.call(expression), Level.ATOM
         if expression is sympy.E:
@@ -223,7 +241,7 @@ class Renderer:
         return self.raised(base, self.at(exponent, Level.SUM))
 
     def raised(self, base: sympy.Expr, exponent: str) -> tuple[str, Level]:
-        if self.notation.powers_of_functions and base.is_Function and not isinstance(base, Switch):
+        if self.notation.powers_of_functions and base.is_Function and not isinstance(base, Switch | Summed):
             return self.call(base, exponent), Level.POWER
         return self.notation.power(self.at(base, Level.ATOM), exponent), Level.POWER
 

@@ -54,7 +54,10 @@ def lagrange_sections(equations: Equations, writer: Writer) -> list[Section]:
                 for name, momentum in zip(equations.coordinates, equations.momenta, strict=True)
             ),
         ),
-        Section("Equations of motion", tuple(equation_statements(equations, equations.equations, writer))),
+        Section(
+            "Equations of motion",
+            tuple(equation_statements(equations.coordinates, equations.equations, writer)),
+        ),
     ]
     if equations.accelerations is None:
         hint = f"{equations.unsolved}; --form matrix shows `{linear_system(equations)}`"

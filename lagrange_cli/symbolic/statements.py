@@ -18,7 +18,7 @@ KINDS = {True: "", False: ", nonholonomic"}
 REDUNDANT = "which depends on the others"
 """What is said of a constraint that is left out."""
 
-_NAME = re.compile(r"[^\W\d]\w*(?:\[[\d,]+\])?")
+_NAME = re.compile(r"[^\W\d]\w*(?:\[[^\]]*\])?")
 
 
 def plain(sentence: str) -> str:
@@ -105,13 +105,14 @@ def constraint_sections(
 
 
 def equation_statements(
-    equations: Equations, written: Sequence[Equation], writer: Writer
+    names: Sequence[str], written: Sequence[Equation], writer: Writer
 ) -> Iterable[Statement]:
     """Equations by coordinate, each with the factor by which it has been divided or multiplied, if any."""
-    for name, equation in zip(equations.coordinates, written, strict=True):
+    for name, equation in zip(names, written, strict=True):
         remark = writer.prose(f"`{name}`")
         if equation.factor != 1:
-            small = equation.factor.is_Rational and abs(equation.factor) < 1
+            numerator, denominator = sympy.fraction(equation.factor)
+            small = abs(numerator) == 1 and denominator != 1
             word, factor = ("multiplied", 1 / equation.factor) if small else ("divided", equation.factor)
             remark += f", {word} by {writer.notation.inline(writer.text(factor))}"
         yield Statement(writer.text(equation.left), writer.text(equation.right), remark)

@@ -1,5 +1,6 @@
 """What asks for too much ends soon, in a message that names the limit; what was computed is kept."""
 
+import json
 import os
 import resource
 
@@ -80,9 +81,19 @@ def test_the_limit_is_named(hostile_runs, name):
         assert os.listdir(folder) == ["bad.yaml"]
 
 
-def test_a_hundred_thousand_coordinates(tmp_path):
-    run = lagrange("check", CHAIN, "--size", "N=100000", cwd=tmp_path)
+def test_a_million_coordinates(tmp_path):
+    run = lagrange("check", CHAIN, "--size", "N=1000000", cwd=tmp_path)
     assert run.returncode == 3 and "LAGRANGE_LIMITS=members=..." in run.stderr
+
+
+@pytest.mark.exhaustive(keep=0)
+@pytest.mark.parametrize("case", [("fpu_chain", "N=100000"), ("lattice", "N=300", "M=300")])
+def test_families_that_stay_families_may_be_large(tmp_path, case):
+    name, *sizes = case
+    options = [word for size in sizes for word in ("--size", size)]
+    run = lagrange("check", SYSTEMS / f"{name}.yaml", *options, "--json", cwd=tmp_path)
+    assert run.returncode == 0, run.stderr
+    assert [one["quantity"] for one in json.loads(run.stdout)["conserved"]] == ["h"]
 
 
 @pytest.mark.parametrize("option", [("--over", "theta=0:1:1000000000000"), ("--random", "theta=normal(0,1)")])

@@ -152,3 +152,15 @@ def test_other_systems_go_through_their_members(
     old, new = change[1]
     assert old in text
     assert systems.family_system(read_spec(text.replace(old, new, 1), "system.yaml")) is None
+
+
+def test_definitions_that_follow_from_one_another_go_through_their_members() -> None:
+    text = """
+sizes: {N: 300}
+coordinates: {"s[i in range(N)]": {initial: 0.1}}
+definitions:
+  x[0]: s[0]
+  x[i in range(1, N)]: x[i - 1] + s[i]
+lagrangian: sum(s_dot[i]**2/2 for i in range(N)) - sum(x[i]**2/2 for i in range(N))
+"""
+    assert systems.family_system(read_spec(text, "system.yaml")) is None

@@ -87,25 +87,47 @@ def show_system(
 ) -> int:
     """Print one system's equations; returns the exit status."""
     from lagrange_cli.run.equations import as_data, as_written, derive, verify_system
+    from lagrange_cli.run.family_equations import (
+        INDEXED,
+        derive_families,
+        families_as_data,
+        families_as_written,
+        verify_families,
+    )
     from lagrange_cli.spec.values import resolve_parameters
 
     waiting = Waiting(stem(system), quiet=given.quiet)
     spec, parameters = read_system(system, given, resolve_parameters, waiting.stage)
-    derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
-    with waiting.stage("verify"):
-        verification = verify_system(derived, given.overrides) if verifying else None
-    if format_ == "json":
+    families = derive_families(spec, waiting.stage) if form in INDEXED and not coordinates else None
+    verification = covariance = None
+    if families is not None:
+        if verifying:
+            with waiting.stage("verify"):
+                verification = verify_families(families, given.overrides)
         with waiting.stage("print"):
-            data = as_data(derived, form, parameters)
-        emit_json(data | covariant(derived.covariance) | verdict(verification))
+            if format_ == "json":
+                data = families_as_data(families, parameters)
+            else:
+                text = families_as_written(families, format_, form, parameters)
     else:
+        derived = derive(spec, waiting.stage, given.overrides, coordinates=coordinates)
+        covariance = derived.covariance
+        if verifying:
+            with waiting.stage("verify"):
+                verification = verify_system(derived, given.overrides)
         with waiting.stage("print"):
-            text = as_written(derived, format_, form, parameters)
-        for compared in (derived.covariance, verification):
+            if format_ == "json":
+                data = as_data(derived, form, parameters)
+            else:
+                text = as_written(derived, format_, form, parameters)
+    if format_ == "json":
+        emit_json(data | covariant(covariance) | verdict(verification))
+    else:
+        for compared in (covariance, verification):
             if compared is not None and not (given.quiet and compared.agrees):
                 text += f"\n\n{comment(format_)}{compared}"
         emit(text)
-    agrees = all(one is None or one.agrees for one in (derived.covariance, verification))
+    agrees = all(one is None or one.agrees for one in (covariance, verification))
     return 0 if agrees else DIFFERS
 
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from lagrange_cli.mechanics.symmetries import symmetries
 from lagrange_cli.outputs.planner import Planner
 
 GROUP = "diagnostics/conserved/"
@@ -16,9 +15,8 @@ def plan(planner: Planner) -> None:
     for each in known:
         text = f"{each.quantity} = {each.expression}"
         planner.add(f"{GROUP}{each.quantity}", text, planner.observe(each.quantity, nodes[each.quantity]))
-    for found in symmetries(model, known):
-        each = found.conserved
-        name = planner.observe(f"conserved/{each.quantity}", found.node)
+    for each, node in planner.further():
+        name = planner.observe(f"conserved/{each.quantity}", node)
         if not each.breaks:
             planner.kept.append(name)
         planner.add(f"{GROUP}{each.quantity}", f"{each.quantity} = {each.expression}", name)

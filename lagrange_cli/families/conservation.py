@@ -1,0 +1,211 @@
+"""What a system of families conserves: h, momenta of cyclic coordinates, and what displacements of all
+particles show by Noether's theorem (see ``mechanics.noether``).
+
+No member is written out: rates are compared with their terms at random states, for all members at once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import partial
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from lagrange_cli.expression.vocabulary import COMPONENTS, VELOCITY_COMPONENTS
+from lagrange_cli.families.arrays import Total
+from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.mechanics.conservation import Conserved, kept_energy, kept_momentum
+from lagrange_cli.mechanics.displacements import TURNS
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import grouped
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
+    Places = Mapping[tuple[str, int], Values]
+    """Numbers (members,) of the particles of a family, by its name and an axis."""
+
+STATES = 2
+"""Random states at which rates are compared."""
+ROUNDED = 1e-10
+"""What is left of terms that cancel, but for rounding, is at most so large a part of them."""
+
+
+@dataclass(frozen=True)
+class Trial:
+    """A displacement: ``of`` a state it gives the change of each coordinate, None where there is none. What
+    it conserves is the ``quantity``; ``how`` says how it is done, or why that is conserved if it ``boosts``.
+    """
+
+    quantity: str
+    text: str
+    how: str
+    of: Callable[[State], Values | None]
+    boosts: bool = False
+
+
+class State:
+    """A random state: forces on coordinates, their sizes, and where particles are."""
+
+    def __init__(self, system: FamilySystem, seed: int) -> None:
+        chance, spec = np.random.default_rng(seed), system.spec
+        count = system.q.count
+        q, v = chance.uniform(0.2, 1.2, count), chance.uniform(-1.0, 1.0, count)
+        self.system, self.v, self.t = system, v, float(chance.uniform(0.2, 1.2))
+        self.values = FamilyValues(system, self.t, q, v, chance.uniform(0.5, 1.5, len(spec.parameters)))
+        self.slopes, self.slope_sizes = self._pair(system.slopes)
+        self.applied, self.applied_sizes = self._pair(system.applied)
+
+    def _pair(self, total: Total) -> tuple[Values, Values]:
+        values = self.values
+        return values.of(total), values.added(total.count, total.terms, sizes=True)
+
+    @property
+    def places(self) -> Places:
+        """Where the particles are."""
+        return {
+            (name, axis): self.values.of(total)
+            for name, totals in self.system.positions.items()
+            for axis, total in enumerate(totals)
+        }
+
+    def change(self, displacements: Places) -> Values | None:
+        """The change of coordinates that moves particles so far; None where there is none."""
+        found = np.full(self.system.q.count, np.nan)
+        left = {place: values != 0 for place, values in displacements.items()}
+        for one in self.system.components:
+            place = one.family, one.axis
+            wanted = displacements[place][one.members] / self.values.node(one.slope)
+            known = found[one.rows]
+            if np.any(np.abs(known - wanted) > ROUNDED * np.abs(wanted)):
+                return None
+            found[one.rows] = wanted
+            left[place][one.members] = False
+        return None if any(np.any(one) for one in left.values()) else np.nan_to_num(found)
+
+    def vanishes(self, direction: Values, *, applied: bool, inside: bool = True) -> bool:
+        """Whether forces do no work in a direction: those in L if ``inside``, and those ``applied``."""
+        forces = -self.slopes * inside + self.applied * applied
+        sizes = self.slope_sizes * inside + self.applied_sizes * applied
+        with np.errstate(all="ignore"):
+            return bool(np.abs(direction @ forces) <= ROUNDED * (np.abs(direction) @ sizes))
+
+
+@dataclass(frozen=True)
+class Constants:
+    """The ``cyclic`` coordinates, and what is ``conserved``."""
+
+    cyclic: tuple[str, ...]
+    conserved: tuple[Conserved, ...]
+
+
+def constants_of(system: FamilySystem) -> Constants:
+    """What L does not contain, and what every motion keeps."""
+    with np.errstate(all="ignore"):
+        states = [State(system, seed) for seed in range(STATES)]
+        free = np.all([np.abs(one.slopes) <= ROUNDED * one.slope_sizes for one in states], axis=0)
+        idle = np.all([np.abs(one.applied) <= ROUNDED * one.applied_sizes for one in states], axis=0)
+        names = [one.name for one in system.spec.coordinates]
+        kept = free & idle
+        found = [kept_momentum(names[k], constrained=False) for k in np.flatnonzero(kept).tolist()]
+        idle_power = all(one.vanishes(one.v, applied=True, inside=False) for one in states)
+        if system.steady_potential and idle_power:
+            fixed = "positions" if system.spec.lagrangian is None else ""
+            found.append(kept_energy(applied=system.driven, constrained=False, fixed=fixed))
+        found += further(system, states, kept)
+    return Constants(tuple(names[k] for k in np.flatnonzero(free).tolist()), tuple(found))
+
+
+def further(system: FamilySystem, states: Sequence[State], kept: NDArray[np.bool_]) -> Iterator[Conserved]:
+    """What displacements conserve; not sums of momenta that are all ``kept``."""
+    for trial in trials(system):
+        directions = [trial.of(one) for one in states]
+        if any(one is None or not np.any(one) for one in directions):
+            continue
+        pairs = [(one, state) for one, state in zip(directions, states) if one is not None]
+        if not all(state.vanishes(one, applied=True) for one, state in pairs):
+            continue
+        constant = trial.quantity.startswith("P")
+        if constant and all(np.all(kept[np.flatnonzero(one)]) for one, _ in pairs):
+            continue
+        because = trial.how
+        if not trial.boosts:
+            idle = all(state.vanishes(one, applied=True, inside=False) for one, state in pairs)
+            because = f"{trial.how} {unchanged(system, idle=idle)}"
+        yield Conserved(trial.quantity, trial.text, because)
+
+
+def unchanged(system: FamilySystem, *, idle: bool) -> str:
+    """The end of a sentence on a displacement that leaves the equations as they are."""
+    if system.spec.lagrangian is not None:
+        return "leaves the equations of motion unchanged" if system.driven else "leaves L unchanged"
+    if not system.driven:
+        return "changes neither T nor U"
+    if idle:
+        return "changes neither T nor U, and the other forces do no work in it"
+    return "leaves T unchanged, and U changes by the work of the other forces"
+
+
+def trials(system: FamilySystem) -> Iterator[Trial]:
+    """Displacements of all particles; of all members of a family, where L is given."""
+    if system.spec.lagrangian is not None:
+        yield from shifts(system)
+        return
+    counts = {name: len(totals) for name, totals in system.positions.items()}
+    axes = range(max(counts.values()))
+    for axis in axes:
+        name = COMPONENTS[axis]
+        how = f"moving all particles along {name}"
+        yield Trial(f"P_{name}", f"sum of m*v{name}", how, partial(shifted, axis=axis))
+    if len({*counts.values()}) == 1:
+        for name, (i, j) in TURNS.items():
+            if max(i, j) in axes:
+                about = f"the {name} axis" if len(axes) == len(COMPONENTS) else "the origin"
+                x, y, u, w = COMPONENTS[i], COMPONENTS[j], VELOCITY_COMPONENTS[i], VELOCITY_COMPONENTS[j]
+                yield Trial(
+                    f"L_{name}", f"sum of {x}*m*{w} - {y}*m*{u}", f"turning all particles about {about}",
+                    partial(turned, i=i, j=j),
+                )  # fmt: skip
+    for axis in axes if len(system.spec.embedding) > 1 else ():
+        name = COMPONENTS[axis]
+        how = f"the centre of mass moves uniformly along {name} (Galilean boosts)"
+        text = f"t*P_{name} - sum of m*{name}"
+        yield Trial(f"K_{name}", text, how, partial(shifted, axis=axis), boosts=True)
+
+
+def shifted(state: State, axis: int) -> Values | None:
+    """All particles move along an axis."""
+    return state.change(
+        {place: np.full(len(x), float(place[1] == axis)) for place, x in state.places.items()}
+    )
+
+
+def turned(state: State, i: int, j: int) -> Values | None:
+    """All particles turn from axis i to axis j."""
+    places = state.places
+    moved = {place: np.zeros(len(x)) for place, x in places.items()}
+    for name, axis in places:
+        if axis == i:
+            moved[name, i], moved[name, j] = -places[name, j], places[name, i]
+    return state.change(moved)
+
+
+def shifts(system: FamilySystem) -> Iterator[Trial]:
+    """All members of a family of coordinates change alike."""
+    spec, first = system.spec, 0
+    for family in grouped([one.name for one in spec.coordinates], spec.families.get("coordinates", {})):
+        direction = np.zeros(system.q.count)
+        direction[first : first + len(family.members)] = 1.0
+        first += len(family.members)
+        if len(family.members) > 1:
+            how = f"changing all {family.label} alike"
+            text = f"sum of p_{family.label}"
+            yield Trial(f"P_{family.name}", text, how, partial(constant, direction=direction))
+
+
+def constant(state: State, direction: Values) -> Values:
+    """The same change in every state."""
+    return direction

@@ -1,0 +1,108 @@
+"""The values of a system of families at a state, by arrays of numpy: each expression once for all members."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.families.arrays import Array, Slots, Source, Term, Total
+from lagrange_cli.spec.spec import Spec
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    Values = NDArray[np.float64]
+
+FUNCTIONS: dict[str, Callable[..., Any]] = {
+    "sin": np.sin, "cos": np.cos, "tan": np.tan, "asin": np.arcsin, "acos": np.arccos, "atan": np.arctan,
+    "sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh, "exp": np.exp, "log": np.log, "sqrt": np.sqrt,
+}  # fmt: skip
+
+
+class Described(Protocol):
+    """What expressions of families are made of."""
+
+    @property
+    def spec(self) -> Spec: ...
+    @property
+    def slots(self) -> Slots: ...
+    @property
+    def q(self) -> Array: ...
+    @property
+    def v(self) -> Array: ...
+    @property
+    def given(self) -> Array: ...
+    @property
+    def time(self) -> Node: ...
+    @property
+    def parameters(self) -> Mapping[str, Node]: ...
+
+
+class FamilyValues:
+    """The values at one state: ``q``, ``v`` (coordinates,), t, and ``parameters`` in the file's order."""
+
+    def __init__(self, system: Described, t: float, q: Values, v: Values, parameters: Values) -> None:
+        self.slots = system.slots
+        self._arrays: dict[Array, Values] = {system.q: q, system.v: v, system.given: parameters}
+        names = {one.name: i for i, one in enumerate(system.spec.parameters)}
+        self._scalars: dict[Node, Any] = {system.time: t}
+        self._scalars |= {node: parameters[names[name]] for name, node in system.parameters.items()}
+
+    def of(self, total: Total) -> Values:
+        """The sums of a total (count,)."""
+        if total not in self._arrays:
+            self._arrays[total] = self.added(total.count, total.terms)
+        return self._arrays[total]
+
+    def added(self, count: int, terms: Sequence[Term], *, sizes: bool = False) -> Values:
+        """The sums of terms at ``count`` places; with ``sizes``, of the terms' absolute values."""
+        made = np.zeros(count)
+        for term in terms:
+            values = np.broadcast_to(self.node(term.node), term.domain.count)
+            made += np.bincount(term.targets, np.abs(values) if sizes else values, count)
+        return made
+
+    def node(self, node: Node) -> Any:
+        """An expression of each member of a domain (members,), or a number that all have."""
+        known: dict[Node, Any] = {}
+        for one in reachable([node]):
+            known[one] = self._value(one, [known[argument] for argument in one.arguments])
+        return known[node]
+
+    def _value(self, node: Node, arguments: Sequence[Any]) -> Any:
+        if node.kind is Kind.SYMBOL:
+            if node in self._scalars:
+                return self._scalars[node]
+            slot = self.slots.of[node]
+            if slot.array.source is Source.WHOLE:
+                return slot.table.astype(np.float64)
+            array = self.of(slot.array) if isinstance(slot.array, Total) else self._arrays[slot.array]
+            return array[slot.table]
+        return OPERATIONS[node.kind](node.data, arguments)
+
+
+def _sum(data: Any, arguments: Sequence[Any]) -> Any:
+    constant, coefficients = data
+    made = float(constant)
+    for coefficient, one in zip(coefficients, arguments):
+        made = made + float(coefficient) * one
+    return made
+
+
+def _product(data: Any, arguments: Sequence[Any]) -> Any:
+    made: Any = 1.0
+    for exponent, one in zip(data, arguments):
+        made = made * (one if exponent == 1 else one ** float(exponent))
+    return made
+
+
+OPERATIONS: Mapping[Kind, Callable[[Any, Sequence[Any]], Any]] = {
+    Kind.NUMBER: lambda data, arguments: float(data),
+    Kind.SUM: _sum,
+    Kind.PRODUCT: _product,
+    Kind.POWER: lambda data, arguments: arguments[0] ** arguments[1],
+    Kind.FUNCTION: lambda data, arguments: FUNCTIONS[str(data)](*arguments),
+}

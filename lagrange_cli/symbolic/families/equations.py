@@ -1,0 +1,333 @@
+"""``FamilyEquations``: what ``equations`` shows of a system of families, with their indices."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import suppress
+from typing import Any
+
+import sympy
+
+from lagrange_cli.expression.indices import Unsuited
+from lagrange_cli.expression.syntax import ExpressionError
+from lagrange_cli.expression.vocabulary import (
+    COMPONENTS,
+    TIME,
+    acceleration_name,
+    velocity_name,
+)
+from lagrange_cli.families.builder import group_of, particle_families
+from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.families.system import FamilySystem
+from lagrange_cli.mechanics.displacements import TURNS
+from lagrange_cli.model.constraints import without_force, without_work
+from lagrange_cli.records import dataclass
+from lagrange_cli.spec.spec import Expression, Family, Spec, grouped
+from lagrange_cli.symbolic.equations import Changing, Conserved, Equation
+from lagrange_cli.symbolic.families.builder import Frame, Kind, Split, WrittenBuilder
+from lagrange_cli.symbolic.families.derivatives import Part, parts
+from lagrange_cli.symbolic.families.lines import Line, Lines
+from lagrange_cli.symbolic.grouping import neat, tidy
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import Loops, Ranks, Summed, member, opened, summed_of
+from lagrange_cli.symbolic.order import Order, Role
+from lagrange_cli.symbolic.textbook import textbook_form
+
+MASS, SLOPE, FORCE = "p", "dU/dq", "Q"
+
+
+@dataclass(frozen=True)
+class FamilyEquations:
+    """The equations of motion of a system of families. ``T`` and ``U`` are None where the file gives L.
+    ``momenta``, ``accelerations``, ``forces`` (those outside L, where there are any) and ``equations`` have a
+    line for members that are alike; the ``expression`` of an equation's line is its left side."""
+
+    name: str
+    degrees_of_freedom: int
+    sizes: Mapping[str, int]
+    coordinates: tuple[Family, ...]
+    parameters: tuple[Family, ...]
+    order: Order
+    T: sympy.Expr | None
+    U: sympy.Expr | None
+    L: sympy.Expr
+    h: sympy.Expr
+    momenta: tuple[Line, ...]
+    forces: tuple[Line, ...]
+    equations: tuple[tuple[Line, Equation], ...]
+    accelerations: tuple[Line, ...]
+    conserved: tuple[Conserved, ...]
+    changing: tuple[Changing, ...]
+
+
+def family_equations(system: FamilySystem) -> FamilyEquations | None:
+    """The equations, None where the conditions of a family are too irregular to be written with indices."""
+    with suppress(Unsuited, Split, ExpressionError, ArithmeticError):
+        return _Deriver(system).equations()
+    return None
+
+
+class _Deriver:
+    def __init__(self, system: FamilySystem) -> None:
+        self.system, self.spec = system, system.spec
+        self.builder = WrittenBuilder(self.spec)
+        self.order = Order(Ranks(roles(self.spec)))
+        self.lines = Lines(self.builder, self.order)
+
+    # what the file gives
+
+    def kinds(self, family: Family, written: Mapping[str, Expression]) -> Iterator[Kind]:
+        """The members of a family that are written alike."""
+        return self.builder.of_family(group_of(family, written))
+
+    def particles(self) -> Iterator[tuple[tuple[Loop, ...], tuple[sympy.Expr, ...], sympy.Expr]]:
+        """Members of families of particles: the loops through them, where they are, and their masses."""
+        spec = self.spec
+        for family in grouped(spec.embedding, particle_families(spec)):
+            for kind in self.kinds(family, spec.embedding):
+                mass = self.elsewhere(kind, family, spec.masses)
+                for loops, (place, (own,)) in self.values(kind, self.written(kind), mass):
+                    yield loops, place, own
+
+    def values(
+        self, kind: Kind, *trees: Callable[[Frame], Any]
+    ) -> Iterator[tuple[tuple[Loop, ...], list[tuple[sympy.Expr, ...]]]]:
+        """What is built of the members of a kind, in parts that are alike: their loops, and the values."""
+
+        def build(frame: Frame) -> list[tuple[sympy.Expr, ...]]:
+            made = [one(frame) for one in trees]
+            return [one if isinstance(one, tuple) else (one,) for one in made]
+
+        yield from self.builder.kinds(kind.loops, kind.frame, build)
+
+    def written(self, kind: Kind) -> Callable[[Frame], Any]:
+        """What builds the expression of a kind's members."""
+        return lambda frame: self.builder.value(kind.tree, frame)
+
+    def elsewhere(
+        self, kind: Kind, family: Family, given: Mapping[str, Expression]
+    ) -> Callable[[Frame], Any]:
+        """What builds what is written elsewhere of the members of a kind."""
+        group = group_of(family, given)
+
+        def build(frame: Frame) -> Any:
+            known = {**self.spec.sizes, **frame.arrays}
+            return self.builder.of_group(
+                group, kind.indices, [one.value(known) for one in kind.indices], frame
+            )
+
+        return build
+
+    def energies(self) -> tuple[sympy.Expr | None, sympy.Expr]:
+        """T and U; None and L."""
+        spec = self.spec
+        if spec.lagrangian is not None:
+            return None, self.builder.scalar(spec.lagrangian)
+        kinetic = sympy.Add(
+            *(
+                Summed(sympy.Add(*(mass * self.builder.rate(x) ** 2 / 2 for x in place)), Loops(loops))
+                for loops, place, mass in self.particles()
+            )
+        )
+        return kinetic, sympy.Add(*map(self.builder.scalar, spec.potential.values()))
+
+    def applied(self, name: str) -> Iterator[Part]:
+        """The parts of Q by the members of a family of coordinates."""
+        spec, forces = self.spec, self.spec.forces
+        written = forces.get("generalized_forces", {})
+        for family in grouped(written, spec.families.get("generalized_forces", {})):
+            if family.name == name:
+                for kind in self.kinds(family, written):
+                    for loops, ((force,),) in self.values(kind, self.written(kind)):
+                        yield Part(force, loops, kind.indices)
+        written = forces.get("forces", {})
+        families = {**particle_families(spec), **spec.families.get("forces", {})}
+        for family in grouped(written, families):
+            for kind in self.kinds(family, written):
+                position = self.elsewhere(kind, family, spec.embedding)
+                for loops, (acting, place) in self.values(kind, self.written(kind), position):
+                    for force, x in zip(acting, place, strict=True):
+                        for one in parts(x, name):
+                            yield Part(force * one.factor, (*loops, *one.loops), one.indices)
+        for power in forces.get("dissipation", {}).values():
+            for each in parts(self.builder.scalar(power), velocity_name(name)):
+                yield Part(-each.factor, each.loops, each.indices)
+
+    # what follows
+
+    def equations(self) -> FamilyEquations:
+        """All of them."""
+        spec, order = self.spec, self.order
+        kinetic, potential = self.energies()
+        lagrangian = potential if kinetic is None else kinetic - potential
+        inertia = lagrangian if kinetic is None else kinetic
+        momenta, forces, equations, accelerations = [], [], [], []
+        for family in self.builder.coordinates:
+            name, speed = family.name, velocity_name(family.name)
+            several = {
+                MASS: [*parts(inertia, speed)],
+                SLOPE: [*parts(lagrangian, name)],
+                FORCE: [*self.applied(name)],
+            }
+            momenta += [line.of(own[MASS]) for line, own in self.lines.of(family, {MASS: several[MASS]})]
+            if several[FORCE]:
+                lines = self.lines.of(family, {FORCE: several[FORCE]})
+                forces += [line.of(own[FORCE]) for line, own in lines if own[FORCE] != 0]
+            for line, own in self.lines.of(family, several):
+                v = symbol_of(line, speed)
+                mass = tidy(
+                    own[MASS].diff(v) if not own[MASS].has(Summed) else self.mass(own[MASS], v), order
+                )
+                force = own[SLOPE] + own[FORCE]
+                a = symbol_of(line, acceleration_name(name))
+                equation = textbook_form(mass * a - force, order)
+                equations.append((line.of(equation.left), equation))
+                accelerations.append(line.of(tidy(force / mass, order)))
+        conserved, changing = self.balance(lagrangian, momenta, forces)
+        h = self.neat((kinetic + potential) if kinetic is not None else self.energy(lagrangian))
+        return FamilyEquations(
+            name=spec.name,
+            degrees_of_freedom=spec.degrees_of_freedom,
+            sizes=spec.sizes,
+            coordinates=self.builder.coordinates,
+            parameters=grouped([one.name for one in spec.parameters], spec.families.get("parameters", {})),
+            order=order,
+            T=None if kinetic is None else self.neat(kinetic),
+            U=None if kinetic is None else self.neat(potential),
+            L=self.neat(lagrangian),
+            h=h,
+            momenta=tuple(momenta),
+            forces=tuple(forces),
+            equations=tuple(equations),
+            accelerations=tuple(accelerations),
+            conserved=tuple(conserved),
+            changing=tuple(changing),
+        )
+
+    @staticmethod
+    def mass(momentum: sympy.Expr, v: sympy.Symbol) -> sympy.Expr:
+        """dp/dv where p has sums that do not contain v."""
+        plain, sums = opened(momentum)
+        if any(v in one.body.free_symbols for one in sums.values()):
+            raise Unsuited
+        return plain.diff(v).xreplace(sums)
+
+    def neat(self, expression: sympy.Expr) -> sympy.Expr:
+        """An expression in textbook form, and the bodies of its sums."""
+        if isinstance(expression, Summed):
+            return summed_of(self.neat(expression.body), expression.loops)
+        if expression.has(Summed):
+            expression = expression.func(*map(self.neat, expression.args))
+        return neat(expression, self.order, Role.COORDINATE)
+
+    def energy(self, expression: sympy.Expr) -> sympy.Expr:
+        """h = sum of p v - L of a given L: its terms that are quadratic in velocities, minus the others."""
+        if expression.is_Add:
+            return sympy.Add(*map(self.energy, expression.args))
+        if isinstance(expression, Summed):
+            return Summed(self.energy(sympy.expand_mul(expression.body)), expression.args[1])
+        moving = [one for one in sympy.Mul.make_args(expression) if self.order.role(one) >= Role.VELOCITY]
+        if not moving:
+            return -expression
+        if len(moving) == 1 and (moving[0].is_Add or isinstance(moving[0], Summed)):
+            return expression / moving[0] * self.energy(moving[0])
+        return expression
+
+    # what is conserved
+
+    def balance(
+        self, lagrangian: sympy.Expr, momenta: Sequence[Line], forces: Sequence[Line]
+    ) -> tuple[list[Conserved], list[Changing]]:
+        """What is conserved and why, and what is not."""
+        constants = constants_of(self.system)
+        names = {each.quantity for each in constants.conserved}
+        conserved = [*self.cyclic(names, momenta)]
+        changing = []
+        if "h" in names:
+            because = "`L` does not contain `t` explicitly" + without_work(self.system.driven, False)
+            plain = "; `h = T + U` (no `t` in the embedding, no velocities in `U`)"
+            because += plain if self.spec.lagrangian is None else ""
+            conserved.append(Conserved("h", sympy.S.Zero, because))
+        else:
+            reasons = [] if self.system.steady_potential else ["`L` contains `t` explicitly"]
+            power = sympy.Add(
+                *(
+                    Summed(tidy(one.expression * symbol_of(one, velocity_name(one.family.name)), self.order),
+                           Loops(one.loops))
+                    for one in forces
+                )
+            )  # fmt: skip
+            reasons += ["generalized forces or friction do work"] * (power != 0)
+            rate = tidy(power - explicit_rate(lagrangian), self.order)
+            changing.append(Changing("h", rate, " and ".join(reasons)))
+        texts = dict(self.displaced(momenta))
+        for each in constants.conserved:
+            if each.quantity in texts:
+                expression = texts[each.quantity]
+                conserved.append(Conserved(each.quantity, self.neat(expression), each.because))
+        return conserved, changing
+
+    def cyclic(self, names: set[str], momenta: Sequence[Line]) -> Iterator[Conserved]:
+        """Momenta of cyclic coordinates: one for a family, if all of its members are cyclic."""
+        for family in self.builder.coordinates:
+            own = [line for line in momenta if line.family is family]
+            kept = [name for name in family.members if f"p_{name}" in names]
+            if len(kept) == len(family.members):
+                shown = [(one.name(), one.expression) for one in own]
+            else:
+                shown = [(name, sympy.S.Zero) for name in kept]
+            for name, expression in shown:
+                because = f"`{name}` is cyclic: `L` does not contain it, and {without_force(False)}"
+                yield Conserved(f"p_{name}", expression, because)
+
+    def displaced(self, momenta: Sequence[Line]) -> Iterator[tuple[str, sympy.Expr]]:
+        """What displacements of all particles, or of all members of a family, conserve."""
+        if self.spec.lagrangian is not None:
+            for family in self.builder.coordinates:
+                own = [one for one in momenta if one.family is family]
+                yield (
+                    f"P_{family.name}",
+                    sympy.Add(*(Summed(one.expression, Loops(one.loops)) for one in own)),
+                )
+            return
+        particles = [*self.particles()]
+        rate, t = self.builder.rate, sympy.Symbol(TIME)
+
+        def total(of: object) -> sympy.Expr:
+            return sympy.Add(*(Summed(of(place, mass), Loops(loops)) for loops, place, mass in particles))  # type: ignore[operator]
+
+        axes = max(len(place) for _, place, _ in particles)
+        for k in range(axes):
+            momentum = total(lambda x, m, k=k: m * rate(x[k]) if len(x) > k else sympy.S.Zero)
+            centre = total(lambda x, m, k=k: m * x[k] if len(x) > k else sympy.S.Zero)
+            yield f"P_{COMPONENTS[k]}", momentum
+            yield f"K_{COMPONENTS[k]}", t * momentum - centre
+        for name, (i, j) in TURNS.items():
+            if max(i, j) < min(len(place) for _, place, _ in particles):
+                yield f"L_{name}", total(lambda x, m, i=i, j=j: m * (x[i] * rate(x[j]) - x[j] * rate(x[i])))
+
+
+def explicit_rate(expression: sympy.Expr) -> sympy.Expr:
+    """The partial derivative by t."""
+    plain, sums = opened(expression)
+    made = plain.diff(sympy.Symbol(TIME))
+    for symbol, one in sums.items():
+        made += plain.diff(symbol) * Summed(explicit_rate(one.body), one.args[1])
+    return made.xreplace(sums)
+
+
+def symbol_of(line: Line, base: str) -> sympy.Symbol:
+    """A symbol with a line's indices."""
+    return member(base, line.indices) if line.indices else sympy.Symbol(base)
+
+
+def roles(spec: Spec) -> dict[str, tuple[Role, int]]:
+    """The role and rank of each family."""
+    found: dict[str, tuple[Role, int]] = {TIME: (Role.TIME, 0)}
+    for rank, name in enumerate(dict.fromkeys(one.name.partition("[")[0] for one in spec.parameters)):
+        found[name] = Role.PARAMETER, rank
+    for rank, name in enumerate(dict.fromkeys(one.name.partition("[")[0] for one in spec.coordinates)):
+        found[name] = Role.COORDINATE, rank
+        found[velocity_name(name)] = Role.VELOCITY, rank
+        found[acceleration_name(name)] = Role.ACCELERATION, rank
+    return found

@@ -1,0 +1,137 @@
+"""What is printed of a system of families: pages for people, data, and a module of Python."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import sympy
+
+from lagrange_cli.expression.vocabulary import ACCELERATION_SUFFIX
+from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.indexed.members import names_in
+from lagrange_cli.symbolic.latex import Latex, blocks
+from lagrange_cli.symbolic.layouts import lines_of
+from lagrange_cli.symbolic.notations import IndexedSympy, Text, Unicode
+from lagrange_cli.symbolic.render import Notation, render
+from lagrange_cli.symbolic.report import changing_statement, conserved_statement
+from lagrange_cli.symbolic.statements import Section, Statement, Writer, equation_statements, plain
+
+PAGES: Mapping[str, Callable[[], Notation]] = {"text": Text, "unicode": Unicode, "latex": Latex}
+
+
+def as_page(equations: FamilyEquations, format_: str, form: str) -> str:
+    """The equations as text, unicode or LaTeX."""
+    notation = PAGES[format_]()
+    content = sections(equations, form, notation)
+    if isinstance(notation, Latex):
+        return blocks(equations.name, content)
+    return lines_of(equations.name, equations.degrees_of_freedom, content)
+
+
+def sections(equations: FamilyEquations, form: str, notation: Notation) -> list[Section]:
+    """The sections of a form."""
+    writer = Writer(notation, equations.order)
+    used = names_used(equations)
+    sizes = tuple(
+        Statement(writer.names(name), str(size)) for name, size in equations.sizes.items() if name in used
+    )
+    accelerations = tuple(
+        line_statement(one, one.name("", ACCELERATION_SUFFIX), writer) for one in equations.accelerations
+    )
+    explicit = Section("Accelerations", accelerations)
+    if form == "explicit":
+        return [Section("Sizes", sizes), explicit]
+    energies = [
+        (name, one)
+        for name, one in (("T", equations.T), ("U", equations.U), ("L", equations.L))
+        if one is not None
+    ]
+    of_motion = [
+        Statement(one.left, one.right, with_members(one.remark, line.loops, writer))
+        for line, equation in equations.equations
+        for one in equation_statements([line.name()], [equation], writer)
+    ]
+    nothing = Statement("", "", "nothing that follows from a symmetry of the Lagrangian")
+    conserved = tuple(conserved_statement(each, writer) for each in equations.conserved) or (nothing,)
+    found = [
+        Section("Sizes", sizes),
+        Section("Lagrangian", tuple(writer.statement(name, one) for name, one in energies)),
+        Section("Momenta", tuple(line_statement(one, one.name("p_"), writer) for one in equations.momenta)),
+        Section("Equations of motion", tuple(of_motion)),
+        explicit,
+        Section("Energy function", (writer.statement("h", equations.h),)),
+        Section("Conserved", conserved, True),
+    ]
+    if equations.changing:
+        changing = tuple(changing_statement(each, writer) for each in equations.changing)
+        found.append(Section("Not conserved", changing, True))
+    return found
+
+
+def names_used(equations: FamilyEquations) -> set[str]:
+    """The names of indices and sizes in the equations."""
+    found = names_in(equations.L)
+    for line in (*equations.momenta, *equations.accelerations):
+        found |= names_in(line.expression)
+        found.update(*(one.names for one in line.loops), *(one.names for one in line.indices))
+    return found
+
+
+def line_statement(line: Line, name: str, writer: Writer) -> Statement:
+    """``name = expression`` of some members."""
+    return Statement(writer.names(name), writer.text(line.expression), with_members("", line.loops, writer))
+
+
+def with_members(remark: str, loops: Sequence[Loop], writer: Writer) -> str:
+    """A remark, and which members it is said of."""
+    return ", ".join(filter(None, (remark, writer.notation.members(loops))))
+
+
+def as_data(equations: FamilyEquations, parameters: Mapping[str, float]) -> dict[str, Any]:
+    """The equations for ``--json``: as of other systems, but by line. Keys are the names of members, such as
+    ``x[i]``; ``members`` says for which indices a line holds."""
+    notation = IndexedSympy()
+
+    def text(expression: sympy.Expr | None) -> str | None:
+        return None if expression is None else render(expression, notation, equations.order)
+
+    def by_line(lines: Sequence[Line]) -> dict[str, str | None]:
+        return {one.name(): text(one.expression) for one in lines}
+
+    motion = {line.name(): text(one.left - one.right) for line, one in equations.equations}
+    factors = {line.name(): text(one.factor) for line, one in equations.equations}
+    lines = [*equations.momenta, *equations.accelerations, *equations.forces]
+    return {
+        "name": equations.name,
+        "coordinates": [name for family in equations.coordinates for name in family.members],
+        "parameters": dict(parameters),
+        "sizes": dict(equations.sizes),
+        "families": {
+            one.name: list(one.shape) for one in (*equations.coordinates, *equations.parameters) if one.shape
+        },
+        "members": {one.name(): " ".join(loop.text for loop in one.loops) for one in lines},
+        "T": text(equations.T),
+        "U": text(equations.U),
+        "L": text(equations.L),
+        "momenta": by_line(equations.momenta),
+        "generalized_forces": by_line(equations.forces),
+        "equations": motion,
+        "factors": factors,
+        "accelerations": by_line(equations.accelerations),
+        "h": text(equations.h),
+        "conserved": [
+            {
+                "quantity": each.quantity,
+                "expression": text(equations.h if each.quantity == "h" else each.expression),
+                "because": plain(each.because),
+            }
+            for each in equations.conserved
+        ],
+        "not_conserved": [
+            {"quantity": each.quantity, "rate": text(each.rate), "because": plain(each.because)}
+            for each in equations.changing
+        ],
+    }  # fmt: skip

@@ -1,0 +1,131 @@
+"""The equations of a system of families as a Python module: loops over the members, over ``math``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from math import prod
+
+import sympy
+
+from lagrange_cli.expression.vocabulary import CONSTANTS, FUNCTIONS, velocity_name
+from lagrange_cli.spec.spec import Family
+from lagrange_cli.symbolic.families.equations import FamilyEquations
+from lagrange_cli.symbolic.families.lines import Line
+from lagrange_cli.symbolic.indexed.conditions import Loop
+from lagrange_cli.symbolic.notations import IndexedPython
+from lagrange_cli.symbolic.render import render
+
+SIGNATURE = "t, q, v, parameters=PARAMETERS"
+
+
+def as_python(equations: FamilyEquations, parameters: Mapping[str, float]) -> str:
+    """The module's source: T, U, L, momenta, h, forces and accelerations as functions of (t, q, v)."""
+    writer = _Writer(equations)
+    functions = []
+    if equations.T is not None and equations.U is not None:
+        functions.append(writer.scalar("kinetic_energy", "T(t, q, v).", equations.T))
+        functions.append(writer.scalar("potential_energy", "U(t, q, v).", equations.U))
+    functions += [
+        writer.scalar("lagrangian", "L(t, q, v).", equations.L),
+        writer.vector("momenta", "p_k = dL/dq_dot_k.", equations.momenta),
+        writer.scalar("energy_function", "h = sum_k p_k q_dot_k - L.", equations.h),
+        writer.vector("generalized_forces", "Q_k(t, q, v).", equations.forces),
+        writer.vector("accelerations", "q_ddot(t, q, v).", equations.accelerations),
+    ]
+    title = " ".join(equations.name.split()).replace("\\", "/").replace('"', "'")
+    used = sorted({*FUNCTIONS, *CONSTANTS} & writer.used)
+    head = [f'"""{title}: the equations of motion. Coordinates are in the order of COORDINATES."""', ""]
+    head += [f"from math import {', '.join(used)}", ""] if used else []
+    head += [f"{name} = {size}" for name, size in equations.sizes.items()]
+    names = [name for family in equations.coordinates for name in family.members]
+    head += [f"COORDINATES = {tuple(names)!r}", f"PARAMETERS = {dict(parameters)!r}"]
+    return "\n".join(head) + "\n\n\n" + "\n\n\n".join(functions)
+
+
+class _Writer:
+    def __init__(self, equations: FamilyEquations) -> None:
+        self.equations = equations
+        shapes: dict[str, Sequence[str]] = {}
+        for family in (*equations.coordinates, *equations.parameters):
+            shapes[family.name] = [str(size) for size in family.shape]
+            shapes[velocity_name(family.name)] = shapes[family.name]
+        self.shapes, self.notation = shapes, IndexedPython(shapes)
+        self.used: set[str] = set()
+
+    def text(self, expression: sympy.Expr) -> str:
+        """An expression of Python."""
+        made = render(expression, self.notation, self.equations.order)
+        self.used |= {one.func.__name__ for one in expression.atoms(sympy.Function)}
+        self.used |= {"sqrt"} if "sqrt(" in made else set()
+        self.used |= {"pi"} if expression.has(sympy.pi) else set()
+        self.used |= {"exp"} if "exp(" in made else set()
+        return made
+
+    def names(self, text: str) -> list[str]:
+        """The lines in which what ``text`` uses gets its name."""
+        found = []
+        for family in self.equations.parameters:
+            if family.shape:
+                listed = f"[parameters[f'{family.name}[{{k}}]'] for k in range({family.shape[0]})]"
+                if len(family.shape) > 1:
+                    listed = f"[parameters[k] for k in {family.members!r}]"
+            else:
+                listed = f"parameters[{family.name!r}]"
+            found.append((family.name, listed))
+        first = 0
+        for family in self.equations.coordinates:
+            stop = first + prod(family.shape)
+            for name, array in ((family.name, "q"), (velocity_name(family.name), "v")):
+                place = f"{array}[{first}:{stop}]" if family.shape else f"{array}[{first}]"
+                found.append((name, place))
+            first = stop
+        return [
+            f"    {self.notation.symbol(name)} = {value}" for name, value in found if self.has(text, name)
+        ]
+
+    @staticmethod
+    def has(text: str, name: str) -> bool:
+        """Whether a name stands in a text."""
+        import re
+
+        return re.search(rf"\b{name}\b", text) is not None
+
+    def scalar(self, name: str, purpose: str, expression: sympy.Expr) -> str:
+        """A function with one value."""
+        text = self.text(expression)
+        body = [*self.names(text), f"    return {text}"]
+        return "\n".join([f"def {name}({SIGNATURE}):", f'    """{purpose}"""', *body])
+
+    def vector(self, name: str, purpose: str, lines: Sequence[Line]) -> str:
+        """A function with a value for each coordinate."""
+        body: list[str] = []
+        first = 0
+        for family in self.equations.coordinates:
+            for line in (one for one in lines if one.family is family):
+                body += self.assigned(line, first, family)
+            first += prod(family.shape)
+        head = [f"def {name}({SIGNATURE}):", f'    """{purpose}"""', *self.names("\n".join(body))]
+        return "\n".join([*head, f"    values = [0.0] * {first}", *body, "    return tuple(values)"])
+
+    def assigned(self, line: Line, first: int, family: Family) -> list[str]:
+        """What sets the values of some members."""
+        found, indent = [], "    "
+        for loop in line.loops:
+            found.append(f"{indent}for {self.head(loop)}:")
+            indent += "    "
+            for one in loop.conditions:
+                from lagrange_cli.symbolic.indexed.conditions import written
+
+                found += [f"{indent}if not ({written(one)}):", f"{indent}    continue"]
+        place = str(first)
+        if line.indices:
+            inside = line.indices[0].text
+            for size, index in zip(family.shape[1:], line.indices[1:]):
+                inside = f"({inside})*{size} + {index.text}"
+            place = f"{first} + {inside}" if first else inside
+        return [*found, f"{indent}values[{place}] = {self.text(line.expression)}"]
+
+    @staticmethod
+    def head(loop: Loop) -> str:
+        """``i in range(N)``."""
+        return f"{loop.index} in range({loop.bounds})"

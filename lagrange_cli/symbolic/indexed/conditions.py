@@ -1,0 +1,168 @@
+"""Conditions on indices, and the loops of sums, as they are printed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+from lagrange_cli.expression.indices import COMPARISONS
+from lagrange_cli.expression.syntax import Comparison, Logic, Tree
+from lagrange_cli.records import dataclass
+from lagrange_cli.symbolic.indexed.whole import Span, Spans, Values, Whole, number, whole_of
+
+
+@dataclass(frozen=True)
+class Relation:
+    """``a < b <= c``."""
+
+    operators: tuple[str, ...]
+    operands: tuple[Whole, ...]
+
+
+@dataclass(frozen=True)
+class Joined:
+    """Conditions with ``and`` or ``or`` between them, or ``not`` before one."""
+
+    operator: str
+    parts: tuple[Condition, ...]
+
+
+Condition: TypeAlias = "Relation | Joined"
+
+
+def relation(left: Whole, operator: str, right: Whole) -> Relation:
+    """``left operator right``."""
+    return Relation((operator,), (left, right))
+
+
+def condition_of(tree: Tree, names: Mapping[str, Whole]) -> Condition:
+    """What a condition on indices is."""
+    if isinstance(tree, Logic):
+        return Joined(tree.operator, tuple(condition_of(one, names) for one in tree.operands))
+    if isinstance(tree, Comparison):
+        return Relation(tree.operators, tuple(whole_of(one, names) for one in tree.operands))
+    return relation(whole_of(tree, names), "!=", number(0))
+
+
+OPPOSITE = {"==": "!=", "!=": "==", "<": ">=", ">=": "<", ">": "<=", "<=": ">"}
+SWAPPED = {"==": "==", "!=": "!=", "<": ">", ">": "<", "<=": ">=", ">=": "<="}
+
+
+def negation(condition: Condition) -> Condition:
+    """Its opposite."""
+    if isinstance(condition, Relation) and len(condition.operators) == 1:
+        return relation(condition.operands[0], OPPOSITE[condition.operators[0]], condition.operands[1])
+    if isinstance(condition, Joined) and condition.operator == "not":
+        return condition.parts[0]
+    return Joined("not", (condition,))
+
+
+def holds(condition: Condition, values: Values) -> Any:
+    """Whether it holds, or for which members."""
+    import numpy as np
+
+    if isinstance(condition, Joined):
+        parts = [holds(one, values) for one in condition.parts]
+        if condition.operator == "not":
+            return np.logical_not(parts[0])
+        made = parts[0]
+        for part in parts[1:]:
+            made = np.logical_and(made, part) if condition.operator == "and" else np.logical_or(made, part)
+        return made
+    numbers = [one.value(values) for one in condition.operands]
+    made = True
+    for operator, left, right in zip(condition.operators, numbers, numbers[1:]):
+        made = np.logical_and(made, COMPARISONS[operator](left, right))
+    return made
+
+
+def changed(condition: Condition, change: Callable[[Whole], Whole]) -> Condition:
+    """The same of other numbers."""
+    if isinstance(condition, Joined):
+        return Joined(condition.operator, tuple(changed(one, change) for one in condition.parts))
+    return Relation(condition.operators, tuple(map(change, condition.operands)))
+
+
+def names_of(condition: Condition) -> frozenset[str]:
+    """All names in it."""
+    parts = condition.parts if isinstance(condition, Joined) else ()
+    operands = () if isinstance(condition, Joined) else condition.operands
+    return frozenset[str]().union(*map(names_of, parts), *(one.names for one in operands))
+
+
+def single(condition: Condition) -> list[Condition]:
+    """The conditions that hold together where it does."""
+    if isinstance(condition, Joined) and condition.operator == "and":
+        return [one for part in condition.parts for one in single(part)]
+    if isinstance(condition, Relation):
+        pairs = zip(condition.operators, condition.operands, condition.operands[1:])
+        return [relation(left, operator, right) for operator, left, right in pairs]
+    return [condition]
+
+
+def decided(condition: Condition, spans: Spans) -> bool | None:
+    """Whether it always holds, or never; None where that depends."""
+    if isinstance(condition, Joined) or len(condition.operators) > 1:
+        return None
+    low, high = (condition.operands[0] - condition.operands[1]).span(spans)
+    operator = condition.operators[0]
+    if operator in ("==", "!="):
+        equal = True if low == high == 0 else False if low > 0 or high < 0 else None
+        return equal if operator == "==" or equal is None else not equal
+    true = {"<": high < 0, "<=": high <= 0, ">": low > 0, ">=": low >= 0}[operator]
+    false = {"<": low >= 0, "<=": low > 0, ">": high <= 0, ">=": high < 0}[operator]
+    return True if true else False if false else None
+
+
+def written(condition: Condition, level: int = 0) -> str:
+    """In the grammar of system files."""
+    if isinstance(condition, Relation):
+        text = condition.operands[0].text
+        for operator, operand in zip(condition.operators, condition.operands[1:]):
+            text += f" {operator} {operand.text}"
+        return text
+    if condition.operator == "not":
+        return f"not ({written(condition.parts[0])})"
+    text = f" {condition.operator} ".join(written(one, 1) for one in condition.parts)
+    return f"({text})" if level else text
+
+
+@dataclass(frozen=True)
+class Loop:
+    """``for index in range(start, stop, step) if conditions``, with a positive step."""
+
+    index: str
+    start: Whole
+    stop: Whole
+    step: int = 1
+    conditions: tuple[Condition, ...] = ()
+
+    def changed(self, change: Callable[[Whole], Whole]) -> Loop:
+        """The same with other numbers."""
+        conditions = tuple(changed(one, change) for one in self.conditions)
+        return Loop(self.index, change(self.start), change(self.stop), self.step, conditions)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All names in it but its own index."""
+        inside = self.start.names | self.stop.names
+        return inside.union(*map(names_of, self.conditions)) - {self.index}
+
+    def span(self, spans: Spans) -> Span:
+        """Bounds of its index."""
+        starts, stops = self.start.span(spans), self.stop.span(spans)
+        return starts[0], max(starts[0], stops[1] - 1)
+
+    @property
+    def bounds(self) -> str:
+        """The arguments of ``range``."""
+        listed = [self.start.text, self.stop.text, str(self.step)]
+        if self.step == 1:
+            listed = listed[1:2] if self.start == number(0) else listed[:2]
+        return ", ".join(listed)
+
+    @property
+    def text(self) -> str:
+        """As it is written in system files."""
+        conditions = [written(one, 1) for one in self.conditions]
+        return f"for {self.index} in range({self.bounds})" + "".join(f" if {one}" for one in conditions)

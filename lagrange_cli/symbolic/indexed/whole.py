@@ -1,0 +1,212 @@
+"""Whole numbers with names in them: what indices and the bounds of sums are, as they are printed.
+
+``Whole`` is a linear expression of indices, of sizes, and of remainders and quotients of such expressions.
+Its ``text`` is in the grammar of system files.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from operator import add, sub
+from typing import Any, TypeAlias
+
+from lagrange_cli.expression.indices import OPERATIONS, Unsuited
+from lagrange_cli.expression.syntax import Binary, Name, Negative, Number, Tree
+from lagrange_cli.records import dataclass
+
+Span: TypeAlias = tuple[int, int]
+"""The least and the greatest value."""
+Spans: TypeAlias = Mapping[str, Span]
+Values: TypeAlias = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Operation:
+    """``left operator right``, one of ``// % *``."""
+
+    operator: str
+    left: Whole
+    right: Whole
+
+    @property
+    def text(self) -> str:
+        """As it is written."""
+        return f"{enclosed(self.left)} {self.operator} {enclosed(self.right)}"
+
+
+Atom: TypeAlias = "str | Operation"
+
+
+@dataclass(frozen=True)
+class Whole:
+    """``constant`` + the sum of ``terms``: factor and atom, none of the factors 0."""
+
+    terms: tuple[tuple[Atom, int], ...]
+    constant: int
+
+    def __add__(self, other: Whole) -> Whole:
+        factors: dict[Atom, int] = dict(self.terms)
+        for atom, factor in other.terms:
+            factors[atom] = factors.get(atom, 0) + factor
+        return Whole(tuple((a, f) for a, f in factors.items() if f), self.constant + other.constant)
+
+    def __mul__(self, factor: int) -> Whole:
+        return Whole(tuple((a, f * factor) for a, f in self.terms if factor), self.constant * factor)
+
+    def __sub__(self, other: Whole) -> Whole:
+        return self + other * -1
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All names in it."""
+        found: set[str] = set()
+        for atom, _ in self.terms:
+            found |= {atom} if isinstance(atom, str) else atom.left.names | atom.right.names
+        return frozenset(found)
+
+    @property
+    def text(self) -> str:
+        """As it is written: ``i + 1``."""
+        parts = [(factor, atom) for atom, factor in self.terms]
+        parts.sort(key=lambda part: part[0] < 0)
+        text = ""
+        for factor, atom in parts:
+            single = atom if isinstance(atom, str) else atom.text
+            if not isinstance(atom, str) and (len(parts) > 1 or self.constant or abs(factor) != 1):
+                single = f"({single})"
+            product = single if abs(factor) == 1 else f"{abs(factor)}*{single}"
+            text += (f" {'-' if factor < 0 else '+'} " if text else "-" * (factor < 0)) + product
+        if self.constant or not text:
+            sign = f" {'-' if self.constant < 0 else '+'} " if text else "-" * (self.constant < 0)
+            text += f"{sign}{abs(self.constant)}"
+        return text
+
+    def with_names(self, known: Mapping[str, Whole]) -> Whole:
+        """The same with other numbers in place of names."""
+        if not self.names & known.keys():
+            return self
+        made = Whole((), self.constant)
+        for atom, factor in self.terms:
+            if isinstance(atom, str):
+                part = known.get(atom, Whole(((atom, 1),), 0))
+            else:
+                part = operation(atom.operator, atom.left.with_names(known), atom.right.with_names(known))
+            made += part * factor
+        return made
+
+    def value(self, values: Values) -> Any:
+        """The number, or the array of numbers, where names have these values."""
+        made: Any = self.constant
+        for atom, factor in self.terms:
+            if isinstance(atom, str):
+                made = made + factor * values[atom]
+            else:
+                made = made + factor * OPERATIONS[atom.operator](
+                    atom.left.value(values), atom.right.value(values)
+                )
+        return made
+
+    def span(self, spans: Spans) -> Span:
+        """Bounds of its values, where names have values within bounds."""
+        low = high = self.constant
+        for atom, factor in self.terms:
+            inner = spans[atom] if isinstance(atom, str) else span_of(atom, spans)
+            ends = sorted(factor * end for end in inner)
+            low, high = low + ends[0], high + ends[1]
+        return low, high
+
+
+def enclosed(whole: Whole) -> str:
+    """In parentheses, unless it is a single name or number."""
+    plain = (not whole.terms and whole.constant >= 0) or (
+        len(whole.terms) == 1 and not whole.constant and isinstance(whole.terms[0][0], str)
+        and whole.terms[0][1] == 1
+    )  # fmt: skip
+    return whole.text if plain else f"({whole.text})"
+
+
+def number(value: int) -> Whole:
+    """A number."""
+    return Whole((), int(value))
+
+
+def named(name: str) -> Whole:
+    """A name."""
+    return Whole(((name, 1),), 0)
+
+
+def operation(operator: str, left: Whole, right: Whole) -> Whole:
+    """A remainder, quotient or product."""
+    if not left.terms and not right.terms:
+        if operator != "*" and right.constant == 0:
+            raise Unsuited
+        return number(OPERATIONS[operator](left.constant, right.constant))
+    if operator == "*":
+        if not right.terms:
+            return left * right.constant
+        if not left.terms:
+            return right * left.constant
+    if operator == "%":
+        left = without_multiples(left, right)
+    return Whole(((Operation(operator, left, right), 1),), 0)
+
+
+def without_multiples(left: Whole, right: Whole) -> Whole:
+    """What has the same remainder, without terms that are multiples of ``right``, and without remainders."""
+    made = number(left.constant)
+    for atom, factor in left.terms:
+        term = Whole(((atom, 1),), 0)
+        if isinstance(atom, Operation) and atom.operator == "%" and atom.right == right:
+            term = atom.left
+        if term != right:
+            made += term * factor
+    return made
+
+
+def span_of(atom: Operation, spans: Spans) -> Span:
+    """Bounds of the values of an operation."""
+    left, right = atom.left.span(spans), atom.right.span(spans)
+    if atom.operator == "*":
+        ends = [a * b for a in left for b in right]
+        return min(ends), max(ends)
+    if right[0] <= 0:
+        raise Unsuited
+    if atom.operator == "%":
+        return 0, right[1] - 1
+    ends = [a // b for a in left for b in right]
+    return min(ends), max(ends)
+
+
+def reduced(whole: Whole, spans: Spans) -> Whole:
+    """Without remainders of what is within bounds already."""
+    made = number(whole.constant)
+    for atom, factor in whole.terms:
+        if isinstance(atom, str):
+            made += Whole(((atom, factor),), 0)
+            continue
+        part = operation(atom.operator, reduced(atom.left, spans), reduced(atom.right, spans))
+        if atom.operator == "%" and len(part.terms) == 1 and isinstance(part.terms[0][0], Operation):
+            inner = part.terms[0][0]
+            low, high = inner.left.span(spans)
+            if low >= 0 and high < inner.right.span(spans)[0]:
+                part = inner.left
+        made += part * factor
+    return made
+
+
+def whole_of(tree: Tree, names: Mapping[str, Whole]) -> Whole:
+    """What a tree of whole numbers is. Raises ``Unsuited``."""
+    if isinstance(tree, Number) and tree.text.isdecimal():
+        return number(int(tree.text))
+    if isinstance(tree, Name) and not tree.indices and tree.identifier in names:
+        return names[tree.identifier]
+    if isinstance(tree, Negative):
+        return whole_of(tree.operand, names) * -1
+    if isinstance(tree, Binary):
+        left, right = whole_of(tree.left, names), whole_of(tree.right, names)
+        linear: Mapping[str, Callable[[Whole, Whole], Whole]] = {"+": add, "-": sub}
+        if tree.operator in linear:
+            return linear[tree.operator](left, right)
+        if tree.operator in ("*", "//", "%"):
+            return operation(tree.operator, left, right)
+    raise Unsuited

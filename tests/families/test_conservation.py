@@ -1,0 +1,138 @@
+"""What families conserve, beside what is proven of the same systems member by member."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.families.conservation import constants_of
+from lagrange_cli.integrate.compilation import Compilation
+from lagrange_cli.integrate.prepare import prepare_system
+from lagrange_cli.integrate.prepared import Prepared
+from lagrange_cli.mechanics.conservation import Conserved
+from lagrange_cli.mechanics.symmetries import symmetries
+from lagrange_cli.run.check import classify
+from lagrange_cli.run.classification import as_text
+from lagrange_cli.run.derive import derive_system
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from tests.families.test_systems import drawn
+from tests.support.motion import SYSTEMS, run
+
+BODIES = """
+name: bodies
+sizes: {{N: {count}}}
+coordinates:
+  x[i in range(N)]: {{initial: cos(i)}}
+  y[i in range(N)]: {{initial: sin(2*i)}}
+  z[i in range(N)]: {{initial: i}}
+masses: {{"body[i in range(N)]": 1 + i/2}}
+embedding: {{"body[i in range(N)]": ["x[i]", "{scale}*y[i]", "z[i]"]}}
+potential: {potential}
+{forces}
+solve: {{stop: 1}}
+"""
+PAIRS = "sum({} for i in range(N) for j in range(i))"
+GRAVITY = PAIRS.format("-1/norm(body[i] - body[j])")
+CASES = {
+    "gravity": {"potential": GRAVITY},
+    "another scale": {"potential": GRAVITY, "scale": 3},
+    "in a field": {"potential": f"{GRAVITY} + sum(9.81*(1 + i/2)*body[i].z for i in range(N))"},
+    "in one that changes": {"potential": f"{GRAVITY} + sum(sin(t)*body[i].z for i in range(N))"},
+    "about an axis": {"potential": f"{GRAVITY} + sum(body[i].x**2 + body[i].y**2 for i in range(N))"},
+    "no forces": {"potential": "0"},
+    "one is held": {"potential": f"{GRAVITY} + x[0]**2"},
+    "damped": {"potential": GRAVITY, "forces": 'generalized_forces: {"x[i in range(N)]": "-x_dot[i]"}'},
+    "pulled": {"potential": GRAVITY, "forces": 'forces: {"body[i in range(N)]": ["0", "0", "1 + i/2"]}'},
+    "pushed apart": {
+        "potential": GRAVITY, "forces": 'generalized_forces: {"x[0]": "sin(t)", "x[1]": "-sin(t)"}',
+    },
+    "turned by a field": {
+        "potential": GRAVITY,
+        "forces": 'generalized_forces: {"x[i in range(N)]": "y_dot[i]", "y[i in range(N)]": "-x_dot[i]"}',
+    },
+}  # fmt: skip
+
+
+def of_members(text: str) -> tuple[tuple[str, ...], dict[str, Conserved]]:
+    """The cyclic coordinates, and what is conserved, by derivation member by member."""
+    residual = derive_system(read_spec(text, "system.yaml"))
+    found = [*residual.conserved, *(one.conserved for one in symmetries(residual.model, residual.conserved))]
+    return residual.cyclic, {one.quantity: one for one in found}
+
+
+def of_families(text: str, monkeypatch: pytest.MonkeyPatch) -> tuple[tuple[str, ...], dict[str, Conserved]]:
+    """The same of families."""
+    monkeypatch.setattr(systems, "FEWEST", 0)
+    system = systems.family_system(read_spec(text, "system.yaml"))
+    assert system is not None
+    found = constants_of(system)
+    return found.cyclic, {one.quantity: one for one in found.conserved}
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_particles_conserve_what_their_members_do(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = BODIES.format(**{"count": 3, "scale": 1, "forces": ""} | CASES[case])
+    cyclic, found = of_families(text, monkeypatch)
+    expected_cyclic, expected = of_members(text)
+    assert cyclic == expected_cyclic
+    displaced = {name for name in expected if name[:2] in ("P_", "L_", "K_", "p_") or name == "h"}
+    assert found.keys() == displaced
+    for name, one in found.items():
+        assert one == expected[name]
+
+
+@pytest.mark.parametrize("case", ["gravity", "another scale", "about an axis", "pulled"])
+def test_what_is_conserved_is_written(case: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    text = BODIES.format(**{"count": 3, "scale": 1, "forces": ""} | CASES[case])
+
+    def followed(fewest: int) -> tuple[Prepared, Mapping[str, NDArray[np.float64]]]:
+        monkeypatch.setattr(systems, "FEWEST", fewest)
+        spec = read_spec(text, "system.yaml")
+        outputs = frozenset(["conserved"])
+        ready = prepare_system(spec, derive_system, None, Compilation("taylor", 2.0**-52, outputs))
+        return ready, run(ready, resolve_values(spec, {}), 0.0, 0.3, 4).data
+
+    (together, found), (apart, expected) = followed(0), followed(10**9)
+    names = [one.path for one in together.recording.datasets]
+    assert set(names) <= {one.path for one in apart.recording.datasets} and len(names) > 1
+    for name in names:
+        size = 1 + np.max(np.abs(expected[name]))
+        assert np.max(np.abs(found[name] - expected[name])) <= 2.0**-40 * size
+        assert np.ptp(found[name]) <= 2.0**-40 * size
+    assert {f"diagnostics/conserved/{one}" for one in ("P_x", "L_z", "K_x")} & {*names}
+
+
+@pytest.mark.exhaustive(keep=3)
+@pytest.mark.parametrize("case", range(40))
+def test_random_families_conserve_what_their_members_do(
+    case: int, pytestconfig: pytest.Config, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    text = drawn(random.Random(f"{pytestconfig.option.seed} conserved {case}"))
+    cyclic, found = of_families(text, monkeypatch)
+    expected_cyclic, expected = of_members(text)
+    assert cyclic == expected_cyclic, text
+    plain = {name for name in expected if name[:2] == "p_" or name == "h"}
+    assert {name for name in found if name[:2] == "p_" or name == "h"} == plain, text
+
+
+def test_a_ring_keeps_its_momentum(monkeypatch: pytest.MonkeyPatch) -> None:
+    text = (SYSTEMS / "lattice.yaml").read_text().replace("w**2*(1 - cos(u[i, j]))", "0*w")
+    _, found = of_families(text, monkeypatch)
+    assert found["P_u"].expression == "sum of p_u[i,j]"
+    assert found["P_u"].because == "changing all u[i,j] alike leaves L unchanged"
+
+
+def test_check_of_many_bodies_says_what_it_says_of_few(monkeypatch: pytest.MonkeyPatch) -> None:
+    def said(count: int) -> str:
+        text = BODIES.format(count=count, scale=1, potential=GRAVITY, forces="")
+        found = classify(read_spec(text, "bodies.yaml"))
+        shown = as_text(found, verbose=False)
+        return shown.replace(f"..{count - 1}]", "..]").replace(f"{3 * count} degrees", "degrees")
+
+    assert said(120) == said(4)

@@ -1,0 +1,235 @@
+"""Equations of families as they are printed with indices, beside the same systems as they are followed."""
+
+from __future__ import annotations
+
+import random
+from typing import Any
+
+import numpy as np
+import pytest
+import sympy
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from lagrange_cli.families import system as systems
+from lagrange_cli.families.values import FamilyValues
+from lagrange_cli.limits import Work
+from lagrange_cli.run.equations import derive
+from lagrange_cli.run.family_equations import (
+    DerivedFamilies,
+    derive_families,
+    families_as_data,
+    families_as_written,
+    verify_families,
+)
+from lagrange_cli.spec.read import read_spec
+from lagrange_cli.spec.values import resolve_values
+from lagrange_cli.symbolic.families.verify import verify
+from lagrange_cli.symbolic.source import as_python
+from tests.families.test_systems import drawn
+from tests.support.motion import SYSTEMS
+
+BODIES = """
+name: bodies
+sizes: {N: 4}
+parameters: {G: 1.0, "m[i in range(N)]": 1 + i/2}
+coordinates:
+  x[i in range(N)]: {initial: cos(i)}
+  y[i in range(N)]: {initial: sin(2*i)}
+masses: {"body[i in range(N)]": "m[i]"}
+embedding: {"body[i in range(N)]": ["x[i]", "y[i]"]}
+potential: -sum(G*m[i]*m[j]/norm(body[i] - body[j]) for i in range(N) for j in range(i))
+solve: {stop: 1}
+"""
+TWO = """
+sizes: {{N: {N}, M: {M}}}
+parameters: {{c: 1.5, "g[i in range(N), j in range(M)]": "0.3 + 0.1*sin(i + 2*j)"}}
+coordinates:
+  u[i in range(N), j in range(M)]: {{initial: "0.5*sin(3 + i + j)"}}
+  w[j in range(M)]: {{initial: "0.2*cos(2*j)", velocity: 0.1}}
+  z: {{initial: 0.3}}
+lagrangian: >-
+  sum(u_dot[i, j]**2/2 for i in range(N) for j in range(M)) + sum(w_dot[j]**2*(j + 1) for j in range(M))
+  + z_dot**2/2 - z*sum(w[j] for j in range(M)) - {pieces}
+generalized_forces: {{"u[0, j in range(M)]": "-u_dot[0, j]*j", z: cos(t)}}
+"""
+PIECES = (
+    "sum((u[(i + {a}) % N, (j + {b}) % M] - u[i, j])**2/2 + cos(u[i, (j + {b}) % M])"
+    " for i in range(N) for j in range(M) {condition})",
+    "sum((u[i, j] - u[i - 1, j])**2*w[j] for i in range(1, N) for j in range(M) {condition})",
+    "sum(u[(2*i + j) % N, j]*u[i, (M - 1 - j) % M]*(i - 2*j) for i in range(N) for j in range(M)"
+    " {condition})",
+    "c*sum(sin(u[i, j] - u[k, l])*g[i, j] for i in range(N) for j in range(M) for k in range(i + 1)"
+    " for l in range(M) if i != k or j != l)",
+    "sum(w[j]**3*u[i//2, j]/7 for i in range(0, N, 2) for j in range(M))",
+    "sum(where(i == 0, 2.5, where(j < 1 and i > 1, i, 1/3))*u[i, j]**4 for i in range(N) for j in range(M)"
+    " {condition})",
+)
+CONDITIONS = (
+    "", "if i != j", "if (i + j) % 2", "if i < N - 1 and j > 0", "if not (i == 1 or j == 0)",
+    "if i <= j < i + 2",
+)  # fmt: skip
+
+
+@pytest.fixture(autouse=True)
+def however_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Small systems are families, too."""
+    monkeypatch.setattr(systems, "FEWEST", 0)
+
+
+def printed(text: str, sizes: dict[str, str] | None = None) -> DerivedFamilies:
+    """The equations of a system of families."""
+    derived = derive_families(read_spec(text, "system.yaml", sizes))
+    assert derived is not None, text
+    return derived
+
+
+def holds(derived: DerivedFamilies) -> None:
+    """Read the printed equations back, and compare them with what is integrated."""
+    system = derived.system
+
+    def accelerations(t: float, q: Any, v: Any, parameters: Any) -> Any:
+        values = FamilyValues(system, t, q, v, parameters)
+        return values.of(system.forces) / values.of(system.masses)
+
+    found = verify(system, derived.equations, accelerations, resolve_values(system.spec, {}))
+    assert found.difference <= 1e-12, (str(found), system.spec.text)
+
+
+@pytest.mark.exhaustive(keep=4)
+@pytest.mark.parametrize("case", range(60))
+def test_what_is_printed_of_families_is_integrated(case: int, pytestconfig: pytest.Config) -> None:
+    holds(printed(drawn(random.Random(f"{pytestconfig.option.seed} printed {case}"))))
+
+
+@pytest.mark.exhaustive(keep=0)
+@settings(max_examples=6, deadline=None)
+@given(
+    st.sampled_from([1, 2, 3, 5]), st.sampled_from([1, 2, 4]),
+    st.lists(
+        st.tuples(
+            st.sampled_from(PIECES), st.integers(-2, 2), st.integers(-2, 2), st.sampled_from(CONDITIONS)
+        ),
+        min_size=1, max_size=2,
+    ),
+)  # fmt: skip
+def test_two_indices_rings_and_conditions(
+    rows: int, columns: int, pieces: list[tuple[str, int, int, str]]
+) -> None:
+    listed = [piece.format(a=a, b=b, condition=condition) for piece, a, b, condition in pieces]
+    holds(printed(TWO.format(N=rows, M=columns, pieces="\n    - ".join(listed))))
+
+
+def test_a_ring_with_conditions_and_two_indices() -> None:
+    listed = [piece.format(a=1, b=-1, condition=CONDITIONS[2]) for piece in PIECES]
+    holds(printed(TWO.format(N=3, M=2, pieces="\n    - ".join(listed))))
+
+
+def test_bodies_as_in_a_textbook() -> None:
+    lines = [
+        line.strip() for line in families_as_written(printed(BODIES), "text", "lagrange", {}).splitlines()
+    ]
+    assert lines[:2] == ["bodies: 8 degrees of freedom", ""]
+    for line in (
+        "N = 4",
+        "U = -G*sum(m[i]*m[j]/sqrt((x[i] - x[j])**2 + (y[i] - y[j])**2) for i in range(N) for j in range(i))",
+        "p_x[i] = m[i]*x_dot[i]   [for i in range(N)]",
+        "x_ddot[i]",
+        "+ G*sum(m[j]*(x[i] - x[j])/((x[i] - x[j])**2 + (y[i] - y[j])**2)**(3/2) for j in range(N) if j != i)"
+        " = 0   [x[i], divided by m[i], for i in range(N)]",
+        "x_ddot[i] = -G*sum(m[j]*(x[i] - x[j])/((x[i] - x[j])**2 + (y[i] - y[j])**2)**(3/2)"
+        " for j in range(N) if j != i)   [for i in range(N)]",
+        "P_x = sum(m[i]*x_dot[i] for i in range(N))",
+    ):
+        assert line in lines, line
+
+
+def test_the_ends_of_a_chain_are_apart() -> None:
+    text = (SYSTEMS / "fpu_chain.yaml").read_text()
+    lines = families_as_written(printed(text), "text", "explicit", {}).splitlines()
+    assert [line.partition(" =")[0].strip() for line in lines if "_ddot" in line] == [
+        "u_ddot[0]", "u_ddot[i]", "u_ddot[N - 1]",
+    ]  # fmt: skip
+    assert "[for i in range(1, N - 1)]" in "\n".join(lines)
+
+
+def test_latex_has_signs_of_sums() -> None:
+    text = families_as_written(printed(BODIES), "latex", "lagrange", {})
+    assert r"\sum_{\substack{j = 0 \\ j \ne i}}^{N - 1} \frac{m_{j} (x_{i} - x_{j})}" in text
+    assert r"\text{(for $i = 0, \dots, N - 1$)}" not in text
+    assert r"$i = 0, \dots, N - 1$" in text
+    ring = families_as_written(printed((SYSTEMS / "lattice.yaml").read_text()), "latex", "explicit", {})
+    assert r"u_{(i + 1) \bmod N,j}" in ring
+
+
+@pytest.mark.parametrize("name", ["lattice", "fpu_chain", "solar_system"])
+def test_python_of_families_and_of_members_give_the_same(name: str) -> None:
+    text = (SYSTEMS / f"{name}.yaml").read_text()
+    sizes = {"lattice": {"N": "3", "M": "4"}, "fpu_chain": {"N": "4"}, "solar_system": {"N": "3"}}[name]
+    spec = read_spec(text, "system.yaml", sizes)
+    parameters = dict(resolve_values(spec, {}).parameters)
+    source = families_as_written(printed(text, sizes), "python", "lagrange", parameters)
+    one: dict[str, Any] = {}
+    other: dict[str, Any] = {}
+    exec(source, one)
+    exec(as_python(derive(spec).equations, "lagrange", parameters), other)
+    chance = np.random.default_rng(1)
+    q, v = chance.normal(size=(2, len(spec.coordinates))).tolist()
+    assert one["COORDINATES"] == other["COORDINATES"]
+    for function in ("momenta", "accelerations", "energy_function", "lagrangian"):
+        assert np.allclose(one[function](0.3, q, v), other[function](0.3, q, v), rtol=1e-12, atol=1e-13)
+
+
+def test_sympy_reads_the_data_back() -> None:
+    data = families_as_data(printed(BODIES), {})
+    bases = {name: sympy.IndexedBase(name) for name in ("x", "y", "x_dot", "y_dot", "m")}
+    names = {name: sympy.Symbol(name, integer=True) for name in "ijN"} | {"G": sympy.Symbol("G")}
+    rate = sympy.sympify(data["accelerations"]["x[i]"], locals=bases | names)
+    found = rate.subs({names["N"]: 3, names["i"]: 1}).doit()
+    x, y, m = bases["x"], bases["y"], bases["m"]
+    expected = -names["G"] * sum(
+        m[j] * (x[1] - x[j]) / ((x[1] - x[j]) ** 2 + (y[1] - y[j]) ** 2) ** sympy.Rational(3, 2)
+        for j in (0, 2)
+    )
+    assert sympy.simplify(found - expected) == 0
+    assert data["members"]["x[i]"] == "for i in range(N)"
+    assert [one["quantity"] for one in data["conserved"]] == ["h", "P_x", "P_y", "L_z", "K_x", "K_y"]
+
+
+def test_what_is_printed_and_the_work_do_not_grow_with_the_size() -> None:
+    def counted(count: int) -> tuple[str, int]:
+        derived = printed((SYSTEMS / "fpu_chain.yaml").read_text(), {"N": str(count)})
+        text = families_as_written(derived, "text", "lagrange", {})
+        return text.replace(str(count), "N"), derived.work.spent
+
+    counted(40)  # sympy remembers what it has made
+    assert counted(40) == counted(640)
+
+
+def test_compiled_and_printed_equations_agree() -> None:
+    assert verify_families(printed(BODIES), {}).difference <= 1e-13
+
+
+def test_wrong_equations_differ() -> None:
+    right, wrong = (
+        printed(BODIES),
+        printed(BODIES.replace("norm(body[i] - body[j])", "(1 + x[i]**2 + x[j]**2)")),
+    )
+    mixed = DerivedFamilies(right.system, wrong.equations, Work())
+    assert verify_families(mixed, {}).difference > 1e-3
+
+
+def test_other_systems_are_printed_member_by_member() -> None:
+    assert derive_families(read_spec(BODIES + "constraints: {rod: x[0] - 1}\n", "system.yaml")) is None
+    scattered = BODIES.replace(
+        "potential:", "definitions: {'a[0]': 'x[0]', 'a[1]': '2*x[1]', 'a[2]': 'x[0]'}\npotential:"
+    )
+    assert derive_families(read_spec(scattered, "system.yaml")) is not None
+
+
+def test_driven_and_damped_families_say_how_h_changes() -> None:
+    text = BODIES + 'generalized_forces: {"x[i in range(N)]": "sin(t) - G*x_dot[i]"}\n'
+    derived = printed(text)
+    holds(derived)
+    (changing,) = derived.equations.changing
+    assert changing.quantity == "h" and "do work" in changing.because
