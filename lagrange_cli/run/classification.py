@@ -80,6 +80,7 @@ def listed(words: Sequence[str]) -> str:
 def as_text(found: Classification, *, verbose: bool) -> str:
     """The facts in a few lines."""
     names, spec = [one.name for one in found.spec.coordinates], found.spec
+    mechanics = found.mechanics
     conserved = [f"{each.quantity} = {each.expression}: {each.because}" for each in mechanics.conserved]
     degrees = count_of(spec.degrees_of_freedom, "degree")
     return "\n".join(
@@ -119,7 +120,7 @@ def constraints_shown(found: Classification) -> list[str]:
         return []
     lines = [line.removeprefix("warning: ") for line in notes(found.begin)]
     lines += integrable(found)
-    kept = {each.quantity for each in mechanics.conserved}
+    kept = {each.quantity for each in found.mechanics.conserved}
     changing = [name for name in found.mechanics.cyclic if f"p_{name}" not in kept]
     if changing:
         cyclic = ", ".join(in_short(changing, found.spec))
