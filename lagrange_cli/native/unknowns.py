@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from functools import reduce
+from operator import or_
+
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.explicit import Unknowns
 from lagrange_cli.native.linear.blocks import all_unrolled
@@ -17,5 +20,6 @@ def solved_for(
     rest = [*unknowns.rest]
     emit_values(kind, rest, known, constants)
     right = [kind.neg(known[node]) for node in rest]
-    factors, _ = factored(unknowns.residual, all_unrolled(kind), known, constants)
+    modes = reduce(or_, (one.mode.symbols for one in unknowns.holders), 0)
+    factors, _ = factored(unknowns.residual, all_unrolled(kind), known, constants, modes)
     return solved(unknowns.residual, factors, right, kind.one)

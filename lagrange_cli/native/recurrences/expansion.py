@@ -208,15 +208,15 @@ def factored(
     factorization: Factorization[V],
     known: dict[Node, V | None],
     constants: Constants,
+    moving_too: int = 0,
 ) -> tuple[list[Factored[V]], Condition]:
     """The matrix of the equations at a state, block by block, and whether it is regular.
 
-    ``known`` has the values of the state, and gets those of the entries.
+    ``known`` has the values of the state, and gets those of the entries. Further symbols than the variables
+    may be ``moving_too`` (their bits).
     """
     kind, factors = factorization.kind, list[Factored[V]]()
-    regular, variables = kind.true, residual.variables
-    for node in known:  # modes, too, where they are values of the state
-        variables |= node.symbols if node.kind is Kind.SYMBOL else 0
+    regular, variables = kind.true, residual.variables | moving_too
     moving = [entry for row in residual.entries for entry in row.values() if entry.symbols & variables]
     emit_values(kind, moving, known, constants)
     for block in residual.blocks:
