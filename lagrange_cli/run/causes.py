@@ -228,5 +228,5 @@ def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str
             size, rate = map(float, value.value[:2])
             if size > 0.0 < rate or rate < 0.0 > size:
                 left = time_left(power(value, -1.0), 0.0)
-                if left is not None:
+                if left is not None and size * float(value.value[2]) * 2.0 > rate * rate:  # as 1/(T - t)^p
                     yield left, f"{name} grows without bound"

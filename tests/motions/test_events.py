@@ -372,3 +372,17 @@ def test_a_multiple_zero_that_rounding_blurs_is_said_to_be_one(when, source):
     else:
         assert happened.grazes is None and happened.blurred == t
         assert 1e-8 < happened.error < 1e-4 and abs(t - math.asin(a)) < 10 * happened.error
+
+
+def test_an_event_along_the_whole_motion_is_doubted():
+    """The action leaves the motion on the ray where the angle is 1, on which it then stays."""
+    text = """
+    name: a ray
+    coordinates: {x: {initial: 1, velocity: 0}, y: {initial: 0, velocity: 1}}
+    lagrangian: (x_dot**2 + y_dot**2 - x**2 - y**2)/2
+    events: {turn: {when: "atan2(y, x) - 1", direction: rising, action: {set: {x_dot: 0, y_dot: 0}}}}
+    """
+    motion = follow(text, 2.5, 11)
+    happened, times = motion.outcome.happened["turn"], motion["events/turn/t"]
+    assert times[0] == pytest.approx(1, abs=1e-15)
+    assert len(times) == 1 or happened.doubtful

@@ -82,3 +82,16 @@ def test_what_outgrows_all_numbers_is_no_collision(tmp_path):
     done = lagrange("solve", "a.yaml", "--stop=-2000", "--step", 100, cwd=tmp_path)
     assert done.returncode == 4
     assert "a coordinate or a velocity exceeds the largest double, 1.8e308, at t = -141" in done.stderr
+
+
+def test_what_passes_0_does_not_grow_without_bound():
+    """At the origin, where atan2 ends this motion, 1/x is infinite, and x is not."""
+    from lagrange_cli.run.causes import escapes
+    from lagrange_cli.spec.read import read_spec
+    from lagrange_cli.symbolic.direct import Dual
+
+    spec = read_spec("name: a\ncoordinates: {x: {initial: 1}}\nlagrangian: x_dot**2", "a.yaml")
+    for x, a, told in ((-1e-19, 1e-19, False), (1e20, 2e60, True), (1e20, 0.0, False)):
+        rate = -0.5 if x < 1 else 1e40
+        values = {"x": Dual((x, rate, a / 2)), "x_dot": Dual((rate, a, 0.0))}
+        assert any(text.startswith("x ") for _, text in escapes(spec, values)) == told

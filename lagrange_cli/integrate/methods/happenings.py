@@ -175,8 +175,9 @@ class Happenings:
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             beyond = rates[0] ** 2 / (4.0 * np.abs(rates[1]))
             along = np.abs(rates) * lengths ** np.array([[1.0], [2.0], [3.0]])  # what cancels along the step
-        flat, errors = ~(along[0] > FLAT * (along[1] + along[2])), np.zeros(len(events))
-        grazing = np.zeros(len(events), dtype=bool)
+        reached = np.fmax(1.0, np.max(np.abs(states[:, : program.rows]), axis=1))
+        flat = ~(along[0] > FLAT * (along[1] + along[2])) | (beyond <= GRAZING * np.fmax(along[1], reached))
+        grazing, errors = np.zeros(len(events), dtype=bool), np.zeros(len(events))
         for k in np.flatnonzero(flat):
             size = float(np.fmax(along[1, k], sides.act_on(states[k])[1][events[k], 0]))
             order, error = blur(ULP[program.parts] * np.fmax(size, along[2, k]), rates[:, k])
