@@ -182,7 +182,7 @@ def with_steps(
 def suits_batches(equations: Equations) -> bool:
     """Whether the series of a system are many, and its masses constant and diagonal, or its equations sparse
     ones with constraints."""
-    from lagrange_cli.native.recurrences.saddle_batches import elimination_of
+    from lagrange_cli.native.recurrences.saddle_tables import elimination_of
 
     residual = equations.residual
     return (

@@ -25,24 +25,17 @@ from lagrange_cli.spec.body_readers import (
     read_solid,
 )
 from lagrange_cli.spec.colours import HEXADECIMAL, NAMES
+from lagrange_cli.spec.draw_readers import ALL as ALL_OF_THEM
 from lagrange_cli.spec.draw_readers import (
-    ALL as ALL_OF_THEM,
-)
-from lagrange_cli.spec.draw_readers import (
-    AT,
     AXES,
     NONE,
-    THROUGH,
     read_colours,
-    read_curves,
     read_degrees,
     read_lines,
     read_names,
     read_part,
     read_point,
     read_points,
-    read_range,
-    read_sliders,
     read_up,
 )
 from lagrange_cli.spec.draw_table import DRAW
@@ -66,6 +59,7 @@ from lagrange_cli.spec.fields import (
     read_vector,
     read_words,
 )
+from lagrange_cli.spec.range_readers import AT, THROUGH, read_curves, read_range, read_sliders
 from lagrange_cli.spec.readers import (
     Entries,
     Single,

@@ -12,7 +12,7 @@ from lagrange_cli.expression.syntax import ExpressionError, Key, Loop, Name, Num
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draft import Written
-from lagrange_cli.spec.fields import read_key, read_named, read_scalar, read_vector
+from lagrange_cli.spec.fields import read_named, read_scalar, read_vector
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.source import Place
@@ -22,7 +22,6 @@ from lagrange_cli.spec.table import Table, read_table
 NONE, ALL = "none", "all"
 AXES = ("y", "z", "-y", "-z")
 """Those that can point upward."""
-AT, THROUGH = "at", "through"
 EXAMPLES = {
     "rods": "[[0, bob]]",
     "springs": "[[(0, 0), block]]",
@@ -30,7 +29,6 @@ EXAMPLES = {
     "trails": "[bob]",
     "hide": "[bob]",
 }
-CURVE = "{at: [u, u**2], u: [-1, 1]}"
 
 
 @dataclass(frozen=True)
@@ -52,26 +50,10 @@ class Several:
 
 
 @dataclass(frozen=True)
-class WrittenRange(Written):
-    """A name and its range, None where it is left open or could not be read."""
-
-    ends: tuple[Expression, Expression] | None = None
-
-
-@dataclass(frozen=True)
 class WrittenColour(Written):
     """A name and its colour."""
 
     colour: str = ""
-
-
-@dataclass(frozen=True)
-class WrittenCurve(Written):
-    """A curve: a point and ranges, or points. What could not be read is None."""
-
-    point: Expression | None = None
-    ranges: tuple[WrittenRange, ...] = ()
-    through: Several | None = None
 
 
 # ------------------------------------------------------------------ lists of points
@@ -79,22 +61,22 @@ class WrittenCurve(Written):
 
 def read_lines(node: Node, where: str, problems: Problems) -> Several | None:
     """Lines, each a list of two points or more: ``[[0, A], [A, B]]``; ``none`` for none at all."""
-    return _read_strands(node, where, problems, least=2)
+    return read_strands(node, where, problems, least=2)
 
 
 def read_points(node: Node, where: str, problems: Problems) -> Several | None:
     """Points: ``[bob, (0, l)]``; ``none`` for none at all."""
-    return _read_strands(node, where, problems, least=1)
+    return read_strands(node, where, problems, least=1)
 
 
 def read_names(node: Node, where: str, problems: Problems) -> Several | None:
     """Points, or ``all`` that there are."""
     if isinstance(node, Scalar) and node.text.strip() == ALL:
         return Several(all=True)
-    return _read_strands(node, where, problems, least=1)
+    return read_strands(node, where, problems, least=1)
 
 
-def _read_strands(node: Node, where: str, problems: Problems, least: int) -> Several | None:
+def read_strands(node: Node, where: str, problems: Problems, least: int) -> Several | None:
     """A list of strands of at least so many points each; None where there is nothing."""
     hint = f"write '{where.partition(' ')[0]}: {EXAMPLES.get(where.partition(' ')[0], '[[0, bob]]')}'"
     if isinstance(node, Scalar):
@@ -182,91 +164,7 @@ def _of_list(node: nodes.Sequence, where: str, problems: Problems, hint: str) ->
     return Strand(tuple(points), loops, node.place, points[-1]) if complete else None
 
 
-# ------------------------------------------------------------------ curves
-
-
-def read_curves(node: Node, where: str, problems: Problems) -> tuple[WrittenCurve, ...] | None:
-    """Curves by name: a point, a mapping with ``at`` or ``through``, or a list of points."""
-    if isinstance(node, Scalar) and node.text.strip() == NONE:
-        return ()
-    if isinstance(node, Scalar) and node.empty:
-        return None
-    hint = f"write 'curves: {{wire: {CURVE}}}'"
-    found = []
-    for name, key, value in read_named(node, "curve", where, hint, problems):
-        if name.axes:
-            problems.add(key.place, f"the curve '{name.label}' is not a family", "write each curve by itself")
-            continue
-        label = f"curve '{name.label}'"
-        given: dict[str, Any] = {}
-        if isinstance(value, nodes.Mapping):
-            given = _curve_of(value, key.place, label, problems)
-        elif isinstance(value, nodes.Sequence) and any(
-            isinstance(one, nodes.Sequence) for one in value.items
-        ):
-            given = {"through": _through(value, label, problems)}
-        else:
-            given = {"point": read_vector(value, label, problems)}
-        found.append(WrittenCurve(name.name, key.place, name, key.passage, **given))
-    return tuple(found)
-
-
-def _through(node: Node, label: str, problems: Problems) -> Several | None:
-    """The points that a line goes through: two of them, or loops that make them."""
-    if isinstance(node, nodes.Sequence) and len(node.items) < 2:
-        repeated = [one for one in node.items if isinstance(one, Scalar) and " for " in one.text]
-        if not repeated:
-            problems.add(node.place, f"{label} must have two points or more", "write [[0, 0], [1, 0]]")
-            return None
-    return _read_strands(node, label, problems, least=1)
-
-
-def _curve_of(node: nodes.Mapping, place: Place, label: str, problems: Problems) -> dict[str, Any]:
-    """``{at: ..., NAME: [low, high]}`` or ``{through: ...}``."""
-    found: dict[str, Any] = {}
-    ranges: list[WrittenRange] = []
-    words = {key.text for key, _ in node.entries}
-    for key, value in node.entries:
-        if key.text == AT:
-            found["point"] = read_vector(value, f"{AT} of {label}", problems)
-        elif key.text == THROUGH:
-            found["through"] = _through(value, f"{THROUGH} of {label}", problems)
-        elif THROUGH in words:
-            hint = f"leave it out: a curve has '{THROUGH}', or '{AT}' and ranges"
-            problems.add(key.place, f"unknown key {shown(key.text)} in {label}", hint)
-        else:
-            ranges += _range_of(key, value, label, problems)
-    if AT not in words and THROUGH not in words:
-        problems.add(place, f"{label} has neither '{AT}' nor '{THROUGH}'", f"write {CURVE}")
-    elif AT in words and THROUGH in words:
-        problems.add(place, f"{label} has both '{AT}' and '{THROUGH}'", "leave one of them out")
-    elif len(ranges) > 2:
-        message = f"{label} has {len(ranges)} ranges: a curve has one, a surface two"
-        problems.add(place, message, "leave the others out")
-    return {**found, "ranges": tuple(ranges)}
-
-
-def _range_of(key: Scalar, value: Node, where: str, problems: Problems) -> list[WrittenRange]:
-    """A name and its range, which may be left open."""
-    name = read_key(key, problems, "range")
-    if name is None:
-        return []
-    ends = None
-    if not (isinstance(value, Scalar) and value.empty):
-        ends = read_range(value, f"range of '{name.label}' in {where}", problems)
-    return [WrittenRange(name.name, key.place, name, key.passage, ends)]
-
-
-def read_range(node: Node, where: str, problems: Problems) -> tuple[Expression, Expression] | None:
-    """``[low, high]``."""
-    if not isinstance(node, nodes.Sequence) or len(node.items) != 2:
-        problems.add(node.place, f"{where} must be a list of two numbers", "write [0, 1]")
-        return None
-    low, high = (read_scalar(item, where, problems) for item in node.items)
-    return None if low is None or high is None else (low, high)
-
-
-# ------------------------------------------------------------------ names with values
+# ------------------------------------------------------------------ colours
 
 
 def read_colours(node: Node, where: str, problems: Problems) -> tuple[WrittenColour, ...]:
@@ -292,15 +190,6 @@ def _colour(node: Node, name: Key, problems: Problems) -> str:
         message = f"unknown colour of '{name.label}'" + (f": {shown(text)}" if text else "")
     problems.add(node.place, message, near_hint(text, sorted(NAMES)) or hint)
     return ""
-
-
-def read_sliders(node: Node, where: str, problems: Problems) -> tuple[WrittenRange, ...]:
-    """Names and their ranges."""
-    found = []
-    for name, key, value in read_named(node, "slider", where, "write 'sliders: {l: [0.1, 5]}'", problems):
-        ends = read_range(value, f"slider '{name.label}'", problems)
-        found.append(WrittenRange(name.name, key.place, name, key.passage, ends))
-    return tuple(found)
 
 
 # ------------------------------------------------------------------ camera

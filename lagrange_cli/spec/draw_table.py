@@ -6,17 +6,15 @@ from functools import partial
 
 from lagrange_cli.spec.draw_readers import (
     read_colours,
-    read_curves,
     read_degrees,
     read_lines,
     read_names,
     read_part,
     read_point,
     read_points,
-    read_range,
-    read_sliders,
     read_up,
 )
+from lagrange_cli.spec.range_readers import read_curves, read_range, read_sliders
 from lagrange_cli.spec.table import Row, Table
 
 BOUNDS = Table(

@@ -15,10 +15,11 @@ from lagrange_cli.expression.vocabulary import RESERVED, TIME, member_name, velo
 from lagrange_cli.limits import way_out, whole
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.draft import Draft, Written
-from lagrange_cli.spec.draw_readers import Several, Strand, WrittenCurve, WrittenRange, plain_name
+from lagrange_cli.spec.draw_readers import Several, Strand, plain_name
 from lagrange_cli.spec.kinds import CONSTANT, Kind, Rule
 from lagrange_cli.spec.names import Names
 from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.range_readers import WrittenCurve, WrittenRange
 from lagrange_cli.spec.settling import check_scalar
 from lagrange_cli.spec.source import WHOLE_FILE
 from lagrange_cli.spec.spec import Course, Expression, Path, Range, View, Wanted, by_family

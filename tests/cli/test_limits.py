@@ -149,7 +149,7 @@ def test_a_derivation_ends_when_its_time_is_over(tmp_path, monkeypatch):
 
 
 def test_a_command_that_may_not_use_the_memory_it_needs(tmp_path, monkeypatch):
-    with_limits(monkeypatch, "memory=1000")
+    with_limits(monkeypatch, "memory=750")
     run = lagrange_process("sweep", PENDULUM, "--over", "theta=0:1:100000000", cwd=tmp_path)
     assert run.returncode == 4 and "not enough memory" in run.stderr and "Traceback" not in run.stderr
     assert os.listdir(tmp_path) == []

@@ -161,8 +161,8 @@ def test_a_run_survives_being_killed_at_random_moments(tmp_path, number):
 
 
 SWEEPS = {
-    "ends": ("--over", "theta1=1:2:60", "--stop", "3000"),
-    "trajectories": ("--random", "theta1=normal(2,1)", "--members", "60", "--stop", "3000",
+    "ends": ("--over", "theta1=1:2:60", "--stop", "1500"),
+    "trajectories": ("--random", "theta1=normal(2,1)", "--members", "60", "--stop", "1500",
                      "--outputs", "q,h", "--samples", "51"),
     "one by one": ("--over", "theta1=0:2:7", "--stop", "0.5", "--method", "DOP853"),
 }  # fmt: skip

@@ -77,7 +77,7 @@ def found_in(case):
     return [each.conserved.quantity for each in found if "Kovalevskaya" in each.conserved.because]
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", CASES)
 def test_it_is_found(name):
     assert found_in(CASES[name]) == ["K"]
@@ -90,7 +90,7 @@ def test_motions_keep_it(name):
     assert np.ptp(found) < 1e-12 * found.max()
 
 
-@pytest.mark.exhaustive(keep=3)
+@pytest.mark.exhaustive(keep=2)
 @pytest.mark.parametrize("name", OTHERS)
 def test_it_is_not_claimed_of_others(name):
     assert not found_in(OTHERS[name])

@@ -6,14 +6,12 @@ is in tables; so the code is the same for any number of constraints.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from functools import cached_property
+from collections.abc import Callable, Iterable, Sequence
 
 from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.pivots import FLOOR
-from lagrange_cli.native.linear.sparse import Elimination, eliminated
 from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
@@ -21,41 +19,11 @@ from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
 from lagrange_cli.native.recurrences.layout_batches import Blocks, Tables, count
+from lagrange_cli.native.recurrences.saddle_tables import Rows, SaddleTables, Term
 from lagrange_cli.native.recurrences.values_batches import Values
-from lagrange_cli.records import dataclass
-
-MOST = 16
-"""Numbers of L for each unknown up to which its places are listed."""
-
-Term = tuple[int, int]
-"""The places of two factors."""
 
 
-def elimination_of(residual: Residual) -> Elimination | None:
-    """How the matrix of the equations is eliminated; None where it is full, or may not be eliminated in any
-    order."""
-    firm = residual.definite and not (residual.pushed or residual.weightless)
-    if not (firm and residual.multipliers) or residual.inertias or residual.cyclic_momenta:
-        return None
-    neighbours = [{k for k in row if k != j} for j, row in enumerate(residual.entries)]
-    return eliminated(neighbours, len(residual.model.q), MOST * len(neighbours))
-
-
-@dataclass(frozen=True)
-class Rows:
-    """Sums of products of so many ``blocks`` of eight, ``length`` terms together; and where their tables are:
-    the first and the last term of each block, what it is taken from, and the places of both factors."""
-
-    blocks: int
-    length: int
-    starts: int
-    ends: int
-    targets: int
-    first: int
-    second: int
-
-
-class Tabled:
+class Tabled(SaddleTables):
     """What the code of ``@jet`` factors once a step and solves with at every order.
 
     From ``base[first]`` on are arrays: the unknowns (in factoring, the smallest pivots allowed), 1/D, D,
@@ -65,89 +33,8 @@ class Tabled:
     def __init__(
         self, f: Function, emitter: LaneEmitter, residual: Residual, tables: Tables, base: str, first: int
     ) -> None:
-        elimination = elimination_of(residual)
-        assert elimination is not None
-        self.f, self.emitter, self.residual, self.tables, self.base = f, emitter, residual, tables, base
-        self.elimination = elimination
-        self.listed: list[int | None] = []
-        """The unknowns by their positions: each round begins a block of eight."""
-        self.ends: list[int] = []
-        for one in elimination.rounds:
-            self.listed += [*one, *[None] * (-len(one) % LANES)]
-            self.ends.append(len(self.listed))
-        self.position = {i: place for place, i in enumerate(self.listed) if i is not None}
-        self.begin = self.ends[elimination.first - 1]
-        """Where the constraints begin."""
-        self.pairs: list[tuple[int, int] | None] = []
-        """The places (i, p) of L, of each round in whole blocks."""
-        self.pair_ends: list[int] = []
-        for one in elimination.rounds:
-            pairs = [(i, p) for p in one for i in elimination.columns[p]]
-            self.pairs += [*pairs, *[None] * (-len(pairs) % LANES)]
-            self.pair_ends.append(len(self.pairs))
-        self.number = {pair: place for place, pair in enumerate(self.pairs) if pair is not None}
-        self.forward, self.backward = self._passes()
-        sizes = {
-            "unknowns": len(self.listed) + LANES,
-            "inverse": len(self.listed),
-            "diagonal": len(self.listed),
-            "lower": len(self.pairs) + LANES,
-            "upper": len(self.pairs) + LANES,
-            "rows": LANES * self.forward.length,
-            "columns": LANES * self.backward.length,
-        }
-        self.end, self.places = first, dict[str, int]()
-        for name, size in sizes.items():
-            self.places[name] = self.end
-            self.end += size
-
-    # tables
-
-    def _passes(self) -> tuple[Rows, Rows]:
-        """The tables of both passes of a solution: the unknowns that each one takes from, and how much."""
-        rows, columns = self.elimination.rows, self.elimination.columns
-        zero = len(self.pairs), len(self.listed)
-
-        def of(unknown: int | None, forward: bool) -> list[Term]:
-            if unknown is None:
-                return []
-            if forward:
-                return [(self.number[unknown, p], self.position[p]) for p in rows[unknown]]
-            return [(self.number[i, unknown], self.position[i]) for i in columns[unknown]]
-
-        size = len(self.listed) // LANES
-        order = [*range(size)], [*reversed(range(size))]
-        return (
-            self._rows([[of(i, True) for i in self._eight(b)] for b in order[0]], order[0], zero),
-            self._rows([[of(i, False) for i in self._eight(b)] for b in order[1]], order[1], zero, True),
-        )
-
-    def _eight(self, block: int) -> Sequence[int | None]:
-        return self.listed[LANES * block : LANES * (block + 1)]
-
-    def _rows(
-        self, terms: Sequence[Sequence[list[Term]]], targets: Sequence[int], zero: Term, all: bool = False
-    ) -> Rows:
-        """Tables of the ``terms`` of blocks of eight; blocks without terms are left out unless ``all``
-        stay."""
-        first, second = list[int](), list[int]()
-        starts, ends, kept = list[int](), list[int](), list[int]()
-        for eight, target in zip(terms, targets):
-            longest = max(map(len, eight))
-            if not longest and not all:
-                continue
-            starts.append(len(first) // LANES)
-            kept.append(target)
-            for t in range(longest):
-                row = [one[t] if t < len(one) else zero for one in eight]
-                first += [a for a, _ in row]
-                second += [b for _, b in row]
-            ends.append(len(first) // LANES)
-        made = (starts, ends, kept, first, second)
-        tables = [self.tables.of_places(one) if one else 0 for one in made]
-        return Rows(len(kept), len(first) // LANES, *tables)
-
-    # code
+        super().__init__(residual, tables, first)
+        self.f, self.emitter, self.base = f, emitter, base
 
     def place(self, name: str, at: Integer | int = 0) -> Pointer:
         """A place in one of the arrays."""
@@ -184,19 +71,6 @@ class Tabled:
                 assert value is not None
                 total.set(Real(f, value, LANES))
             put(total.get().name, target * LANES)
-
-    @cached_property
-    def nodes(self) -> Mapping[str, Sequence[Node]]:
-        """The entries of the matrix by the arrays that they are factored in."""
-        graph, entries = self.residual.graph, self.residual.entries
-        signs = [graph.one if place < self.begin else -graph.one for place in range(len(self.listed))]
-        diagonal = [
-            sign if i is None else entries[i].get(i, graph.zero) for i, sign in zip(self.listed, signs)
-        ]
-        lower = [
-            graph.zero if pair is None else entries[pair[0]].get(pair[1], graph.zero) for pair in self.pairs
-        ]
-        return {"diagonal": diagonal, "lower": lower}
 
     def factor(self, values: Values, regular: Variable[Bit]) -> None:
         """L and D from the ``values`` of the ``nodes``, and whether they are regular."""
@@ -244,7 +118,7 @@ class Tabled:
 
         def in_blocks(name: str, places: range, of: Callable[[int], list[Term]]) -> None:
             listed = [[of(at) for at in places[b : b + LANES]] for b in range(0, len(places), LANES)]
-            made = self._rows(listed, [at // LANES for at in places[::LANES]], zero)
+            made = self.rows_of(listed, [at // LANES for at in places[::LANES]], zero)
             self.subtract(
                 made,
                 lambda at: self.load(name, at),
