@@ -108,12 +108,14 @@ def of_families(spec: Spec, method: str, outputs: frozenset[str]) -> Mechanics |
         return None
     from lagrange_cli.families.conservation import constants_of
     from lagrange_cli.integrate.compilation import Compilation
-    from lagrange_cli.integrate.families import engine, family_run
+    from lagrange_cli.integrate.families import engine, family_run, write_families
     from lagrange_cli.integrate.precision import FULL_PRECISION
 
-    system = family_run(spec, Compilation(method, FULL_PRECISION, outputs))
+    compilation = Compilation(method, FULL_PRECISION, outputs)
+    system = family_run(spec, compilation)
     if system is None:
         return None
+    write_families(system, compilation)  # refuses what is too large
     constants = constants_of(system)
     depending = ("L",) if spec.lagrangian is not None and not system.steady_potential else ()
     return Mechanics(
