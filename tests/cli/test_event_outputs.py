@@ -109,7 +109,7 @@ def test_crossings_are_in_groups_of_their_events(folder, capsys):
         assert file["events/never/t"].shape == file["events/never/v/y"].shape == (0,)
         assert json.loads(file.attrs["events"]) == said
         assert "pushed" in said and said["post[2]"] == {
-            "count": 1, "last": 7.0, "grazing": 0, "accumulates": None,
+            "count": 1, "last": 7.0, "grazing": 0, "accumulates": None, "error": 0.0,
         }  # fmt: skip
 
 
