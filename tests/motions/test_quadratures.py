@@ -9,6 +9,7 @@ import mpmath
 import numpy as np
 import pytest
 
+from lagrange_cli.native.stepping import division
 from tests.support.command import lagrange
 from tests.support.motion import follow
 
@@ -124,6 +125,17 @@ def test_an_integrand_with_a_power_of_a_distance(form, power):
         q = 1.0
     assert np.max(np.abs(motion["diagnostics/action"] - known)) <= max(1e-14, 1e-13**q)
     assert not motion.outcome.unknown
+
+
+@pytest.mark.parametrize("form", ["sin(1/(t - 1/3))", "log(abs(t - 1/3))**2", "1/(t - 1/3)"])
+def test_an_integrand_that_no_parts_can_follow_has_no_integral(form, monkeypatch):
+    """None of its samples are what the step's polynomial gives, either."""
+    monkeypatch.setattr(division, "MOST", 1 << 12)
+    motion = follow(FREE.format("+ " + form), 1.0, 5, outputs=("q", "action"))
+    assert np.isnan(motion["diagnostics/action"][motion.t > 1 / 3]).all()
+    assert (
+        np.max(np.abs(motion["q/x"] - motion.t)) <= 1e-15 and "diagnostics/action" in motion.outcome.unknown
+    )
 
 
 def test_the_balance_of_the_root_of_a_distance():

@@ -8,7 +8,7 @@ from typing import Any
 from benchmarks.truth.case import MP, Case, Draw, Number, Numbers, Truth
 from benchmarks.truth.families.barriers import across
 from benchmarks.truth.families.line import line
-from benchmarks.truth.reference import Course
+from benchmarks.truth.reference import Course, root_of
 
 
 def ends(
@@ -246,9 +246,15 @@ def repelled(d: Draw) -> Case:
             apart /= 2
         return high - 2 * apart, high - apart
 
+    def beside(p: Numbers) -> list[Number]:
+        """A place just before the turn, where the force is largest: x is known there to a rounding."""
+        energy = p.v0**2 / 2 + potential(p, p.x0)
+        turn = root_of(lambda x: potential(p, x) - energy, *between(p))
+        return [turn - (p.b / p.c - turn) / 1000]
+
     if form == "log":  # turns in reach only where the pole is not too weak
         d.log("s", 0.1, 1)
-    return line(d, across(potential, lambda p: [], between), 6, h=True, potential=[text])
+    return line(d, across(potential, beside, between), 6, h=True, potential=[text])
 
 
 KINDS = (

@@ -290,6 +290,24 @@ def shaken_table(d: Draw) -> Case:
     )  # fmt: skip
 
 
+def multiplied_out(d: Draw) -> Case:
+    """A wall where a power that is multiplied out is 0."""
+    a, e = d.uniform("a", 0.3, 2), d.uniform("e", 0.3, 1)
+    d.uniform("x0", -1, 0)
+    d.uniform("v0", 0.5, 2)
+
+    def reference(p: Numbers, times: Sequence[Number]) -> Truth:
+        hit = (p.a - p.x0) / p.v0
+        x = [p.x0 + p.v0 * t if t < hit else p.a - p.e * p.v0 * (t - hit) for t in times]
+        return Truth({"q/x": x, "v/x": [p.v0 if t < hit else -p.e * p.v0 for t in times]})
+
+    when = d.choice(
+        f"x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3", f"(x - {a})*(x**2 - 2*{a}*x + {a}**2)",
+        f"3*sin(x - {a}) - sin(3*x - 3*{a})",
+    )  # fmt: skip
+    return line(d, reference, 5, events=set_velocity(f"-{e}*x_dot", when))
+
+
 KINDS = (
     bouncing_ball,
     accumulating,
@@ -301,4 +319,5 @@ KINDS = (
     recorded,
     stopped,
     shaken_table,
+    multiplied_out,
 )

@@ -192,7 +192,30 @@ def ledgers_of_friction(d: Draw) -> Case:
     )  # fmt: skip
 
 
+def power_of_a_distance(d: Draw) -> Case:
+    """A broken power of the distance from a time, or from a place, which has no series there."""
+    A, P, T = d.uniform("A", 0.5, 3), d.uniform("P", 0.05, 1.9), d.uniform("T", 0.5, 3)
+    d.uniform("x0", -1, 0)
+    d.uniform("v0", 0.8, 2)
+    in_space = d.choice(True, False)
+
+    def reference(p: Numbers, times: Sequence[Number]) -> Truth:
+        def inside(u: Number) -> Number:
+            return MP.sign(u) * abs(u) ** (1 + p.P) * p.A / (1 + p.P)
+
+        first = p.x0 - p.T if in_space else -p.T
+        change = [inside(first + (p.v0 if in_space else 1) * t) - inside(first) for t in times]
+        action = [p.v0**2 / 2 * t + one for t, one in zip(times, change)]
+        truth = uniform(p, times)
+        return replace(truth, values={**truth.values, ACTION: action})
+
+    term = f"x_dot*{A}*abs(x - {T})**{P}" if in_space else f"{A}*abs(t - {T})**{P}"
+    return line(
+        d, reference, 6, outputs=("q", "v", "action"), lagrangian=[term], h=in_space, momentum=not in_space
+    )
+
+
 KINDS = (
     function_of_time, total_derivative_in_space, total_derivative, corner_in_time, jump_in_time, oscillator,
-    ledgers_of_a_pulse, ledgers_of_friction,
+    ledgers_of_a_pulse, ledgers_of_friction, power_of_a_distance,
 )  # fmt: skip

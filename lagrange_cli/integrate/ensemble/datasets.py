@@ -273,7 +273,7 @@ class EnsembleDatasets:
         observed, first = samples.observe(times, states)
         rows = np.empty((2, len(observed), len(times)))  # of which there may be none
         for k, name in enumerate(observed):
-            rows[:, k] = observed[name], first[name]
+            rows[0, k], rows[1, k] = observed[name], first[name]
         return rows[0, :, -n:], rows[1, :, -n:]
 
     def outcome(self) -> EnsembleOutcome:

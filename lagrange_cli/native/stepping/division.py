@@ -43,9 +43,9 @@ SHORTER = 0.7
 """A part that is not proven is tried again so many times as long."""
 NEARBY = 2.0**-30
 """Parts of a step that begin within this of each other are at the same place."""
-FARTHER, WEAKEST, TERMS = 4.0, 0.264, 10
+FARTHER, WEAKEST, BENT, TERMS = 4.0, 0.264, 2.0**-10, 20
 """How many times as far away a power law is looked at; this to its exponent, below which the integral is
-hardly finite; terms of a logarithm."""
+hardly finite; how far off the last place may be; terms of a logarithm."""
 EVENLY = 2.0**-30
 """What changes by no more than this part of itself does not change."""
 EDGE = 16.0
@@ -199,21 +199,24 @@ class Division:
         """The integrals at the end of a short part where the step begins or ends, if integrands are a + b r^p
         at the distance r from there; these are ``KNOWN``. The series are those at the end of the part.
 
-        With f1, f2 and f3 at r, 4 r and 16 r, q = (f3 - f2)/(f2 - f1) = 4^p. The integral within r is r (f1 +
-        (f2 - f1) p/((1 - q) (1 + p))), where log(q) = 2 z (1 + z^2/3 + ...) with z = (q - 1)/(q + 1).
+        With f1, f2 and f3 at r, 4 r and 16 r, q = (f3 - f2)/(f2 - f1) = 4^p, and f4 at 64 r tells whether
+        that is so. The integral within r is r (f1 + (f2 - f1) p/((1 - q) (1 + p))), where log(q) = 2 z (1 +
+        z^2/3 + ...) with z = (q - 1)/(q + 1).
         """
         f, own, h = self.f, self.own, part.h[0]
         zero, one = f.zero(own.lanes), f.splat(f.constant(1.0), own.lanes)
         begins = part.start[0].equals(0.0)
         with own.velocities(f) as row:
             row.put(f.select(begins, self.rate(row)[0], row.at(self.array(RATES))), self.array(RATES))
-        for times, array in ((FARTHER, ALLOWED), (FARTHER * FARTHER, KNOWN)):
+        for times, array in zip((FARTHER, FARTHER**2, FARTHER**3), (ALLOWED, KNOWN, None)):
             away = h * (times - 1.0)
             place = f.select(begins, part.end[0] + away, part.start[0] - away)
             self.go((place, f.constant(0.0)))
-            with own.velocities(f) as row:
-                row.put(self.rate(row)[0], self.array(array))
+            if array is not None:
+                with own.velocities(f) as row:
+                    row.put(self.rate(row)[0], self.array(array))
         with own.velocities(f) as row:
+            fourth = self.rate(row)[0]
             first, second, third = (row.at(self.array(one)) for one in (RATES, ALLOWED, KNOWN))
             change, size = second - first, f.magnitude(first)
             q = (third - second) / change
@@ -226,7 +229,11 @@ class Division:
             even = f.magnitude(change) <= size * EVENLY
             bent = first - change * series * unit / ((q + 1.0) * (power + 1.0))
             integral = f.select(even, first, bent) * own.wide(f, h)
-            known = row.moving((size < ENDLESS) & (even | ((q > WEAKEST) & (q < ENDLESS))))
+            follows = (
+                f.magnitude((fourth - third) - (third - second) * q) <= f.magnitude(fourth - third) * BENT
+            )
+            known = (size < ENDLESS) & (even | (follows & (q > WEAKEST) & (q < ENDLESS)))
+            known = row.moving(known)
             old = row.at(self.at.arrays), row.at(self.at.arrays, self.low)
             ended = row.at(self.array(ENDED)), row.at(self.array(ENDED), self.low)
             new = self.sums.sum(f, old, (integral, zero))
@@ -281,6 +288,21 @@ class Division:
             self.put(row, self.choice(whole, value, (none, none)), state, every)
             if third:
                 row.put(f.constant(0.0), state, third)
+
+    def lose_samples(self, index: Variable[Integer], last: Integer) -> None:
+        """Samples from ``index`` to before ``last`` are no numbers: the parts have not come to them."""
+        f, (first, count) = self.f, self.own.followed
+        none = Real(f, NAN, 1)
+        with f.section() as done, f.forever() as rounds:
+            with f.when(index.get() >= last):
+                done.leave()
+            with f.loop(first, first + count, tested=False) as i:
+                place = i * Integer(f, "%stride") + index.get()
+                f.store(none, "%out", place)
+                if self.sums.beyond:
+                    f.store(none, "%out", place + Integer(f, "%beyond"))
+            index.set(index.get() + 1)
+            rounds.go_on()
 
     def sample(self, part: Part, dt: Pair, index: Integer) -> None:
         """One sample: rows of ``%out`` are ``%stride`` apart, low parts ``%beyond`` behind."""
@@ -376,7 +398,7 @@ class Division:
             sampled = samples(part)
             self.go(part.end)
             room = f.select(begins, left[0] - h[0], tau[0])
-            with f.when(short & steep & (begins | ends) & (room > h[0] * (FARTHER * FARTHER))):
+            with f.when(short & steep & (begins | ends) & (room > h[0] * FARTHER**3)):
                 self.follow_powers(part)
             unseen = self.lose(part, stretch.get() >= STRETCHES, noisy & ~tired, unproven)
             good = (self.accepted() | short | noisy | tired) & ~unseen

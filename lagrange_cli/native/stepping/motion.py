@@ -257,6 +257,8 @@ class Steps(ABC):
             )
 
         whole = made.divide(t, (h, hl), samples, index)
+        with f.when(~whole):
+            made.lose_samples(index, Integer(f, "%last"))
         made.give(f.pointer("%state"), self.state.third if self.parts > 1 else 0, whole)
         f.give()
         return f
