@@ -28,7 +28,7 @@ from lagrange_cli.mechanics.reasons import (
 from lagrange_cli.mechanics.relations import Relations, dependent
 from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.substitution import substituted
-from lagrange_cli.mechanics.variables import graph_of
+from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
@@ -119,11 +119,20 @@ class _Search:
         return not rows or len(known) in dependent(rows, len(columns))
 
     def _is_independent(self, node: Node) -> bool:
-        """Whether it is no function of those that are known, by the gradients at a state."""
-        symbols = [*self.model.q, *self.model.v]
-        columns = [[self.graph.diff(one, s) for s in symbols] for one in (*self.kept, node)]
+        """Whether it is no function of those that are known, and of what constraints on velocities with
+        constant factors keep, by the gradients at a state."""
+        model, graph = self.model, self.graph
+        symbols, moving = [*model.q, *model.v], variables(model)
+        columns = [[graph.diff(one, s) for s in symbols] for one in self.kept]
+        for one, slopes, drift in zip(
+            model.constraints, self.noether.constraints.slopes, self.noether.constraints.drifts
+        ):
+            fixed = not any(a.symbols & moving for a in (*slopes.values(), drift))
+            if fixed and not one.holonomic:
+                columns.append([slopes.get(k, graph.zero) for k in range(len(symbols))])
+        columns.append([graph.diff(node, s) for s in symbols])
         rows = self.relations.rows(columns, {})[: len(symbols)]
-        return bool(rows) and len(self.kept) not in dependent(rows, len(columns))
+        return bool(rows) and len(columns) - 1 not in dependent(rows, len(columns))
 
     # ------------------------------------------------------------------ displacements of all particles
 

@@ -237,7 +237,33 @@ positions: {a: [x, 0], b: [0, y], c: [s], d: [u]}
 potential: 9.81*y + (c.x - d.x)**2
 constraints: {rod: x**2 + y**2 - l**2, DRIVE}
 """
+GEARS = """
+parameters: {R: 1.0, r: 0.4}
+coordinates: {a: {velocity: 1}, b: {velocity: -R/r}, c: {velocity: 0.4}}
+lagrangian: a_dot**2/4 + b_dot**2/10 + c_dot**2/20 - (1 - cos(b - c))
+nonholonomic: {mesh: R*a_dot + r*b_dot}
+"""
+TIPPE_TOP = """
+parameters: {m: 0.02, R: 0.02, e: 0.003, A: 3.1e-6, C: 3.3e-6, g: 9.81, c: 0.02}
+coordinates:
+  x: {}
+  y: {}
+  phi: {velocity: 0.5}
+  theta: {initial: 0.4}
+  psi: {velocity: 100}
+bodies: {top: {mass: m, inertia: [A, A, C], position: [x, y, R - e*cos(theta)],
+  orientation: {euler: [phi, theta, psi]}}}
+potential: m*g*top.z
+forces: {top: [-c*UX, -c*UY, 0]}
+torques: {top: [c*(e*top.R33 - R)*UY, -c*(e*top.R33 - R)*UX, c*e*(top.R23*UX - top.R13*UY)]}
+"""
+"""It slides with friction at its lowest point, along which the body has the coordinates of UX and UY."""
+for axis in "xy":
+    slip = f"top.at(-R*top.R31, -R*top.R32, e - R*top.R33).v{axis}"
+    TIPPE_TOP = TIPPE_TOP.replace(f"U{axis.upper()}", slip)
 CASES = {
+    "geared rotors": (GEARS, {"C_1"}),
+    "Jellett's integral of a tippe top": (TIPPE_TOP, {"C_1"}),
     "a dumbbell that is thrown": (TUMBLING, {"P_x", "P_y", "K_x", "K_y", "L_z", "S_x", "S_y"}),
     "a box that is thrown": (BOX, {"L_z", "S_x", "S_y", "S_z", "h_Z", "h_w"}),
     "a ball that rolls": (BALL, {"S_z", "C_1", "C_2"}),
