@@ -63,6 +63,8 @@ def equations(
 ) -> int:
     """Print the Lagrangian, the equations of motion, momenta, energy function and conserved quantities.
 
+    Large families, such as a thousand bodies, are printed with their indices.
+
     \b
     lagrange equations pendulum.yaml
     lagrange equations pendulum.yaml --form hamilton --format latex

@@ -51,13 +51,21 @@ def parts(expression: sympy.Expr, base: str) -> Iterator[Part]:
     plain, sums = opened(expression)
     for symbol in sorted(plain.free_symbols, key=str):
         if symbol in sums:
-            outer = plain.diff(symbol).xreplace(sums)
+            outer = slope(plain, symbol).xreplace(sums)
             for one in parts(sums[symbol].body, base):
                 yield Part(outer * one.factor, (*sums[symbol].loops, *one.loops), one.indices)
             continue
         own, indices = KNOWN.get(symbol.name, (symbol.name, ()))
         if own == base:
-            yield Part(plain.diff(symbol).xreplace(sums), (), indices)
+            yield Part(slope(plain, symbol).xreplace(sums), (), indices)
+
+
+def slope(expression: sympy.Expr, symbol: sympy.Symbol) -> sympy.Expr:
+    """The partial derivative; of x**n it is n*x**(n - 1), also where n is an index, and not n*x**n/x."""
+    made = expression.diff(symbol)
+    if any(not one.exp.is_number for one in made.atoms(sympy.Pow)):
+        made = sympy.powsimp(made, combine="exp")
+    return made
 
 
 def resolved(part: Part, indices: Sequence[str], spans: Spans) -> Resolved:

@@ -233,3 +233,15 @@ def test_driven_and_damped_families_say_how_h_changes() -> None:
     holds(derived)
     (changing,) = derived.equations.changing
     assert changing.quantity == "h" and "do work" in changing.because
+
+
+def test_a_power_whose_exponent_is_an_index_has_no_pole() -> None:
+    text = """
+sizes: {N: 4}
+coordinates: {"u[i in range(N)]": {initial: 0.1}}
+lagrangian: sum(u_dot[i]**2/2 for i in range(N)) - sum(u[i]**(2 + 2*(i % 2)) for i in range(N))
+"""
+    derived = printed(text)
+    holds(derived)
+    lines = families_as_written(derived, "text", "explicit", {}).splitlines()
+    assert lines[-1].strip() == "u_ddot[i] = -2*(1 + (i % 2))*u[i]**(1 + 2*(i % 2))   [for i in range(N)]"
