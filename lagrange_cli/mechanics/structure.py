@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.text import joined
 from lagrange_cli.mechanics.noether import Change, Noether
+from lagrange_cli.mechanics.omitted_work import in_short
 from lagrange_cli.mechanics.reasons import LONGEST, current_text, in_lowest_terms, term
 from lagrange_cli.mechanics.relations import Relations
 from lagrange_cli.mechanics.residual import Residual
@@ -19,8 +20,6 @@ MOST = 40
 """Coordinates of the largest systems of which combinations are tried."""
 WORTH = 2_500_000
 """Steps of work that they may take."""
-MOST_NAMES = 6
-"""Coordinates of a part that are named."""
 
 
 def structure(residual: Residual) -> tuple[str, ...]:
@@ -54,6 +53,5 @@ def parts(model: Model[Node]) -> Iterator[str]:
     """The parts of a system, where it has several."""
     groups = coordinates_together(model)
     if len(groups) > 1:
-        listed = [", ".join([*group[:MOST_NAMES], *["..."] * (len(group) > MOST_NAMES)]) for group in groups]
-        sets = ", ".join(f"{{{names}}}" for names in listed)
+        sets = in_short([f"{{{in_short(group)}}}" for group in groups])
         yield f"parts that do not act on each other: {sets}"
