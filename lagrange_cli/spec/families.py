@@ -103,6 +103,8 @@ class _Expander:
     indices: list[tuple[str, Place]] = field(default_factory=list)
     """Every index of a key, with its place."""
     members: int = 0
+    values: dict[tuple[tuple[str, ...], tuple[int, ...]], dict[str, int]] = field(default_factory=dict)
+    """The values of indices, which members of several families share."""
 
     def section(self, entries: Sequence[One], complete: bool) -> tuple[tuple[One, ...], dict[str, Family]]:
         """The section with members, and what families it has."""
@@ -159,9 +161,12 @@ class _Expander:
             return []
         axes = [axis.index for axis in piece.key.axes]
         self.indices += [(axis.index, piece.at(axis.span)) for axis in piece.key.axes if axis.index]
-        found = []
+        found, names = [], tuple(axes)
         for place in product(*(one or () for one in ranges)):
-            values = {index: value for index, value in zip(axes, place) if index}
+            key = names, place
+            values = self.values.get(key)
+            if values is None:
+                values = self.values[key] = {index: value for index, value in zip(axes, place) if index}
             found.append((place, piece.member(member_name(piece.name, place), values)))
         return found
 
