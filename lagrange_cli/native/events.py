@@ -9,6 +9,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.mechanics.guards import Guard, Guarded
 from lagrange_cli.mechanics.rounding import size_of
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Event, Model
 from lagrange_cli.native.interface import BREAK, CUT, SIMPLE
@@ -78,11 +79,21 @@ def changes_of(model: Model[Node]) -> tuple[tuple[tuple[int, int], ...], list[No
 
 def sizes_of(model: Model[Node]) -> list[Node]:
     """How large the terms of each event's argument are, and those of its rate but for accelerations: what
-    their rounding is measured by."""
+    their rounding is measured by. (Multipliers of constraints are not known there, and count as 0.)"""
     graph, found = graph_of(model), list[Node]()
+<<<<<<< HEAD
     state = {*model.q, *model.v, model.time, *model.parameters.values()}
+=======
+    known = {*model.q, *model.v, model.time, *model.parameters.values()}
+>>>>>>> issue14
     for event in model.events:
-        slopes = [graph.diff(event.argument, x) for x in (*model.q, model.time)]
+        unknown = {one: graph.zero for one in graph.symbols_of(event.argument) if one not in known}
+        (argument,) = substituted(graph, [event.argument], unknown)
+        slopes = [graph.diff(argument, x) for x in (*model.q, model.time)]
         rates = [graph.absolute(s * x) for s, x in zip(slopes, (*model.v, graph.one))]
+<<<<<<< HEAD
         found += [size_of(graph, event.argument, state), graph.sum([(one, 1.0) for one in rates])]
+=======
+        found += [size_of(graph, argument), graph.sum([(one, 1.0) for one in rates])]
+>>>>>>> issue14
     return found
