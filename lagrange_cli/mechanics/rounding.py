@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 
 
-def size_of(graph: Graph, node: Node, known: Collection[Node]) -> Node:
+def size_of(graph: Graph, node: Node) -> Node:
     """A bound on what rounding changes, in units of the last place, but for a factor: of a sum that of its
     terms, and what is carried through factors and functions by their slopes (N. J. Higham, Accuracy and
-    Stability of Numerical Algorithms, 2nd ed., sec. 3.1). Symbols that are not ``known``, as multipliers,
-    count as 0."""
+    Stability of Numerical Algorithms, 2nd ed., sec. 3.1)."""
     made: dict[Node, Node] = {}
     for one in reachable([node]):
         inner = [made[argument] for argument in one.arguments]
@@ -32,8 +29,6 @@ def size_of(graph: Graph, node: Node, known: Collection[Node]) -> Node:
             carried = zip(graph.partials(one), inner)
             terms = [(graph.product([(graph.absolute(slope), 1), (size, 1)]), 1.0) for slope, size in carried]
             made[one] = graph.sum([(graph.absolute(one), 1.0), *terms])
-        elif one.kind is Kind.SYMBOL and one not in known:
-            made[one] = graph.zero
         else:
             made[one] = graph.absolute(one)
     return made[node]

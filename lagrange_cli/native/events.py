@@ -81,19 +81,11 @@ def sizes_of(model: Model[Node]) -> list[Node]:
     """How large the terms of each event's argument are, and those of its rate but for accelerations: what
     their rounding is measured by. (Multipliers of constraints are not known there, and count as 0.)"""
     graph, found = graph_of(model), list[Node]()
-<<<<<<< HEAD
-    state = {*model.q, *model.v, model.time, *model.parameters.values()}
-=======
     known = {*model.q, *model.v, model.time, *model.parameters.values()}
->>>>>>> issue14
     for event in model.events:
         unknown = {one: graph.zero for one in graph.symbols_of(event.argument) if one not in known}
         (argument,) = substituted(graph, [event.argument], unknown)
         slopes = [graph.diff(argument, x) for x in (*model.q, model.time)]
         rates = [graph.absolute(s * x) for s, x in zip(slopes, (*model.v, graph.one))]
-<<<<<<< HEAD
-        found += [size_of(graph, event.argument, state), graph.sum([(one, 1.0) for one in rates])]
-=======
         found += [size_of(graph, argument), graph.sum([(one, 1.0) for one in rates])]
->>>>>>> issue14
     return found
