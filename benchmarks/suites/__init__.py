@@ -16,7 +16,7 @@ SUITES = {
     "integration": "five motions, integration alone",
     "workprecision": "run time against error, for several tolerances: the figures",
     "chain": "5 to 50 pendulums, integration alone",
-    "bodies": "10 and 30 bodies in space, integration alone",
+    "bodies": "10 to 1000 bodies in space, integration alone",
     "constraints": "constraints: run time against error, and chains",
     "testset": "constraints: errors of problems that are known, and long motions",
     "ensemble": "ten thousand double pendulums",

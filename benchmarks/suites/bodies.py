@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sys
 from argparse import Namespace
 from collections.abc import Callable, Sequence
@@ -20,6 +21,8 @@ Array = NDArray[np.float64]
 Follow = Callable[[Array, Array], tuple[Array, Array, int, float]]
 """From places and velocities (3, bodies) to those at ``STOP``, the number of steps, and processor seconds."""
 SPEED = 0.4
+ROUNDING = 2.0**-52
+"""Energy errors smaller than this are not compared: those of the state as it is rounded are as large."""
 IAS15, TAYLOR = "lagrange --method ias15", "lagrange"
 REBOUND, HEYOKA = "rebound IAS15", "heyoka, its model.nbody, compact mode"
 
@@ -79,13 +82,14 @@ def start(case: Case, seed: int) -> tuple[Array, Array]:
     return x - x.mean(axis=1, keepdims=True), v - v.mean(axis=1, keepdims=True)
 
 
-def energy(x: Array, v: Array) -> float:
+def energy(x: Array, v: Array) -> np.longdouble:
     """Kinetic and potential energy, in extended precision."""
     mass = np.longdouble(1) / x.shape[1]
     one, other = np.triu_indices(x.shape[1], 1)
     apart = x.astype(np.longdouble)[:, one] - x[:, other]
     potential = mass**2 / np.sqrt((apart**2).sum(axis=0))
-    return float(mass * (v.astype(np.longdouble) ** 2).sum() / 2 - potential.sum())
+    found: np.longdouble = mass * (v.astype(np.longdouble) ** 2).sum() / 2 - potential.sum()
+    return found
 
 
 def lagrange(case: Case, method: str) -> Follow:
@@ -174,7 +178,7 @@ def figures(name: str, case: Case, runs: int) -> Figures:
         reached, speeds, taken, _ = results[0]
         seconds.append(min(result[-1] for result in results))
         steps.append(taken)
-        errors.append(energy(reached, speeds) / energy(x, v) - 1)
+        errors.append(float(energy(reached, speeds) / energy(x, v) - 1))
     return Figures(ready, median(seconds), float(np.mean(steps)), float(np.sqrt(np.mean(np.square(errors)))))
 
 
@@ -187,21 +191,19 @@ def measure(options: Namespace) -> Report:
         parts += [f"**{count} bodies**, {case.stop:g} units of time:", table(found)]
         requirements += [
             Requirement(
-                f"{count} bodies: time of {peer} relative to ias15",
-                found[peer].run / found[IAS15].run,
-                ">=",
-                least,
+                f"{count} bodies: time of {peer}, relative to ours", found[peer].run / ours, ">=", least
             )
             for peer, least in ((REBOUND, 1), (HEYOKA, 2))
             if peer in found
+            for ours in [fastest(found, found[peer].error)]
         ]
-        requirements.append(
-            Requirement(
-                f"{count} bodies: energy error of ias15 relative to {REBOUND}",
-                found[IAS15].error / found[REBOUND].error, "<=", 1,
-            )
-        )  # fmt: skip
     return Report(tuple(parts), tuple(requirements))
+
+
+def fastest(found: dict[str, Figures], error: float) -> float:
+    """The time of the faster of our methods whose energy error is not larger than that of another program."""
+    ours = [found[name] for name in (IAS15, TAYLOR) if name in found]
+    return min((one.run for one in ours if one.error <= max(error, ROUNDING)), default=math.inf)
 
 
 def table(found: dict[str, Figures]) -> str:
