@@ -84,6 +84,10 @@ def derive(
             from lagrange_cli.mechanics.jumps import refuse_jumps
 
             refuse_jumps(build_model(spec, GraphAlgebra()))
+        if spec.events:
+            from lagrange_cli.mechanics.unchanging import refuse_unchanging
+
+            refuse_unchanging(build_model(spec, GraphAlgebra()))
         equations = derive_equations(build_model(spec, SympyAlgebra()))
         further = further_conserved(build_model(spec, ExactGraphAlgebra()), equations)
         conserved = (*equations.conserved, *further)

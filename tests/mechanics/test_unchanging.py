@@ -68,3 +68,12 @@ def test_an_expression_that_jumps_is_refused(tmp_path, when: str, command: str) 
     done = lagrange(command, "a.yaml", *options, cwd=tmp_path)
     assert done.returncode == 3
     assert "event 'e' has an expression that jumps" in done.stderr and when in done.stderr
+
+
+@pytest.mark.parametrize("command", ["check", "equations", "solve"])
+def test_every_command_refuses_it(tmp_path, command: str) -> None:
+    (tmp_path / "a.yaml").write_text(SYSTEM.format(when="sin(2*x) - 2*sin(x)*cos(x)"))
+    options = ["--stop", "1"] if command == "solve" else []
+    done = lagrange(command, "a.yaml", *options, cwd=tmp_path)
+    assert done.returncode == 3
+    assert "a.yaml:5:15: event 'e' is where" in done.stderr and "never changes" in done.stderr
