@@ -135,6 +135,8 @@ class _Freezing:
         self.free = free
         self.guards: dict[Node, Guard] = {}
         self.multipliers = [contact.multiplier for contact in residual.contacts]
+        self.holding = reduce(or_, (one.symbols for one in self.multipliers), 0)
+        """Bit set of the multipliers."""
         self.rests = tuple(
             Rest(contact.event, contact.rest, i) for i, contact in enumerate(residual.contacts)
         )
@@ -204,6 +206,7 @@ class _Freezing:
         if guard.auxiliary is None and able:
             guard = self.guards[original] = replace(guard, auxiliary=len(self.multipliers))
             self.multipliers.append(graph.symbol(f"multiplier {guard.auxiliary}"))
+            self.holding |= self.multipliers[-1].symbols
         if guard.auxiliary is None:
             return graph.switch(guard.mode, above, below, -1)
         multiplier = self.multipliers[guard.auxiliary]
@@ -229,7 +232,7 @@ class _Freezing:
 
     def _held_inside(self, node: Node) -> bool:
         """Whether a multiplier stands in it: the equations must stay linear in all of them."""
-        return any(node.symbols & multiplier.symbols for multiplier in self.multipliers)
+        return bool(node.symbols & self.holding)
 
     def _three_ways(self, mode: Node, above: Node, below: Node, held: Node) -> Node:
         """One or the other by a mode: +1, -1, or 0."""

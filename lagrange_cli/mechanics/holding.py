@@ -16,7 +16,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.explicit import Holder, Unknowns, at_rates, unknowns
 from lagrange_cli.mechanics.guards import Guard, Guarded, guarded_values
 from lagrange_cli.mechanics.residual import Residual
-from lagrange_cli.mechanics.switches import switches
+from lagrange_cli.mechanics.switches import has_rates, switches, vanishes_with
 from lagrange_cli.mechanics.variables import rate
 from lagrange_cli.records import replace
 
@@ -25,6 +25,8 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
     """What ``explicit.at_a_state`` gives, where a force that jumps may hold the motion, and some of the
     ``nodes`` depend on that; None elsewhere."""
     if residual.contacts or residual.bent or not switches(residual.residual, residual.variables):
+        return None
+    if not any(may_depend_on_modes(residual, node) for node in nodes):
         return None
     smooth, frozen, multipliers = guarded_values(residual, nodes)
     if not smooth.auxiliary:
@@ -37,6 +39,19 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
         return None
     found = replace(unknowns(smooth.residual), holders=holders_of(smooth, multipliers))
     return found, tuple(new if held else old for new, old, held in zip(plain, nodes, needed))
+
+
+def may_depend_on_modes(residual: Residual, node: Node) -> bool:
+    """Whether a node has accelerations or multipliers, or jumps itself. What is continuous does not depend
+    on what holds the motion."""
+    if has_rates(node) or any(node.symbols & one.symbols for one in residual.multipliers):
+        return True
+    graph = residual.graph
+    for one in switches([node], residual.variables):
+        u, above, below = one.arguments
+        if not vanishes_with(graph, above - below, u):
+            return True
+    return False
 
 
 def holders_of(smooth: Guarded, multipliers: Sequence[Node]) -> tuple[Holder, ...]:

@@ -82,11 +82,16 @@ def refusal(spec: Spec, values: Values, t: float) -> SpecError:
     for one, q, v in zip(spec.coordinates, values.q, values.v):
         numbers |= {one.name: Dual((q, 0.0, 0.0)), velocity_name(one.name): Dual((v, 0.0, 0.0))}
     source, hint = Source(spec.filename, spec.text), "start from another state"
-    found = [
-        (conditional(expression.tree, border.whole), expression, border, float(built.value[0]))
-        for expression, border, _, built in arguments(spec, numbers)
-        if isinstance(border.whole, Call) and border.whole.function in PARTIAL and built.value[0] < 0.0
-    ]
+    try:
+        found = [
+            (conditional(expression.tree, border.whole), expression, border, float(built.value[0]))
+            for expression, border, _, built in arguments(spec, numbers)
+            if isinstance(border.whole, Call) and border.whole.function in PARTIAL and built.value[0] < 0.0
+        ]
+    except SpecError as error:
+        return error
+    except (ValueError, ArithmeticError):  # a position or a definition has no value either
+        found = []
     if found:
         _, expression, border, value = min(found, key=lambda one: one[0])
         argument = text(expression, border.argument)

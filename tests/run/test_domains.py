@@ -45,3 +45,14 @@ def test_the_other_members_of_a_sweep_go_on(capsys):
 @pytest.mark.parametrize("options", [["--set", "x=3"], ["--set", "a=0"]])
 def test_where_it_has_a_value_the_motion_begins(options):
     assert main(["solve", "well.yaml", "--stop", "0.1", *options]) == 0
+
+
+@pytest.mark.parametrize("command", [["check"], ["solve", "--stop", "1"]])
+@pytest.mark.parametrize("y", ["0", "-1"])
+def test_so_is_that_of_a_position_without_a_value(command, y, capsys, folder):
+    (folder / "lost.yaml").write_text(
+        f"coordinates: {{x: {{initial: 1}}, y: {{initial: {y}}}}}\nmasses: {{p: 1}}\n"
+        "embedding: {p: [log(y), x]}\npotential: log(p.x) + y**2\n"
+    )
+    assert main([command[0], "lost.yaml", *command[1:]]) == 3
+    assert "lost.yaml:4:12: the energy has no value where the motion begins" in capsys.readouterr().err
