@@ -90,3 +90,33 @@ def test_docstrings_name_only_modules_that_exist():
 def test_code_is_written_by_python_alone() -> None:
     """No file of LLVM IR: control flow is that of ``native.llvm.function``."""
     assert not [*ROOT.rglob("*.ll")]
+
+
+EVALUATING = {"eval", "exec", "compile", "sympify", "lambdify", "parse_expr", "__import__"}
+"""What would run a text, or lets sympy do so. (``re.compile`` does not.)"""
+
+
+def test_no_text_is_evaluated():
+    """Methods that sympy calls ``eval`` say why they are safe; pages set no markup but that of ``mathml``."""
+    package = Path(lagrange_cli.__file__).parent
+    hooks = 0
+    for path in package.rglob("*.py"):
+        lines = path.read_text(encoding="utf-8").splitlines()
+        for node in ast.walk(ast.parse("\n".join(lines))):
+            if isinstance(node, ast.Call):
+                called, owner = node.func, ""
+                if isinstance(called, ast.Attribute):
+                    owner, name = getattr(called.value, "id", "?"), called.attr
+                else:
+                    name = getattr(called, "id", "")
+                assert name not in EVALUATING or (owner, name) == ("re", "compile"), f"{path}:{node.lineno}"
+            elif isinstance(node, ast.FunctionDef) and node.name in EVALUATING:
+                hooks += 1
+                assert "no text is ever evaluated" in lines[node.lineno - 2], f"{path}:{node.lineno}"
+    assert hooks
+    for path in (package / "page" / "assets").glob("*.js"):
+        found = re.findall(
+            r"\beval\(|new Function|innerHTML|insertAdjacentHTML|document\.write",
+            path.read_text(encoding="utf-8"),
+        )
+        assert found == (["innerHTML"] if path.name == "main.js" else []), path

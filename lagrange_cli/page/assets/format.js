@@ -11,7 +11,7 @@ const LOWERED = "₀₁₂₃₄₅₆₇₈₉";
 
 // `theta1` as θ₁; with a dot over it where it is a velocity.
 function pretty(name, dot = "") {
-  const [, stem, digits, rest] = /^(.*?)(\d*)(\[.*)?$/s.exec(name);
+  const [, stem, digits, rest] = name.match(/^(.*?)(\d*)(\[.*)?$/s);
   const [base, ...words] = stem.split("_");
   const lowered = Array.from(digits, (digit) => LOWERED[digit]).join("");
   const letter = (GREEK[base] ?? base) + dot;

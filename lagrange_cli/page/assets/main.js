@@ -291,6 +291,7 @@ async function main(data) {
   const tables = await Promise.all(data.members.filter((one) => one.rows).map(async (one) => new Float64Array((await unpacked(one.rows)).buffer)));
   const engine = new Engine(data.engine, module);
   await engine.load();
+  // Markup made by symbolic/mathml.py, where every text of the system file is escaped.
   document.querySelector(".equations").innerHTML = await unpackedText(data.equations);
   window.app = new App(data, engine, tables, data.space ? await inSpace(data) : Scene);
 }

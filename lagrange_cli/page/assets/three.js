@@ -1,5 +1,7 @@
 /* three.js 0.187.0, https://threejs.org/, as far as pages use it: made by tools/three/build.js.
 
+`exec` in it is that of regular expressions: no text is run as a program.
+
 The MIT License
 
 Copyright © 2010-2026 three.js authors
