@@ -7,11 +7,12 @@ Powers that are multiplied out, such as x**3 - 3*x**2 + 3*x - 1, are found as sq
 from __future__ import annotations
 
 from collections.abc import Mapping
+from fractions import Fraction
 from typing import Any
 
 from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node
-from lagrange_cli.expression.polynomials import HIGHEST
+from lagrange_cli.expression.polynomials import HIGHEST, LONG_NOISE, NOISE
 from lagrange_cli.expression.squares import power
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
@@ -41,14 +42,32 @@ def collected(graph: Graph, node: Node) -> Node:
     scale, u = graph.split_coefficient(node)
     powers = zip(u.arguments, u.data) if u.kind is Kind.PRODUCT else [(u, 1)]
     pairs: list[tuple[Node, Any]] = []
+    roots: list[tuple[Node, int]] = []
     for base, e in powers:
         found = power(graph, base, *range(HIGHEST, 1, -1)) if base.kind is Kind.SUM else None
         if found is None or not isinstance(e, int):
             pairs.append((base, e))
         else:
-            pairs += [(found.factor, e), (found.root, e * found.order)]
-            pairs += [(below, e * times) for below, times in found.denominators]
+            roots.append((found.root, e * found.order))
+            pairs += [(found.factor, e), *((below, e * times) for below, times in found.denominators)]
+    for root, e in roots:
+        alike = ((base, _ratio(root, base)) for base, _ in pairs)
+        base, ratio = next(((base, ratio) for base, ratio in alike if ratio is not None), (root, 1))
+        scale = scale * ratio**e
+        pairs.append((base, e))
     return scale * graph.product(pairs)
+
+
+def _ratio(root: Node, other: Node) -> Any:
+    """``root`` over ``other`` where that is a number but for rounding, so that (x - a)**2 and a root x - b that
+    was found have one zero and not two."""
+    if not root.kind is other.kind is Kind.SUM or root.arguments != other.arguments:
+        return None
+    one, two = ((node.data[0], *node.data[1]) for node in (root, other))
+    ratio = one[1] / two[1]
+    noise = LONG_NOISE if isinstance(ratio, Fraction) else NOISE
+    same = all(abs(x - ratio * y) <= noise * abs(x) for x, y in zip(one, two))
+    return ratio if same else None
 
 
 def factors(node: Node) -> Mapping[Node, int]:

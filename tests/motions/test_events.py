@@ -349,6 +349,7 @@ def test_multiple_zeros_are_found_as_exactly_as_simple_ones(when, source):
         "x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3",
         "2*x**5 - 10*a*x**4 + 20*a**2*x**3 - 20*a**3*x**2 + 10*a**4*x - 2*a**5",
         "(x - {a})**2*(x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3)",
+        "(3*x**2 - 6*{a}*x + 3*{a}**2)*(x**3 - 3*{a}*x**2 + 3*{a}**2*x - {a}**3)",
         "3*sin(x - {a}) - sin(3*x - 3*{a})",
     ],
 )
