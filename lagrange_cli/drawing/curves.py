@@ -1,4 +1,4 @@
-"""Wires, walls and surfaces: where a particle can be that has fewer coordinates than space has dimensions."""
+"""Wires, walls and surfaces: the curves and surfaces on which particles move."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Distances in expressions: between which points one lies, whatever way it is written."""
+"""Distances in expressions: the points between which a distance is taken, however it is written."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def apart(scene: Scene, a: End, b: End) -> Array:
 
 
 def distance_in(scene: Scene, node: Node, owners: Owners) -> tuple[End, str] | None:
-    """The points whose distance ``node`` is a function of, and of nothing else in coordinates.
+    """The points whose distance is the only quantity in coordinates that ``node`` depends on.
 
     It is one if its gradient is parallel to that of the square of the distance. Of several pairs of points,
     as there are on a rod, those farthest apart are taken.

@@ -17,7 +17,7 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 
 TRAILS = 6
-"""Of more particles only the last one leaves a trail."""
+"""With more particles, only the last one leaves a trail."""
 
 
 def draw(spec: Spec, values: Values, start: float = 0.0) -> Drawing:

@@ -1,4 +1,4 @@
-"""``Drawing``: what is drawn of a system, whatever draws it: a page, an animation, a notebook."""
+"""``Drawing``: what is drawn of a system, in a page, a film or a notebook."""
 
 from __future__ import annotations
 

@@ -19,7 +19,7 @@ from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.records import dataclass
 
 PAIRS = 24
-"""Of so many particles all pairs are compared; of more, neighbours in the file's order."""
+"""Up to this many particles, all pairs are compared; otherwise neighbours in the file's order."""
 ON_A_WIRE = ("bead", "ring", "hoop", "car", "block", "marble", "puck", "slider", "skier", "wagon")
 """What a particle is called that slides on a circle."""
 WIRES = re.compile(

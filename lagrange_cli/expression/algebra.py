@@ -1,7 +1,7 @@
 """What an algebra must offer so that one expression tree can be built over it.
 
-Three algebras exist: ``graph_algebra`` (our hash-consed expression graph; serves ``solve``),
-``symbolic`` (sympy; serves what people read) and ``numbers`` (floats; serves parameter values).
+Three algebras exist: ``graph_algebra`` (our hash-consed expression graph, for
+``solve``), ``symbolic`` (sympy, for printed equations) and ``numbers`` (floats, for parameter values).
 Their elements combine with Python's own ``+ - * / **``; all else is asked of the algebra.
 """
 
@@ -31,7 +31,7 @@ class Algebra(Protocol[E]):
         """The symbol of that name; the same name gives the same symbol."""
 
     def function(self, name: str, arguments: Sequence[E]) -> E:
-        """A function of scalars of ``expression.vocabulary``, but for ``where``, applied to elements."""
+        """A function of scalars of ``expression.vocabulary``, except ``where``, applied to elements."""
 
     def side(self, u: E, at: int) -> int | None:
         """The sign of ``u``, or ``at`` where it is 0; None where that is not known."""

@@ -1,4 +1,4 @@
-"""The algebra of columns: what differs from member to member of an ensemble, evaluated for all at once.
+"""The algebra of columns: values that differ between the members of an ensemble, evaluated for all at once.
 
 Sums, products and quotients are numpy's, which rounds as Python does; powers and functions are Python's own,
 number by number, for numpy's may differ from them in the last bit. So each member gets the very numbers

@@ -1,4 +1,4 @@
-"""What people write by habit, and what it is here: the one table that all hints are taken from."""
+"""Common notation from elsewhere, and its form here: the one table for all hints."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
     "≠": ("!=", "unknown operator '≠'", "write !="),
     ";": (",", "';' instead of ','", "write a comma"),
 }
-"""Characters that have one meaning only: they are reported, and read as what is meant."""
+"""Characters with only one possible meaning: they are reported, and read with this meaning."""
 
 POWERS = {"²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6", "⁷": "7", "⁸": "8", "⁹": "9"}
 """Superscripts, read as powers."""
@@ -137,7 +137,7 @@ _ACCELERATIONS = """
 
 
 def rate_of(name: str, coordinates: Iterable[str]) -> tuple[str, int]:
-    """The coordinate whose time derivative somebody may have meant by ``name``, and the derivative's order;
+    """The coordinate whose time derivative ``name`` may have meant, and the derivative's order;
     an empty name where none fits."""
     bare, dots = without_dots(name)
     for one in coordinates:

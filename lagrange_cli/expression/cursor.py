@@ -24,7 +24,7 @@ SUM_EXAMPLE = "sum(m[j]*x[j] for j in range(N) if j != i)"
 
 
 class Hopeless(Exception):
-    """Nothing more can be said of the text than what has been said."""
+    """The text cannot be read any further; its mistakes have been reported."""
 
 
 class Cursor:
@@ -56,7 +56,7 @@ class Cursor:
         return self.last.span.stop if self.last else self.offset
 
     def advance(self) -> Token:
-        """The next token, which is taken; what is wrong with its form is noted."""
+        """Take the next token, and report mistakes in its form."""
         token = self.next
         if token.complaint:
             if token.kind == "stranger":

@@ -1,4 +1,4 @@
-"""Arithmetic of hundreds of digits, for what doubles cannot tell from nothing."""
+"""Arithmetic of hundreds of digits, for numbers that doubles cannot distinguish from 0."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import mpmath
 LOST = 20
 """Digits that rounding errors may take."""
 WRITTEN = 12
-"""Significant digits of a number that somebody wrote down."""
+"""Significant digits of a number in a file."""
 LARGEST_DENOMINATOR = 10_000
 RARE = 1e-12
 """Within so little of a number there is hardly ever a fraction with such a denominator by chance."""

@@ -1,4 +1,4 @@
-"""Whether an expression is identically 0: proven, or taken for something.
+"""Whether an expression is identically 0. If that is not proven, it counts as not zero.
 
 An expression vanishes if its normal form is 0, or if it vanishes at random arguments and is analytic on a
 connected domain (the identity theorem). Whole powers, sin, cos, tan, exp, sinh, cosh and tanh, and what is
@@ -140,7 +140,7 @@ def branches_on(graph: Graph, nodes: Sequence[Node], symbol: Node) -> bool:
 
 
 def independent(graph: Graph, nodes: Sequence[Node], symbol: Node) -> bool:
-    """Whether it is proven that none of ``nodes`` depends on ``symbol``, be it by a jump."""
+    """Whether it is proven that none of ``nodes`` depends on ``symbol``, not even by a jump."""
     slopes = {graph.diff(node, symbol) for node in nodes}
     return all(map(is_zero, slopes)) and not branches_on(graph, nodes, symbol)
 

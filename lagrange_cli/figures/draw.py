@@ -131,7 +131,7 @@ def draw_legend(axes: Any, title: str) -> None:
 
 
 def steady(axes: Any, panel: Panel) -> None:
-    """Show what is constant but for rounding as that, and not the rounding."""
+    """Show a quantity that is constant up to rounding as a constant, without its rounding errors."""
     curves = [one for one in panel.items if isinstance(one, Curve)]
     if len(curves) < len(panel.items):
         return

@@ -1,6 +1,6 @@
 """Films: pictures one after the other, as MP4, APNG or GIF, or as a folder of PNG files.
 
-The same pictures become the same bytes with the same versions of ffmpeg and Pillow: nothing is encoded by
+The same pictures give the same bytes with the same versions of ffmpeg and Pillow: nothing is encoded by
 several threads, and neither times nor versions are noted.
 """
 

@@ -1,4 +1,4 @@
-"""Signals that are heard while compiled code runs.
+"""Signals that take effect while compiled code runs.
 
 Python runs a handler of signals in the main thread only, and not before compiled code has returned. One step
 may be divided so often for its integrals that this takes minutes. Within ``heard`` a thread is told of each

@@ -1,4 +1,5 @@
-"""The cut of atan2(y, x), at y = 0 where x < 0: the angle jumps by 2 pi there, and what jumps with it."""
+"""The cut of atan2(y, x), at y = 0 where x < 0: the angle jumps by 2 pi there, and other quantities with
+it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What is left of the equations of motion when series are put into them: the defect, term by term.
+"""The defect, term by term: the residual of the equations of motion when series are put into them.
 
 And whether it has to be bounded, since something may hide between the places that a step's series shows."""
 
@@ -117,7 +117,7 @@ def is_square(node: Node, variables: int) -> bool:
 
 
 def growth(nodes: list[Node]) -> dict[Node, float]:
-    """Of each node the power of large coordinates that it grows with, at most; arguments come first."""
+    """For each node, the power of large coordinates with which it grows at most; arguments come first."""
     found: dict[Node, float] = {}
     for node in nodes:
         each = [found[argument] for argument in node.arguments]

@@ -112,7 +112,7 @@ class Energetics:
 
     @cached_property
     def applied(self) -> tuple[Node, ...]:
-        """Of these, F_i . dr_i/dq_k, generalized forces, and -dD/dq_dot_k."""
+        """Their parts: F_i . dr_i/dq_k, generalized forces, and -dD/dq_dot_k."""
         model, graph = self.model, self._graph
         found = [
             [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]

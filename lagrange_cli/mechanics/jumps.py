@@ -76,7 +76,7 @@ def refuse_jumps(model: Model[Node]) -> None:
 
 
 def continuous(model: Model[Node]) -> Iterator[Continuous]:
-    """What must not jump."""
+    """The expressions that must not jump."""
     graph, by_place, at_any_time = graph_of(model), [*model.q, *model.v], [*model.q, model.time]
     given = model.lagrangian
     key, energy = ("potential", model.potential) if given is None else ("lagrangian", given)

@@ -60,7 +60,7 @@ class Residual:
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
     ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes
     per order.
-    ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps (between
+    ``cyclic`` names the coordinates that L does not contain, ``conserved`` the conserved quantities (between
     events). Coordinates that are ``weightless`` have no inertia of their own. The multipliers of ``contacts``
     stand in the equations like accelerations. Forces that depend on multipliers have ``pushed`` the matrix
     out of its symmetry; without these forces the equations are ``quiet``, where they are not linear in
@@ -105,7 +105,7 @@ class Residual:
 
     @cached_property
     def unpushed(self) -> Residual:
-        """The same with the matrix without what multipliers do in forces: of the shortest ways to the
+        """The same with the matrix without forces that depend on multipliers: for projections onto the
         constraints, and of impulses."""
         if not self.pushed:
             return self

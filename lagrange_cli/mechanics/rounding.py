@@ -1,4 +1,4 @@
-"""How large the numbers are that an expression is computed from: what its rounding is measured by."""
+"""The size of the numbers from which an expression is computed: the measure of its rounding error."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Systems that fall into parts: each part whose coordinates are in terms of L of its own keeps its energy."""
+"""Separable systems: a part whose coordinates share no term of L with others conserves its own energy."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tupl
     """The coordinates of each part, and its conserved energy sum v_k p_k - L.
 
     Parts with nothing but coordinates whose ``momenta`` (names) are conserved are left out, and those whose
-    forces of constraint do work. Nothing is said of a single part.
+    forces of constraint do work. A single part gives nothing.
     """
     if len(model.q) < 2:
         return []

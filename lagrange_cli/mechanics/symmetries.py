@@ -1,8 +1,8 @@
-"""What is conserved although no coordinate is cyclic: found by Noether's theorem, and proven.
+"""Conserved quantities that belong to no cyclic coordinate: found by Noether's theorem, and proven.
 
-Tried are displacements of all particles (translations, rotations, Galilean boosts), and combinations of what
-changes coordinates by constants, by t, or linearly, in time or along nonholonomic constraints. Combinations
-are guessed from values at random states (``relations``). Nothing is said that is not proven (``noether``).
+The candidates are displacements of all particles (translations, rotations, Galilean boosts), and combinations
+of changes of coordinates by constants, by t, or linear ones, in time or along nonholonomic constraints.
+Combinations are guessed from values at random states (``relations``). All results are proven (``noether``).
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
 
 
 class _Search:
-    """What has been found so far."""
+    """The quantities found so far."""
 
     def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
         self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
@@ -252,7 +252,7 @@ class _Search:
     # ------------------------------------------------------------------ hidden symmetries
 
     def hidden(self) -> None:
-        """What is quadratic in velocities, of one particle or two."""
+        """Conserved quantities that are quadratic in velocities, for one particle or two."""
         given = candidates(self.model, self.noether) if "h" in self.names else []
         number, before = 0, len(self.found)
         for relation in self.relations.relations([[one.rate] for one in given]):

@@ -1,7 +1,8 @@
-"""Thin rods, which have no moment of inertia about their own axis: what determines how they turn about it?
+"""Thin rods, which have no moment of inertia about their own axis: what determines their rotation about it?
 
-Angles that only point a rod leave nothing open. A quaternion, or three angles, do: there the matrix of masses
-and constraints is singular in every state, unless a constraint says more.
+Angles that only give the direction of a rod leave nothing undetermined. A quaternion, or three angles, do:
+there the matrix of masses and constraints is singular in every state, unless a further constraint determines
+the rotation.
 """
 
 from __future__ import annotations
@@ -17,7 +18,7 @@ from lagrange_cli.mechanics.variables import graph_of, numbered
 from lagrange_cli.model.scope import Scope
 
 NOTHING = 1e-10
-"""What is left of a row is 0 if it is this small beside the row."""
+"""The remainder of a row is 0 if it is this small relative to the row."""
 
 
 def refuse_spinning(residual: Residual) -> None:

@@ -88,7 +88,7 @@ def kovalevskaya(model: Model[Node], noether: Noether) -> tuple[Conserved, Node]
 
 
 def are_equal(one: Node, other: Node) -> bool:
-    """Whether two moments are the same, be it but for rounding of the numbers of the file."""
+    """Whether two moments are equal, at least up to rounding of the numbers of the file."""
     if one.kind is other.kind is Kind.NUMBER:
         return math.isclose(one.data, other.data, rel_tol=ROUNDED)
     return is_zero(one - other)
@@ -221,7 +221,7 @@ def field_of(
 
 
 def are_moving(model: Model[Node], scope: InSpace, nodes: Iterable[Node]) -> bool:
-    """Whether one of these depends on the motion, be it by a velocity or an angular velocity."""
+    """Whether one of these depends on the motion, also by a velocity or an angular velocity."""
     actual = substituted(graph_of(model), [*nodes], scope.actual)
     return any(one.symbols & variables(model) for one in actual)
 

@@ -51,7 +51,7 @@ from lagrange_cli.model.unit import ONE
 class Walk:
     """The quantities of trees: ``values`` has those of names, particles' as tuples of components.
 
-    ``note`` is told of every contradiction, and where in the text it is.
+    ``note`` gets every contradiction, and its place in the text.
     """
 
     def __init__(

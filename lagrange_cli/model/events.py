@@ -1,4 +1,4 @@
-"""What events mean for the quantities of a system."""
+"""The effect of events on the conserved quantities of a system."""
 
 from __future__ import annotations
 

@@ -92,10 +92,10 @@ class Survey:
         velocities = self.velocity_constraints.items()
         return found | {name: self.energy / (quantity * self.time) for name, quantity in velocities}
 
-    # What expressions come to
+    # Quantities of expressions
 
     def value(self, expression: Expression, where: str) -> Value:
-        """The quantity of an expression; what contradicts in it is noted."""
+        """The quantity of an expression; contradictions in it are reported."""
 
         def note(error: Contradiction, span: Span) -> None:
             self._note(expression.at(span), f"{error} in {where}", error)
@@ -257,7 +257,7 @@ class Survey:
                         self.agree(expected, named(value), expression.place, message)
 
     def _events(self) -> None:
-        """What is set keeps its unit; what is 0 at an event may have any."""
+        """A quantity that an action sets keeps its unit; the expression of an event may have any unit."""
         for name, several in by_family(self.spec.events.items()).items():
             for when in distinct([event.when for event in several]):
                 self.scalar(when, f"event '{name}'")

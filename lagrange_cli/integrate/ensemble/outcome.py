@@ -29,8 +29,8 @@ class EnsembleOutcome:
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
     to its end, and how that went; drifts are the largest of all members, and ``undetected`` what the method
     may pass over, as in ``Outcome``. ``unknown`` are the datasets with samples that are not finite: the first
-    member that has any, and the time of its first. ``doubtful`` are events of which something is to be said:
-    the first such member, and what happened to it.
+    member that has any, and the time of its first. ``doubtful`` are events with a warning: the first such
+    member, and what happened to it.
     """
 
     endings: NDArray[np.int8]

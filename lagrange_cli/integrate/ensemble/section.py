@@ -1,6 +1,6 @@
 """Sections of motions that are not followed in lanes: one after another, or one in each thread.
 
-The surface is the last event of the program, whose crossings are recorded; what other events do counts.
+The surface is the last event of the program, whose crossings are recorded; other events act as usual.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, replace
 
 EVERY = 256
-"""At multiples of so many steps it is asked whether a motion has crossed often enough."""
+"""Whether a motion has crossed often enough is checked at multiples of so many steps."""
 FAR = 2.0**40
 """A motion without a stop time ends here, and in units of its start."""
 
@@ -55,8 +55,8 @@ class SectionLog(MemberLog):
 
     @property
     def _asked(self) -> bool:
-        """Whether it is asked now if the motion goes on. Compiled code returns when some time has passed, so
-        the answer counts at some steps only: else the end would depend on the time."""
+        """Whether to check now if the motion goes on. Compiled code returns when some time has passed, so
+        this is checked at certain steps only: else the end would depend on the time."""
         return self._steps % EVERY == 0
 
     @property

@@ -1,4 +1,4 @@
-"""What is done at events where compiled code leaves it to its caller: actions, rest, and the end of a run.
+"""Events that compiled code leaves to its caller: actions, rest, and the end of a run.
 
 After an action every event whose expression it has changed is on the side of that expression's sign. Where
 this is 0 it is on the side that the motion leads to: a zero that an action leaves is no event.
@@ -130,7 +130,7 @@ class Happenings:
         return self._crossed(records[crossed], events, np.array(rates)[:, crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:
-        """Do what is to be done at the guard that is due, before the sample of that number."""
+        """Handle the guard that has changed its sign, before the sample of that number."""
         guard, event, sides = self._guards[due], due - self._sides.first, self._sides
         if guard.role is Role.REST:
             self._resting.release(due)

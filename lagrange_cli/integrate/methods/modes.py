@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lagrange_cli.native.compilation.machine import Machine
 
 DERIVATIVES = 6
-"""Derivatives of arguments that are looked at."""
+"""The number of derivatives of arguments that are examined."""
 SMALLEST = 2.0**-1022
 
 

@@ -28,7 +28,7 @@ HELD = 1.0 + 2.0**-40
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
 SOON = 2.0**-30
-"""What becomes 0 within this part of the time is brought to rest."""
+"""A velocity that becomes 0 within this fraction of the time is set to 0."""
 ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8

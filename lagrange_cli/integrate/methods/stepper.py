@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
 HEEDED = 5
-"""So many times it is asked, after a signal, whether to stop."""
+"""The number of times that a stop is asked for after a signal."""
 FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
 FIRST = 256

@@ -1,5 +1,5 @@
-"""Linear algebra of constraints: which of them are independent, and the shortest way in the metric of the
-masses.
+"""Linear algebra of constraints: which of them are independent, and the smallest correction in the metric of
+the masses.
 
 Corrections are computed in doubles, whatever the numbers that they are added to: each round of corrections
 gives as many digits again as a double has.

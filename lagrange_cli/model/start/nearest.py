@@ -1,6 +1,6 @@
 """The nearest point of a surface f(x) = 0, in the metric of the masses.
 
-First Newton's method leads to the surface, each step by the shortest way; then the way as a whole is made the
+First Newton's method leads to the surface by steps of least length; then the whole displacement is made the
 shortest, M (x - x0) = A^T mu (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
 VII.2). f is evaluated with all digits, so that these corrections converge to all of them.
 """
