@@ -1,4 +1,4 @@
-"""The program and the outputs of a system whose families stay families (see ``families.system``)."""
+"""The program and the outputs of a system whose families are not expanded (see ``families.system``)."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
     said = [
-        "families stay families: the code has a loop over the members of each",
+        "families are not expanded: the code has a loop over the members of each",
         "the mass matrix is diagonal and contains parameters only: it is computed once per run",
         f"the forces have {system.terms} terms in all",
     ]
@@ -123,7 +123,7 @@ class FamilyPlanner(Planner):
     """Plans with families: quantities are places in totals."""
 
     def further(self) -> Sequence[tuple[Conserved, Any]]:
-        """What is conserved besides h and momenta of cyclic coordinates."""
+        """Conserved quantities besides h and momenta of cyclic coordinates."""
         from lagrange_cli.families.conservation import constants_of
         from lagrange_cli.families.currents import current
 

@@ -31,7 +31,8 @@ def hold(
 ) -> None:
     """Add accelerations, multipliers and modes to what is ``known`` of a state; ``modes`` is memory for them.
 
-    All switches are held that can be. That whose multiplier is too large by most is let go, again and again.
+    All switches are held at first. Then the one whose multiplier exceeds its bound most is released,
+    repeatedly.
     """
     holders, count = unknowns.holders, len(unknowns.holders)
     able = [(i, one) for i, one in enumerate(holders) if one.multiplier is not None]

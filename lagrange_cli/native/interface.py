@@ -1,4 +1,5 @@
-"""``Interface``: all that running a compiled program takes to know of it, and what both sides agree on."""
+"""``Interface``: everything that the callers of a compiled program must know, and what both sides agree
+on."""
 
 from __future__ import annotations
 

@@ -50,7 +50,7 @@ class Equations:
     arguments: Sequence[Node]
     """The arguments of guards, likewise."""
     emitter: Callable[[], Emitter]
-    """What is written with, where numbers are doubles."""
+    """The writers for doubles."""
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
     collocated: bool = False

@@ -1,4 +1,4 @@
-"""What the file of a run says: its datasets, what made it, how the run ended, and warnings about that."""
+"""The attributes of an output: its datasets, its origin, how the run ended, and warnings."""
 
 from __future__ import annotations
 

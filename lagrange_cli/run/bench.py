@@ -35,7 +35,7 @@ MOST_WITH_JACOBIAN = 32
 """Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
 
 BETTER = 100
-"""By how much the reference is to be better than the error wanted."""
+"""How much more accurate the reference must be than the wanted error."""
 PATIENCE = 5
 """Budgets that each of the reference's runs may take: its steps are several times as short."""
 

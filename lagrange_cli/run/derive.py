@@ -1,6 +1,6 @@
 """From the content of a system file to its ``Spec``, and to its equations of motion.
 
-What is wrong with any of it is shown at its place in the file.
+Every mistake is shown at its place in the file.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ def read_run(
 
     Raises:
         SpecError: all problems of the file, of its ``solve`` section, and those that ``numbers`` adds.
-        UsageError: the file is right, and what is asked of it is not.
+        UsageError: the file is right, but the request is not.
     """
     from lagrange_cli.spec.defaults import with_times
 

@@ -1,4 +1,4 @@
-"""``plot``: what a physicist looks at first, of outputs of ``solve``, ``sweep`` and ``section``."""
+"""``plot``: the usual plots of outputs of ``solve``, ``sweep`` and ``section``."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
     "sweep": (sweeps.WHAT, sweeps.USUAL),
     "section": (sections.WHAT, sections.USUAL),
 }
-"""Of each kind of output the words of ``--what``, and those that are drawn unless others are asked for."""
+"""For each kind of output the words of ``--what``, and those that are drawn by default."""
 ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
 MOST_PANELS = 40
 SMOOTH = 4001
@@ -48,7 +48,7 @@ SAME = 1e-12
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be drawn: words of ``--what``, or ``y`` over ``x``; nothing means the usual."""
+    """The requested plots: words of ``--what``, or ``y`` over ``x``; by default the usual ones."""
 
     what: tuple[str, ...] = ()
     x: str | None = None
@@ -149,7 +149,7 @@ def worded(runs: Sequence[Run], what: Sequence[str], option: str = "--what") -> 
 
 
 def at_rest(panel: Panel) -> bool:
-    """Whether nothing moves in a phase portrait or a path, but for rounding."""
+    """Whether a phase portrait or a path is a single point, up to rounding."""
     curves = [one for one in panel.items if isinstance(one, Curve)]
     if not curves or len(curves) < len(panel.items) or any(one.points for one in curves):
         return False

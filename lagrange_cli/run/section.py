@@ -224,7 +224,7 @@ def file_of(
 
 
 def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer: int) -> str:
-    """What was found, and how motions ended that have fewer crossings than were asked for."""
+    """The crossings found, and how motions ended that have fewer than requested."""
     assert ensemble.cut is not None
     members, many = ensemble.values.members, is_many(ensemble)
     found = f"{crossings} crossing{'' if crossings == 1 else 's'}" + (

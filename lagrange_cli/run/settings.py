@@ -44,13 +44,13 @@ class Settings:
     portable: bool = False
     proven: bool = False
     optional: frozenset[str] = frozenset()
-    """Those of the outputs that nobody asks for by name: they are left out as far as they are not defined."""
+    """The outputs that are not requested by name: those that are not defined are left out."""
     chosen_because: str = ""
     """Why ``--method auto`` does not mean Taylor series here."""
 
     @property
     def method_shown(self) -> str:
-        """The method, and why it was chosen where that needs saying."""
+        """The method, and the reason if it was chosen automatically."""
         return f"{self.method}, as {self.chosen_because}" if self.chosen_because else self.method
 
     @property
@@ -259,7 +259,7 @@ def resolve_method(name: str | None) -> str:
 
 
 def proper_name(name: str, methods: Sequence[str]) -> str:
-    """The one of these methods that is meant, whatever case it is written in."""
+    """The method of this name, in upper or lower case."""
     for method in methods:
         if method.lower() == name.lower():
             return method
@@ -292,7 +292,7 @@ def resolve_tolerance(tolerance: float | None, method: str, precision: str = DOU
 
 
 def default_outputs(spec: Spec) -> tuple[str, ...]:
-    """What is written where nobody says otherwise; it depends on the sections that the file has."""
+    """The outputs by default; they depend on the sections that the file has."""
     rows = (row for row in OUTPUTS.values() if row.default)
     return tuple(row.name for row in rows if not row.section or getattr(spec, row.section))
 
@@ -322,6 +322,6 @@ def resolve_outputs(names: Iterable[str], *, has_particles: bool) -> frozenset[s
 
 
 def suggest(name: str, known: Iterable[str]) -> str:
-    """What was perhaps meant, and what there is."""
+    """A similar name, and the known ones."""
     known = tuple(known)
     return " ".join(hint for hint in (near_hint(name, known), known_hint(known)) if hint)

@@ -1,4 +1,4 @@
-"""Where constraints come to depend on each other along a motion, and what is said of it."""
+"""Places where constraints become dependent along a motion, and the messages about them."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Series of one kind, side by side: what members of a family have in common is said once.
+"""Series of one kind, side by side: the common operations of a family's members are written once.
 
 A *batch* is a set of series with the same operation on operands of the same kinds: the differences
 x[i] - x[j] of all pairs of bodies, the sines of all angles. They are found in the finished series, not in the
-text: so a system that is written out member by member has the same ones. They are the coarsest partition that
+text: so an expanded system has the same ones. They are the coarsest partition that
 is stable: all members of a batch have operands in the same batches (J. E. Hopcroft 1971, for automata).
 """
 

@@ -34,9 +34,9 @@ def set_levels(series: list[Series], starts: Iterable[tuple[Iterable[int], int]]
 def set_levels_beside(series: list[Series], integrals: Iterable[int], apart: bool) -> None:
     """Set the levels of what ``integrals`` alone need, at the end of a motion whose levels are set.
 
-    What the motion needs, too, but at a later stage, is copied: else its numbers would be rounded otherwise
-    than without the integrals. That is so where a series would depend on the accelerations of its stage or,
-    if convolutions are summed side by side (``apart``), wherever it has any.
+    Series that the motion needs, too, but at a later stage, are copied: else they would be rounded
+    differently than without the integrals. That is so where a series would depend on the accelerations of its
+    stage or, if convolutions are summed side by side (``apart``), wherever it has any.
     """
     settled = [one.level for one in series]
     products = [one.level for one in series if one.op in (Op.MULTIPLY, Op.POWER) and one.level > FREE]

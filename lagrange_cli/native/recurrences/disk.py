@@ -1,4 +1,5 @@
-"""Functions of disks (see ``disk_arithmetic``): what sines, logarithms, powers of what they hold can be.
+"""Functions of disks (see ``disk_arithmetic``): enclosures of sines, logarithms, powers of the numbers in
+them.
 
 A function's radius is the sum of its Taylor series with the sizes of the coefficients, or of a series that
 bounds these. What is enclosed are analytic functions on a disk around 0, by their values there: a power or

@@ -1,10 +1,11 @@
-"""Arithmetic of disks: what sums, products and quotients of complex numbers in disks can be.
+"""Arithmetic of disks: enclosures of sums, products and quotients of complex numbers in disks.
 
 A disk holds all complex numbers within a radius of its centre, which is real; and a bound from below of their
 size, which may say more: a power, an exponential or cosh far from 0 is large all over a disk that contains 0.
 (Circular arithmetic: I. Gargantini and P. Henrici, Numer. Math. 18, 305, 1972.)
 
-Radii contain the rounding of centres; a last factor is to contain theirs.
+Radii include
+the rounding of centres; a last factor includes their own.
 Where nothing is known, a radius is infinite or not a number.
 """
 
@@ -43,7 +44,7 @@ class Disk:
         self._bound: Callable[[], Real | None] | Real | None = bound
 
     def bound(self) -> Real | None:
-        """What is known of its least size, beside centre and radius; written when it is asked for."""
+        """The lower bound of its size, besides centre and radius; written when it is used."""
         if callable(self._bound):
             self._bound = self._bound()
         return self._bound

@@ -51,9 +51,9 @@ EVENLY = 2.0**-30
 EDGE = 16.0
 """A power law is followed over so many times the length of the shortest part with a series."""
 STRETCHES = 16.0
-"""If an integrand is not finite beyond such a part, it is looked at so many times as far away."""
+"""If an integrand is not finite beyond such a part, it is evaluated so many times as far away."""
 MOST = 2**18
-"""Parts of one step. These may take minutes, so that it is asked at each whether to go on (``halted``)."""
+"""Parts of one step. These may take minutes, so that each checks whether to go on (``halted``)."""
 PATIENT, EVEN = 48, 1 / 16
 """Beside constraints, integrands may cancel to rounding errors, on which no part agrees. After so many parts
 of a step, all are of this length and need not be accepted: what may hide is proven, and not divided so."""
@@ -290,7 +290,7 @@ class Division:
                 row.put(f.constant(0.0), state, third)
 
     def lose_samples(self, index: Variable[Integer], last: Integer) -> None:
-        """Samples from ``index`` to before ``last`` are no numbers: the parts have not come to them."""
+        """Samples from ``index`` to before ``last`` are nan: the parts have not reached them."""
         f, (first, count) = self.f, self.own.followed
         none = Real(f, NAN, 1)
         with f.section() as done, f.forever() as rounds:

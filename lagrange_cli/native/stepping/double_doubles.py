@@ -27,7 +27,8 @@ from lagrange_cli.native.stepping.sums import Pair, PairSums, difference, pair
 from lagrange_cli.records import replace
 
 GONE = 2.0**-900
-"""What has decayed to less does not limit the steps: low parts of such numbers have few digits, or none."""
+"""Values that have decayed to less do not limit the steps: low parts of such numbers have few digits, or
+none."""
 LONGEST = 1e30
 """The longest step: what a motion without forces gets."""
 WIDE = 2.0**12

@@ -1,4 +1,4 @@
-"""``Steps``: what steps are made of in one kind of numbers, for the loop of ``@advance``.
+"""``Steps``: the parts of a step in one kind of numbers, for the loop of ``@advance``.
 
 Guards, proofs, acceptance, and integrals are the same in all kinds.
 """

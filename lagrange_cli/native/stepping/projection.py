@@ -1,8 +1,8 @@
 """``@project``: a state back to the constraints, where rounding has led it away.
 
 Series satisfy the constraints to the last bit, but steps add up rounding errors. Where f(q, t), or df/dt,
-exceeds a few units of rounding of its terms, coordinates and then velocities are moved by the shortest way
-in the metric of the masses (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
+exceeds a few units of rounding of its terms, coordinates and then velocities are moved back, orthogonally in
+the metric of the masses (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
 VII.2, with M in place of the identity):
 
     dq = -M^-1 A^T (A M^-1 A^T)^-1 f.

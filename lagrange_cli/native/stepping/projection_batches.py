@@ -106,7 +106,7 @@ class BatchProjection:
             fine.set(fine.get() & f.all(small))
 
     def _move(self, off: CarefulValues, first: int) -> None:
-        """The shortest way back, first of coordinates, then of velocities."""
+        """The projection, first of coordinates, then of velocities."""
         f, tables, residual, emitter = self.f, self.tables, self.residual.unpushed, self.emitter
         many, scratch = len(residual.entries), f.load_integer("@scratch")
         symbols, kicks, later = afterwards(residual, self.constraints, many)

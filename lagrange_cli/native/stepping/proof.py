@@ -1,16 +1,15 @@
-"""``@proven``: whether the series of a step satisfy the equations of motion all through the step.
+"""``@proven``: whether the series of a step satisfy the equations of motion throughout the step.
 
 The series of q are polynomials of t, and those of v and of the accelerations their derivatives. Put into the
 equations they leave a *defect*, an analytic function of t whose coefficients are 0 up to the order n of the
 accelerations. Where a term of it differs from its start by at most D for all complex times within r,
 coefficient m of it is at most D / r^m (Cauchy's estimate), so that for h = r / k what is beyond order n is at
 most D k^-(n + 1) / (1 - 1/k) up to time h. D is found by enclosing q, v, a and t in disks, and evaluating the
-term over these (``recurrences.disk``). Nothing that the equations contain is passed over, however narrow.
-
-It is done for several k at once, and each term takes the k that suits it best: what is next to nothing all
-around takes a small one, what is large a great one. (Enclosures of Taylor series over a step: G. F. Corliss
-and R. Rihm, Validating an a priori enclosure using high-order Taylor series, 1996; N. S. Nedialkov,
-K. R. Jackson and G. F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
+term over these (``recurrences.disk``). No term of the equations is passed over, however narrow. This is done
+for several k at once, and each term takes the k that suits it best: a small one if it is negligible all
+around, a large one if it is large. (Enclosures of Taylor series over a step: G. F. Corliss and R. Rihm,
+Validating an a priori enclosure using high-order Taylor series, 1996; N. S. Nedialkov, K. R. Jackson and G.
+F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
 """
 
 from __future__ import annotations
@@ -53,8 +52,8 @@ class Proof:
     """What ``@proven`` is written from.
 
     What rests may be moved by ``nothing``; low parts of the state are ``low`` doubles behind. A number has
-    ``parts`` doubles, of which the first is looked at. A defect is not told from rounding up to the part
-    ``small`` of the accelerations, their change, and what changes the velocity within a step.
+    ``parts`` doubles, of which the first is looked at. A defect cannot be distinguished from rounding up to
+    the fraction ``small`` of the accelerations, their change, and what changes the velocity within a step.
     """
 
     residual: Residual

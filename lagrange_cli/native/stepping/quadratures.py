@@ -1,8 +1,8 @@
-"""Quadratures (action, ledgers) beside a motion: what their series ask of its steps.
+"""Quadratures (action, ledgers) beside a motion: what their series require of its steps.
 
 The motion decides on its steps without them. Within a step it is known, by the step's polynomials. Where an
-integrand changes faster than these, or where the next series does not confirm what was expected of it, the
-step is divided (``division``).
+integrand changes faster than these, or where the next series does not confirm its predicted value, the step
+is divided (``division``).
 """
 
 from __future__ import annotations
