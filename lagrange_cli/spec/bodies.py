@@ -1,4 +1,4 @@
-"""Checks the section ``bodies``: what its expressions may depend on, and of how many components they are."""
+"""Checks the section ``bodies``: what its expressions may depend on, and the number of their components."""
 
 from __future__ import annotations
 

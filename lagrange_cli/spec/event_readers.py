@@ -1,4 +1,4 @@
-"""The ``events`` section: what each event says, read from its mapping. What names mean is judged later."""
+"""The ``events`` section: each event, read from its mapping. Names are checked later."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def read_events(table: Table, node: Node, where: str, problems: Problems) -> tup
 
 
 def _fields(table: Table, node: nodes.Mapping, label: str, problems: Problems) -> dict[str, Any]:
-    """The fields of an event; what belongs into another one is said."""
+    """The fields of an event; a hint says where a misplaced value belongs."""
     kept = []
     set_apart: tuple[Entry, ...] = ()
     for key, value in node.entries:
@@ -102,7 +102,8 @@ def _fields(table: Table, node: nodes.Mapping, label: str, problems: Problems) -
 
 
 def read_when(node: Node, where: str, problems: Problems) -> Expression | None:
-    """The expression whose zeros an event is. A condition is not one, but shows which was meant."""
+    """The expression whose zeros are the event. A condition is a mistake, but shows which expression was
+    meant."""
     if not isinstance(node, Scalar):
         return read_scalar(node, where, problems)
     tree, errors = read(node.text)
@@ -125,7 +126,7 @@ def read_when(node: Node, where: str, problems: Problems) -> Expression | None:
 
 
 def _compared(tree: Tree) -> Tree:
-    """A condition without what it says of its parts: these are looked at nevertheless."""
+    """The parts of a condition, which are checked nevertheless."""
     if isinstance(tree, Comparison | Logic):
         return Vector(tuple(map(_compared, tree.operands)), tree.span)
     return tree
@@ -196,7 +197,7 @@ def read_action(table: Table, node: Node, where: str, problems: Problems) -> tup
 
 
 def _meant(word: str, elsewhere: dict[str, str], known: tuple[str, ...]) -> str:
-    """The word that is meant by one of other programs, or by one that is misspelt."""
+    """The word for one from other programs, or for a misspelt one."""
     return next((one for one, words in elsewhere.items() if word in words.split()), near_match(word, known))
 
 
@@ -223,8 +224,8 @@ def read_changes(node: Node, where: str, problems: Problems) -> tuple[Entry, ...
 
 
 def _target(key: Scalar, value: Node, label: str, problems: Problems) -> Key | None:
-    """What is to be set: a name, members of a family, or a component, of which it is said later that it
-    cannot be."""
+    """The target of an action: a name, members of a family, or a component, which is reported later as one
+    that cannot be."""
     try:
         return parse_key(key.text)
     except ExpressionError as error:

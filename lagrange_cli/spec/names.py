@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.many_bounds import BoundsBuilder
 
 MANY = 100
-"""Terms of a sum from which on they are looked at together."""
+"""The number of terms of a sum from which on they are checked together."""
 
 
 class Names(Meanings):
@@ -66,9 +66,8 @@ class Names(Meanings):
         return found
 
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
-        """What ``expression`` comes down to, and its bounds (None where something in it is wrong).
-
-        Every unknown or forbidden name is reported; the shapes are looked at only if there is none. Of the
+        """The kinds of names that ``expression`` depends on, and its bounds (None where it has a mistake).
+        Every unknown or forbidden name is reported; the shapes are checked only if there is none. Of the
         members of a family, which have one tree, the first that is wrong is reported.
         """
         key = id(expression.tree), section

@@ -71,7 +71,7 @@ def on_demand(names: Iterable[str], compute: Callable[[str], None]) -> tuple[lis
 
 
 def chain(cycle: list[str], most: int = 10) -> str:
-    """``a -> b -> a``, shortened where nobody would follow it."""
+    """``a -> b -> a``, shortened if it is long."""
     shown = cycle if len(cycle) <= most else [*cycle[: most - 2], "...", cycle[-1]]
     return " -> ".join(shown)
 

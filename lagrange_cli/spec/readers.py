@@ -1,6 +1,6 @@
 """Mappings of the system file to what a ``Draft`` holds: entries by name, parameters, coordinates, ``solve``.
 
-Only the form is judged: what names mean, and whether they exist, is ``spec.check``'s business.
+Only the form is checked here. ``spec.check`` looks up the names.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What parameters and definitions come to, each after those that it uses."""
+"""The kinds and bounds of parameters and definitions, each after those that it uses."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def vector_hint(known: Names, expression: Expression) -> str:
     vectors = [one for one in plain_names(tree) if isinstance(known.values.get(one), tuple)]
     for one in sorted(vectors):
         components = any(name.identifier.startswith(f"{one}.") for name in names(tree))
-        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first is meant as a mass
+        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first m1 should be a mass
             return f"{shown(one)} is a position: write its mass as a parameter M, with 'masses: {{{one}: M}}'"
     hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
     return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint

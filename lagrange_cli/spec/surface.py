@@ -22,7 +22,7 @@ from lagrange_cli.spec.source import Passage, Source
 from lagrange_cli.spec.spec import SURFACE, Event, Expression, Spec, grouped
 
 KEYS = re.compile(r"'(when|direction): ([^']*)'")
-"""What a hint says of keys of the file, where options are meant."""
+"""Keys of the file in a hint, where options are meant."""
 
 
 def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:

@@ -18,7 +18,7 @@ from lagrange_cli.store.target import PARTS
 Check = Callable[[Any], bool]
 
 MOST = 2**53
-"""Of what is counted."""
+"""The largest count."""
 STATUSES = ("complete", "stopped", "failed", "interrupted")
 """How a run may have ended."""
 
@@ -99,7 +99,7 @@ def written(check: Check) -> Check:
 
 
 def shown(value: Any) -> bool:
-    """A text that goes to a terminal: without control characters, but for line ends and tabs."""
+    """A text that goes to a terminal: without control characters, except line ends and tabs."""
     return text(value) and not control_character(value)
 
 
@@ -122,7 +122,7 @@ told: dict[str, Check] = {
     "final": either(nothing, written(either(nothing, state_of(either(number, nothing))))),
     "events": either(nothing, written(either(table(happened), table(happened_in_all)))),
 }  # fmt: skip
-"""What is told of a run that has ended."""
+"""The status and messages of a run that has ended."""
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
 """What makes a run; of the machine it is a list."""
 

@@ -157,7 +157,7 @@ class EnsembleWriter(Output):
         return size
 
     def regions(self, ended: NDArray[np.bool_]) -> dict[str, list[int]]:
-        """Of each dataset its place in the file, and a checksum of the rows of the members that have
+        """For each dataset, its place in the file, and a checksum of the rows of the members that have
         ``ended``; from now on they are in the file."""
         self.file.flush()
         self.check()

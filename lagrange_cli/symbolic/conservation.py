@@ -130,7 +130,7 @@ def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) 
 
 
 def branches_on(expression: sympy.Expr, symbol: sympy.Expr, order: Order) -> bool:
-    """Whether ``symbol`` may decide which branch of a function counts: no derivative tells of a jump."""
+    """Whether ``symbol`` may decide the branch of a function: a derivative does not show a jump."""
     arguments = [
         inner
         for node in expression.atoms(sympy.Pow, sympy.Function)

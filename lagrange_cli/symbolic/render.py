@@ -1,4 +1,4 @@
-"""An expression as a line of text: one walk for every notation, in the order of a textbook."""
+"""An expression as a line of text, in the order of a textbook: one walk for every notation."""
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
-"""Where equations are compared: near the start, along the motion, and on both sides of every branch."""
+"""Where equations are compared: near the start, along the motion, and on both sides of every switch and
+pole."""
 
 from __future__ import annotations
 
@@ -14,9 +15,9 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
 MOST_BORDERS, MOST_SYMBOLS = 12, 4
-"""How many borders are looked for, and in the directions of how many symbols."""
+"""The number of switches and poles that are looked for, and of symbols along which the search goes."""
 DISTANCES = [0.1 * 2.0**k for k in range(14)]
-"""How far from a state the other side of a border is looked for, in units of the state's scale."""
+"""Distances from a state at which the other side of one is looked for, in units of the state's scale."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""How much work ``equations`` may do: what sympy makes is counted, and how large expressions get.
+"""The limit on the work of ``equations``: it counts sympy's objects and bounds the size of expressions.
 
 sympy has no bounds of its own, and an expression of a few lines may multiply into millions of terms. While
 ``counting`` lasts, every object that sympy makes is counted (all go through ``Basic.__new__``), and every
@@ -38,7 +38,7 @@ VISITS = (
 )
 """Where sympy visits one node in the course of a walk, and the steps that this takes."""
 STEPS_A_LOOK = 20
-"""What is done with an expression however small it is."""
+"""The work for an expression of any size."""
 ADVICE = "'check' and 'solve' may work nevertheless, "
 
 
@@ -103,7 +103,7 @@ def charge(steps: int) -> None:
 
 
 def check_size(expression: sympy.Expr) -> sympy.Expr:
-    """The expression itself; raises ``TooLarge`` where nobody could read it, nor sympy walk over it."""
+    """The expression itself; raises ``TooLarge`` where it is too long to be read or to be walked by sympy."""
     size = size_of(expression)
     charge(STEPS_A_LOOK + size)
     if size > whole("printed"):

@@ -1,4 +1,5 @@
-"""What holds for the members of a family: a line for all of them, and lines for those at the ends apart."""
+"""The equations of the members of a family: a line for all of them, and separate lines for those at the
+ends."""
 
 from __future__ import annotations
 
