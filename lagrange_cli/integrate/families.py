@@ -32,9 +32,9 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
 
 OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
-"""What can be computed of families; other outputs go through the members."""
+"""The outputs that can be computed with families; others go through the members."""
 Element = tuple[Total, int]
-"""A number: the total that it is in, and its place there."""
+"""A number: the total that contains it, and its place there."""
 
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
@@ -80,7 +80,7 @@ def narrow(system: FamilySystem) -> bool:
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
-    """The program that ``compilation`` asks for, and what becomes of its results."""
+    """The program for ``compilation``, and the datasets made of its results."""
     conserved = frozenset(system.conserved)
     planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
@@ -111,7 +111,7 @@ def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Arra
 
 
 def moving(system: FamilySystem) -> int:
-    """The symbols of what moves."""
+    """The symbols of t, q and v."""
     found = system.time.symbols
     for symbol, slot in system.slots.of.items():
         if slot.array in (system.q, system.v, *system.totals):

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lagrange_cli.work_precision.trajectory import Followed
 
 Tell = Callable[[int, int, object], None]
-"""Told how many of how many measurements are done, and what is measured next."""
+"""Gets the number of measurements done, their total number, and the next one."""
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MOST_WITH_JACOBIAN = 32
@@ -41,7 +41,7 @@ PATIENCE = 5
 
 
 def ignore(done: int, count: int, what: object) -> None:
-    """Nobody watches."""
+    """Shows nothing."""
 
 
 def never() -> bool:

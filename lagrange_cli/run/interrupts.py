@@ -9,7 +9,7 @@ from typing import Any
 
 ENDS = ("SIGTERM", "SIGHUP", "SIGALRM", "SIGBREAK")
 ENDING = tuple(getattr(signal, name) for name in ENDS if hasattr(signal, name))
-"""Signals besides that of Ctrl-C that ask a process to end; they do what it does. Not every platform has all:
+"""Other signals that ask a process to end; they have the same effect as Ctrl-C. Not every platform has all:
 SIGALRM is that of ``limits``, SIGBREAK that of Ctrl-Break on Windows."""
 
 

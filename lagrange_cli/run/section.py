@@ -134,7 +134,8 @@ def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
 def method_of(
     prepared: Prepared, alone: Callable[[], Method], checkpointing: Checkpointing[Kept] | None
 ) -> EnsembleMethod:
-    """What follows the motions: eight at once, or each by itself; the only one may be kept on its way."""
+    """The method that follows the motions: eight at once, or each alone; a single one may have
+    checkpoints."""
     if prepared.machine.follow is not None:
         from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 

@@ -55,7 +55,7 @@ class Settings:
 
     @property
     def backward(self) -> bool:
-        """Whether the motion is followed against the sense of time."""
+        """Whether the motion is integrated backward in time."""
         return self.stop < self.start
 
     def compilation(
@@ -152,7 +152,7 @@ def resolve_settings(
 
 
 def abilities(spec: Spec) -> Iterator[tuple[str, Callable[[MethodRow], bool]]]:
-    """What in a system not every method can follow, and whether one can."""
+    """The features of a system that some methods do not support, and which methods do."""
     if spec.all_constraints:
         yield "a system with constraints", lambda row: row.constrains
     if spec.events:
@@ -245,7 +245,7 @@ def sample_times(start: float, stop: float, samples: int | None, step: float | N
 
 
 def check_count(count: float) -> None:
-    """Refuse what no disk holds."""
+    """Refuse more samples than a disk can hold."""
     if count > MOST_SAMPLES:
         raise UsageError(
             f"{count:.3g} samples are more than the {MOST_SAMPLES:.0e} that can be written: "
@@ -298,7 +298,7 @@ def default_outputs(spec: Spec) -> tuple[str, ...]:
 
 
 def tell_empty(spec: Spec, settings: Settings, tell: Callable[[str], None]) -> None:
-    """Tell a line for each output that was asked for by name, and of which the system has nothing."""
+    """Report each output that was requested by name and is empty for this system."""
     for name in sorted(settings.outputs - settings.optional):
         section = OUTPUTS[name].section
         if section and not getattr(spec, section):

@@ -32,7 +32,7 @@ INPUTS = 8
 FACTORS = INPUTS, 0
 """What they are multiplied by in each companion; 0 for one that has the inputs of the run."""
 UNITS = 1.0, -1.0, 2.0, -2.0, 3.0
-"""Units in the last place by which numbers of a state are changed where something is observed: others for
+"""Units in the last place by which numbers of a state are changed where outputs are observed: others for
 neighbours, whose differences change with them."""
 LOOK = 0.5
 """Seconds between two checks whether the other side is still there."""

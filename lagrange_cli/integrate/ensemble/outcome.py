@@ -19,7 +19,7 @@ ENDINGS = tuple(Ending)
 STATUS = f"S{max(len(ending.status) for ending in ENDINGS)}"
 """numpy's name for the type of a member's status."""
 UNFINISHED = ENDINGS.index(Ending.INTERRUPTED)
-"""The place of what is interrupted, or was never begun, in ``ENDINGS``."""
+"""The place in ``ENDINGS`` of members that were interrupted, or never begun."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What follows one motion on compiled equations: the method by its name."""
+"""The method that follows one motion on compiled equations, by its name."""
 
 from __future__ import annotations
 
