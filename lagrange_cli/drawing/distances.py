@@ -45,7 +45,7 @@ def candidates(scene: Scene, node: Node, owners: Owners) -> list[str]:
 
 
 def pairs(scene: Scene, node: Node, owners: Owners) -> Iterator[tuple[End, str]]:
-    """What ``node`` may be a distance of: two particles, or one and a fixed point."""
+    """The possible ends of the distance ``node``: two particles, or one and a fixed point."""
     moving = node.symbols & scene.moving
     names = candidates(scene, node, owners)
     whole = [name for name in names if scene.symbols(scene.positions[name]) & scene.moving == moving]
@@ -93,7 +93,7 @@ def _centre(scene: Scene, node: Node, place: Place) -> Place | None:
 
 
 def place_of(scene: Scene, end: End) -> Place:
-    """Where an end is."""
+    """The place of an end."""
     return scene.positions[end] if isinstance(end, str) else end
 
 

@@ -20,7 +20,7 @@ from lagrange_cli.spec.values import Values
 
 STATES = 8
 NEEDED = 3
-"""So many states must have a value."""
+"""The number of states at which there must be a value."""
 ROUNDING = 1e-9
 """Numbers that differ by less, relatively, are equal."""
 

@@ -40,7 +40,7 @@ class Algebra(Protocol[E]):
         """``above`` where u > 0, ``below`` where u < 0; where u is 0, that of the side ``at``."""
 
     def both(self, chosen: E, above: Callable[[], Value], below: Callable[[], Value]) -> tuple[Value, Value]:
-        """Both branches; ``chosen`` is 1 where the first one counts, 0 where the second one does."""
+        """Both branches; ``chosen`` is 1 where the first one applies, 0 where the second one does."""
 
     def total(self, terms: Sequence[E]) -> E:
         """The sum of one or more elements, in one go."""
@@ -53,7 +53,7 @@ class Algebra(Protocol[E]):
 
 
 class Undecided:
-    """An algebra whose elements do not tell which branch of a switch counts."""
+    """An algebra whose elements do not show which branch of a switch applies."""
 
     def side(self, u: Any, at: int) -> int | None:
         return None
@@ -65,7 +65,7 @@ class Undecided:
 
 
 class Decided:
-    """An algebra of numbers: of two branches, only the one that counts is computed."""
+    """An algebra of numbers: only the branch that applies is computed."""
 
     def side(self, u: Any, at: int) -> int | None:
         """Raises ArithmeticError where there is nothing to compare."""

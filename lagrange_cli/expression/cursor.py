@@ -68,7 +68,7 @@ class Cursor:
         return token
 
     def skip_strangers(self) -> None:
-        """Note and go past characters that have no meaning."""
+        """Report and skip characters that have no meaning."""
         while self.next.kind == "stranger":
             token = self.next
             if token.text in DEGREES and self.last is not None and self.last.kind == "number":
@@ -86,13 +86,13 @@ class Cursor:
         self.errors.append(ExpressionError(span, message, hint))
 
     def structural(self, span: Span, message: str, hint: str) -> None:
-        """Note a mistake in the structure, if it is the first."""
+        """Report a mistake in the structure, if it is the first."""
         if not self.lost:
             self.error(span, message, hint)
         self.lost = True
 
     def refuse(self, span: Span, message: str, hint: str) -> None:
-        """Note a mistake and give up."""
+        """Report a mistake and give up."""
         self.error(span, message, hint)
         raise Hopeless
 

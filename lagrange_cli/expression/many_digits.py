@@ -22,7 +22,8 @@ ULPS = 4
 
 
 class ManyDigits:
-    """Real arithmetic with so many digits; a number is what it was rounded from (see ``as_written``)."""
+    """Real arithmetic with so many digits; a number stands for its value before rounding (see
+    ``as_written``)."""
 
     def __init__(self, digits: int) -> None:
         self.context = mpmath.mp.clone()
@@ -59,7 +60,7 @@ class ManyDigits:
         return bool(self.context.isfinite(value))
 
     def rounded(self, value: Any) -> Any:
-        """What all values have in common that differ by rounding errors at most."""
+        """The common key of values that differ by rounding errors at most."""
         with self.context.workprec(self.common):
             return self.context.mpf(value)._mpf_
 

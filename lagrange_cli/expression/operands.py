@@ -122,7 +122,7 @@ class Operands(Sums):
         return Vector(tuple(along(i, "") for i in range(3)), span)
 
     def indices(self) -> tuple[Tree, ...]:
-        """What stands in the brackets behind a name."""
+        """The content of the brackets behind a name."""
         opening = self.advance()
         if self.sees("]"):
             self.structural(self.next.span, "missing index", "as in theta[0] or theta[i]")

@@ -33,7 +33,8 @@ FARTHEST = 10.0
 UNITS = 8
 """Units of the exponents that are tried: one for each that stands in another, at most."""
 POINTS = 2
-"""Random arguments at which an expression must vanish to many digits; at one it does by chance as little."""
+"""Random arguments at which an expression must vanish to many digits, which hardly happens by chance even at
+one."""
 MOST_WORK = 2_000_000
 """Steps that proving zeros may take at once; what would take more is not proven."""
 STEPS, STEPS_OF_FUNCTION = 5, 30
@@ -53,7 +54,7 @@ class Digits(Protocol):
     def finite(self, value: Any) -> bool: ...
 
     def rounded(self, value: Any) -> Any:
-        """What values have in common that differ by rounding errors at most."""
+        """The common key of values that differ by rounding errors at most."""
 
 
 class Doubles(Reals):

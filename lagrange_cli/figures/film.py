@@ -26,7 +26,7 @@ ENCODED = {
     ),
     ".apng": ("-c:v", "apng", "-pred", "mixed", "-plays", "0", "-f", "apng"),
 }  # fmt: skip
-"""What ffmpeg is told for each format."""
+"""The arguments of ffmpeg for each format."""
 EXACT = ("-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1")
 FORMATS = (*ENCODED, ".gif")
 FRAMES = "folder"

@@ -46,11 +46,11 @@ from lagrange_cli.series.program import SeriesProgram
 T = TypeVar("T")
 
 PATIENCE, LEAST_ATTEMPT = 2, 1_000_000
-"""A further formulation may take so many times the steps before it, and so many in any case."""
+"""A further formulation may take so many times the steps before it, and at least so many."""
 MANY = 30
 """Coordinates from which on no formulation is derived that is known to be the same as another."""
 STEPS_A_NODE = 4
-"""What a new node takes at least: so a formulation that is left out leaves nodes for those that are not."""
+"""The least work of a new node: so a formulation that is left out leaves nodes for the others."""
 
 
 def derive(model: Model[Node]) -> Residual:
@@ -127,7 +127,7 @@ def refuse_undetermined(model: Model[Node]) -> None:
 
 
 def forces_of(model: Model[Node]) -> list[Node]:
-    """All that acts besides L."""
+    """All forces outside L."""
     return [*model.generalized_forces, model.dissipation, *(x for p in model.particles for x in p.force)]
 
 
@@ -156,7 +156,7 @@ def uses_multipliers(model: Model[Node]) -> bool:
 def formulations(model: Model[Node], graph: Graph, conserved: Iterable[Conserved]) -> dict[str, Formulation]:
     """The candidates by name, each with all forces; of two that cost the same the earlier one is simpler.
 
-    The first one is always there. Another is left out where it takes far more work, as where sums multiply.
+    The first one is always there. Others are left out if they take far more work, as where sums multiply.
     """
     forms: dict[str, Formulation] = {}
     if model.lagrangian is not None:

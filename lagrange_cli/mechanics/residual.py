@@ -54,8 +54,7 @@ class Residual:
 
     ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t. Behind
     the coordinates are the constraints and their ``multipliers``, which the equations are linear in, too;
-    ``cyclic_momenta`` take the places of velocities: known from where a motion begins,
-    the same ever after.
+    ``cyclic_momenta`` take the places of velocities: known from the start of a motion, and constant.
     ``inertias`` are what the equations were divided by: where one is 0, so is the determinant of the masses.
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
     ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes

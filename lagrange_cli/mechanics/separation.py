@@ -60,7 +60,8 @@ def _own(model: Model[Node]) -> list[int]:
 
 
 def _masks(model: Model[Node], terms: Sequence[Term]) -> list[int]:
-    """The bits of what stands together: in ``terms`` of L, along with a force, and in constraints."""
+    """The bits of coordinates that occur together: in ``terms`` of L, along with a force, and in
+    constraints."""
     masks = [term.symbols for term, _ in terms]
     bound = {one.multiplier.symbols: one.expression.symbols for one in (*model.constraints, *model.redundant)}
     for force, bits in zip(Energetics(model).applied, _own(model)):
@@ -79,8 +80,8 @@ def _terms_of(model: Model[Node]) -> list[Term]:
 
 
 def terms_of_sum(node: Node, sign: float) -> list[Term]:
-    """Those of one sum, products with sums multiplied out, but for a constant: up to ``MOST`` terms. Of more,
-    some are left as they are."""
+    """Those of one sum, with products expanded, except a constant: up to ``MOST`` terms. Of more, some
+    are left as they are."""
     found: list[Term] = []
     pending, left = [(node, sign)], MOST
     while pending:

@@ -102,8 +102,8 @@ class _Search:
         self.found.append(Symmetry(each, node))
 
     def _outlasts(self, node: Node, change: Change) -> bool:
-        """Whether no event changes a current, although events change those that it is a sum of: the total
-        momentum in a collision."""
+        """Whether no event changes a current, although events change its parts: the total momentum in a
+        collision."""
         if len(self.lasting) == len(self.kept):
             return False
         changes = changes_of(self.model)
@@ -215,8 +215,8 @@ class _Search:
         return [(sign * self.graph.product([(factor, 1), *common]), change) for factor, change in parts]
 
     def _is_trivial(self, change: Change, node: Node) -> bool:
-        """Whether a current says nothing new: that a coordinate grows linearly, or that the momentum of a
-        constant force does; and where it is no momentum, what follows from other currents."""
+        """Whether a current is trivial: a coordinate grows linearly, or the momentum of a constant force
+        does; and where it is no momentum, what follows from other currents."""
         model = self.model
         time, places = model.time.symbols, 0
         for q in model.q:
@@ -268,7 +268,7 @@ class _Search:
         self.found[before:] = sorted(self.found[before:], key=lambda one: one.conserved.quantity)
 
     def tops(self) -> None:
-        """What no symmetry explains of a heavy top."""
+        """The integral of a heavy top that belongs to no symmetry."""
         if self.model.spec is None or not self.model.spec.bodies or "h" not in self.names:
             return
         from lagrange_cli.mechanics.tops import kovalevskaya  # and all about bodies
@@ -281,8 +281,9 @@ class _Search:
     # ------------------------------------------------------------------ total time derivatives in L
 
     def acting(self) -> None:
-        """What L conserves without its terms that are a total time derivative dF/dt, which act on nothing: in
-        place of h that is h + dF/dt, in place of p_k it is p_k - dF/dq_k (partial derivatives)."""
+        """The quantities that L conserves without its terms that are a total time derivative dF/dt, which
+        have no effect: in place of h that is h + dF/dt, in place of p_k it is p_k - dF/dq_k (partial
+        derivatives)."""
         model, given = self.model, self.model.lagrangian
         lagrangian = -model.potential if given is None else given
         left = acting(model, self.graph, lagrangian)
@@ -326,7 +327,7 @@ class _Search:
 
 
 def _factors(node: Node) -> list[tuple[Node, float]]:
-    """The factors of a product with their exponents, but for a number."""
+    """The factors of a product with their exponents, without a number."""
     if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
         return _factors(node.arguments[0])
     return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

@@ -40,7 +40,7 @@ from lagrange_cli.spec.bodies import norm_name
 ROUNDED = 2.0**-48
 """Numbers that differ by so small a part of them do so by rounding."""
 MOST_PARTICLES = 20
-"""That are fixed to the body."""
+"""Axes that are fixed to the body."""
 ANGLES, QUATERNION = 3, 4
 """Coordinates of a body with a fixed point."""
 
@@ -95,7 +95,7 @@ def are_equal(one: Node, other: Node) -> bool:
 
 
 def because(k: int) -> str:
-    """Why."""
+    """The reason, in words."""
     return (
         "Kovalevskaya's top: two moments of inertia about the fixed point are equal and twice the third, and "
         f"the centre of mass lies in the plane perpendicular to axis {k + 1}"

@@ -114,7 +114,7 @@ class Walk:
         return made if isinstance(one, tuple) else made[0]
 
     def _compared(self, condition: Tree) -> None:
-        """Look for what cannot be compared."""
+        """Report values that cannot be compared."""
         if isinstance(condition, Logic):
             for operand in condition.operands:
                 self._compared(operand)

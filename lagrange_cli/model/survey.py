@@ -229,7 +229,7 @@ class Survey:
         return replace(energy, loose=False)
 
     def _spinning(self, kinetic: Quantity, masses: Mapping[str, Quantity]) -> Quantity:
-        """``kinetic``, or what the energies of rotation say of it: moments of inertia over the square of a
+        """``kinetic``, or its unit by the energies of rotation: moments of inertia over the square of a
         time."""
         for name, bodies in by_family(self.spec.bodies.items()).items():
             inertia = bodies[0].inertia
@@ -241,7 +241,7 @@ class Survey:
         return kinetic
 
     def _forces(self) -> None:
-        """Forces say nothing new, but may contradict."""
+        """Forces give no new units, but may contradict known ones."""
         if not self.spec.forces:
             return
         from lagrange_cli.model.forces.table import FORCES  # which a short run without forces does not need

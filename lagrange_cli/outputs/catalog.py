@@ -272,4 +272,4 @@ OUTPUTS = {
 DEFAULT_OUTPUTS = tuple(row.name for row in OUTPUTS.values() if row.default and not row.section)
 """The outputs that every system has by default."""
 PARTICLE_OUTPUTS = frozenset(row.name for row in OUTPUTS.values() if row.of_particles)
-"""What a system has only if it is given by particles, not by a Lagrangian."""
+"""The outputs of systems that are given by particles, not by a Lagrangian."""

@@ -123,7 +123,7 @@ def _operand_kinds(one: Series, kind: Sequence[int]) -> tuple[int, ...]:
 
 
 def _own_key(one: Series, rank: int, state: bool, variables: int) -> object:
-    """What a series shares with those that are computed with it, apart from its operands."""
+    """The common properties of series that are computed together, apart from their operands."""
     shape = one.op, rank, one.level, one.order, one.degree, state
     if one.op is Op.COORDINATE:
         assert one.node is not None

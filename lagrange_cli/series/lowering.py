@@ -109,7 +109,7 @@ class _Builder:
         return self.add(Series(Op.PRIMITIVE, (rate,), order=order if order > 0 else FREE))
 
     def lower_all(self, roots: Iterable[Node]) -> None:
-        """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""
+        """Lower ``roots`` and, until none is left, the partial derivatives that they need."""
         self.pending = list(roots)
         finished = len(self.unfinished)
         while self.pending:
@@ -161,7 +161,8 @@ class _Builder:
         return self.compose(node)
 
     def switch(self, node: Node) -> int:
-        """One branch or the other: by a constant, or by the sign of what moves where the step begins."""
+        """One branch or the other: by a constant, or by the sign of a moving argument at the start of the
+        step."""
         u, above, below = node.arguments
         first, second = (
             self.by_node[a] if a.symbols & self.variables else self.linear(a, []) for a in (above, below)

@@ -19,7 +19,7 @@ NORM = ".norm"
 
 
 def check_bodies(draft: Draft, names: Names, problems: Problems) -> dict[str, Body]:
-    """The bodies by name, members of families one by one; what is wrong is added to ``problems``."""
+    """The bodies by name, members of families one by one; mistakes are added to ``problems``."""
     found: dict[str, Body] = {}
     for body in draft.bodies:
         label = f"body '{body.key.label}'"

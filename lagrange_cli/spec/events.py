@@ -30,7 +30,7 @@ _HINTS = {
 
 
 def check_events(draft: Draft, names: Names, problems: Problems) -> dict[str, Event]:
-    """The events by name, members of families one by one; what is wrong is added to ``problems``."""
+    """The events by name, members of families one by one; mistakes are added to ``problems``."""
     checker = _Checker(draft, names, problems)
     found = {}
     for event in draft.events:

@@ -101,7 +101,8 @@ class Meanings:
         self.bound[constraint] = Meaning(Kind.MULTIPLIER, kinds, scalar(), place, family)
 
     def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
-        """Say what a declared definition or particle, or a member of a family of them, came to."""
+        """Set the kinds and bounds of a declared definition or particle, or of a member of a family of
+        them."""
         base = family_name(name)
         self.values[name] = value
         known = self.table[base]

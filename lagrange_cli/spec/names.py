@@ -92,7 +92,7 @@ class Names(Meanings):
 
     @cached_property
     def many(self) -> BoundsBuilder:
-        """What finds the bounds of all terms of a sum, or of all members of a family, together: one for the
+        """The builder of bounds for all terms of a sum, or all members of a family, together: one for the
         file, which counts them."""
         from lagrange_cli.expression.many_bounds import BoundsBuilder
         from lagrange_cli.spec.members import bounds_of
@@ -113,7 +113,7 @@ class Names(Meanings):
         return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
-        """What the names of an expression come down to, and whether each of them may stand there."""
+        """The kinds of the names of an expression; names that are not allowed there are reported."""
         kinds: frozenset[Kind] = frozenset()
         sound = self.problems.trusts(expression.tree)
         sound = sound and not plain_names(expression.tree) & self.problems.broken

@@ -60,7 +60,7 @@ def on_demand(names: Iterable[str], compute: Callable[[str], None]) -> tuple[lis
                     walked = list(path)
                     cycles.append([*walked[walked.index(needed.name) :], needed.name])
                     path = {}
-                elif needed.name in seen:  # it came to nothing, and so does all that waits for it
+                elif needed.name in seen:  # it could not be computed, and neither can what waits for it
                     path = {}
                 else:
                     path[needed.name] = None
@@ -77,7 +77,7 @@ def chain(cycle: list[str], most: int = 10) -> str:
 
 
 def _cycles(stuck: Mapping[str, set[str]]) -> list[list[str]]:
-    """Follow what is stuck until a name comes again: every such walk ends in a cycle."""
+    """Follow the dependencies of a stuck name until a name comes again: every such walk ends in a cycle."""
     cycles: list[list[str]] = []
     seen: set[str] = set()
     for name in stuck:

@@ -51,7 +51,7 @@ def examine(
 
 
 def read_draft(root: Node, problems: Problems) -> Draft:
-    """The sections of the file; whatever is wrong with their form is added to ``problems``."""
+    """The sections of the file; mistakes in their form are added to ``problems``."""
     if not isinstance(root, nodes.Mapping):
         problems.add(
             root.place,

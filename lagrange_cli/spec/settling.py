@@ -18,7 +18,7 @@ from lagrange_cli.spec.spec import Expression, Family
 
 
 def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
-    """Check an expression that must be a scalar; what its names come down to."""
+    """Check an expression that must be a scalar. Returns the kinds of its names."""
     kinds, bounds = names.check(expression, section, where)
     if isinstance(bounds, tuple):
         names.problems.add_once(
@@ -109,7 +109,7 @@ class Settling:
             self.settle(entry.name, what, kinds, bounds)
 
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
-        """Say what one came to; the kinds of a family are those of all its members."""
+        """Set the kinds and bounds of one; the kinds of a family are those of all its members."""
         meaning = self.names.table.get(family_name(name))
         if meaning is not None and meaning.what is what:
             if meaning.family is not None and meaning.value is not None:

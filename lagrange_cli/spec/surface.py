@@ -80,7 +80,7 @@ def names_of(spec: Spec, problems: Problems) -> Names:
 
 
 def settle(names: Names, name: str, what: Kind, expression: Expression, section: str) -> None:
-    """Say what a definition or a particle comes to."""
+    """Set the kinds and bounds of a definition or a particle."""
     kinds, bounds = names.check(expression, section, "")
     if what in (Kind.PARTICLE, Kind.BODY):
         kinds, bounds = comes_to(what), bounds if isinstance(bounds, tuple) else (bounds,)

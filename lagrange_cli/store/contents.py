@@ -49,7 +49,7 @@ def nothing(value: Any) -> bool:
 
 
 def either(*checks: Check) -> Check:
-    """What one of them passes."""
+    """A value that one of these checks accepts."""
     return lambda value: any(check(value) for check in checks)
 
 
@@ -124,7 +124,7 @@ told: dict[str, Check] = {
 }  # fmt: skip
 """The status and messages of a run that has ended."""
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
-"""What makes a run; of the machine it is a list."""
+"""The attributes that identify a run; that of the machine is a list."""
 
 event = count, instant, count, instant, count, instant, finite, instant
 """What happened at an event, in the order of ``integrate.events.Happened``."""

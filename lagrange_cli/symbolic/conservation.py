@@ -16,7 +16,7 @@ from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.order import Order
 
 Energies = tuple[sympy.Expr | None, sympy.Expr | None, sympy.Expr, sympy.Expr]
-"""T, U (None each where L is given), L, h."""
+"""T, U (None where L is given), L, h."""
 
 SINGLE_VALUED = (sympy.sin, sympy.cos, sympy.tan, sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
 

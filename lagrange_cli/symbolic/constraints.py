@@ -169,5 +169,5 @@ def explicit(
 def attempt(
     function: Callable[[], tuple[sympy.Expr, ...] | None],
 ) -> tuple[sympy.Expr, ...] | None:
-    """What ``function`` returns, or None where that takes too much work."""
+    """The result of ``function``, or None where it takes too much work."""
     return function() if COUNTER.work is None else COUNTER.work.attempt(PATIENCE, function)

@@ -17,7 +17,7 @@ from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 from lagrange_cli.symbolic.work import charge
 
 STEPS_A_PIECE = 10
-"""What a term or factor takes to be written."""
+"""The work of writing a term or factor."""
 
 
 class Level(IntEnum):

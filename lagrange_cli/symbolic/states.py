@@ -45,7 +45,7 @@ def near(state: State, source: random.Random, *, varied: bool = True) -> State:
 
 
 def scale(x: float) -> float:
-    """What a step away from a value is measured with."""
+    """The scale of a value, by which steps away from it are measured."""
     return abs(x) or 1.0
 
 
@@ -69,7 +69,7 @@ def sides(
 
 
 def borders(model: Model[Node]) -> list[Node]:
-    """What changes its sign where the system is not analytic."""
+    """The expressions that change their signs where the system is not analytic."""
     given = [model.potential, model.dissipation, *model.generalized_forces]
     given += [] if model.lagrangian is None else [model.lagrangian]
     given += [one.expression for one in model.constraints]

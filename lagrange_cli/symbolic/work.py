@@ -25,7 +25,7 @@ from lagrange_cli.limits import Work, way_out, whole
 T = TypeVar("T")
 
 STEPS_AN_OBJECT, STEPS_AN_ARGUMENT = 40, 10
-"""What sympy takes to make an expression and to sort an argument into it."""
+"""The work of making an expression in sympy, and of sorting an argument into it."""
 VISITS = (
     (Basic, "free_symbols", 1),
     (Basic, "compare", 2),
@@ -43,7 +43,7 @@ ADVICE = "'check' and 'solve' may work nevertheless, "
 
 
 class Counter:
-    """What has been counted: ``work`` while counting lasts, and results that come again."""
+    """The counters: ``work`` while counting lasts, and repeated results."""
 
     def __init__(self) -> None:
         self.work: Work | None = None
@@ -120,7 +120,7 @@ def size_of(expression: sympy.Expr) -> int:
 
 
 def folded(expression: sympy.Expr, combine: Callable[[sympy.Expr, list[T]], T]) -> T:
-    """What ``combine`` makes of an expression and of what it has made of the arguments, each part once."""
+    """The result of ``combine`` for an expression, from its results for the arguments, each part once."""
     made: dict[int, T] = {}
     pending = [expression]
     while pending:

@@ -135,7 +135,7 @@ def undetermined(surface: Surface, state: Sequence[float]) -> list[int]:
 
 
 def tidied(surface: Surface, state: list[float]) -> list[float]:
-    """0 in place of what rounding has left of it, and angles from -pi to pi."""
+    """0 in place of rounding errors, and angles from -pi to pi."""
     for k in surface.unknown:
         if abs(state[k]) <= NEAR * surface.scale[k] and satisfied(
             surface, [*state[:k], 0.0, *state[k + 1 :]]
