@@ -95,7 +95,7 @@ def side_of(kind: Written[V], value: V | None) -> V:
 
 
 def size_of(kind: Written[V], node: Node, known: Values[V]) -> V | None:
-    """How large the terms of a sum are; 0 of anything else, whose sign is known to the last bit."""
+    """The size of the terms of a sum; 0 for anything else, whose sign is known to the last bit."""
     if node.kind is not Kind.SUM:
         return None
     constant, coefficients = node.data

@@ -21,9 +21,9 @@ FIRST, ENOUGH = 1 << 18, 1 << 21
 SHRINKS = 0.75
 """The progress with twice as many steps is at most this part of the one before, twice in a row."""
 LITTLE = 2.0**-12
-"""It is this part of the way so far, or less."""
+"""The progress is at most this fraction of the whole time so far."""
 CLOSE = 2.0**-6
-"""Where the motion is to end so close to the place, in terms of the progress, it would take very many
+"""If the stop time is so close to the limit, in terms of the progress, reaching it would take very many
 steps."""
 
 

@@ -31,7 +31,7 @@ NEAR = 2.0**-16
 FELT = 2.0**-50, 2.0**-98
 """A negligible error of velocities for such a passage."""
 BRIEF = 2.0**-20
-"""What is a short part of all the time since t = 0."""
+"""A short fraction of the whole time since t = 0."""
 UNSURE = 2.0**-50, 2.0**-100
 """The part of the time, and of the time in which coordinates change by their size, in which rounding decides
 where u = 0 is."""
@@ -53,8 +53,8 @@ class Crossing(Modes):
         super().__init__(machine, constants, memory, work)
         self._crossed: tuple[float, ...] = ()
         self.span = 0.0
-        """How long the motion is to take: what measures times where it begins at rest, at t = 0. (Nothing
-        much shorter can: coefficients of series would overflow.)"""
+        """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much
+        shorter can: coefficients of series would overflow.)"""
 
     def cross(self) -> bool:
         """Take the motion a little way across u = 0. Returns whether the error is negligible.
@@ -183,7 +183,7 @@ class Crossing(Modes):
         return False
 
     def _accelerations(self, start: Array, rates: Array, t: float, mode: float, j: int) -> Array:
-        """What they are after the time t."""
+        """The accelerations after the time t."""
         self.memory[:] = start
         self._move(t, rates)
         self.modes[j] = mode
@@ -218,7 +218,7 @@ class Crossing(Modes):
         high[:] = total
 
     def _speed(self) -> float:
-        """The speed that the motion gets from rest on a way as long as its coordinates."""
+        """The speed that the motion gains from rest over a distance as large as its coordinates."""
         high, layout = self.memory[self._layout.part(0)], self._layout
         rows = range(layout.v.start, layout.v.stop)
         accelerations = np.abs([self._coefficients(row)[0] for row in rows])

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.methods.settling import Settling
 
 MOST = 60
-"""So often a state is moved to the constraints by Newton's method, at most."""
+"""The largest number of steps of Newton's method that move a state to the constraints."""
 NEAR = 2.0**-40
 """Deviations up to this fraction of the state are left to ``@project``."""
 

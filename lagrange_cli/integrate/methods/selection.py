@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class MethodModule(Protocol):
-    """What a module named in ``METHODS`` offers."""
+    """The interface of a module named in ``METHODS``."""
 
     def follower(
         self, machine: Machine, compilation: Compilation, improve: Callable[[], Machine] | None

@@ -18,7 +18,7 @@ from lagrange_cli.native.recurrences.disk_arithmetic import ROUNDING, TINY, Disk
 from lagrange_cli.native.recurrences.evaluation import emit_power
 
 FUNCTIONS = 2.0**-49
-"""What functions may be off, relative to their size."""
+"""The relative rounding error of functions."""
 
 
 class Disks(DiskArithmetic):

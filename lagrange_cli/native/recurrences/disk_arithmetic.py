@@ -20,9 +20,9 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Composed, Number
 
 ROUNDING = 2.0**-51
-"""What sums, products and quotients may be off, relative to what they are made of."""
+"""The rounding error of sums, products and quotients, relative to their operands."""
 TINY, HUGE = 1e-300, 1e300
-"""What underflows and overflows counts as that."""
+"""Numbers that underflow or overflow count as this."""
 
 
 class Disk:
@@ -96,7 +96,7 @@ class DiskArithmetic(Composed[Disk]):
         return self.spread(None if centre is None else self.centres.magnitude(centre))
 
     def radius(self, a: Disk) -> Real:
-        """The radius, written out."""
+        """The radius as a value, also where it is 0."""
         return self.all(0.0) if a.radius is None else a.radius
 
     def most(self, a: Disk) -> Real:
@@ -111,7 +111,7 @@ class DiskArithmetic(Composed[Disk]):
         return least if bound is None else self.greater(least, bound)
 
     def greater(self, a: Real, b: Real) -> Real:
-        """The greater one; the other one where one is not a number, of which nothing is known."""
+        """The greater one; the other one where one is nan, that is, unknown."""
         return self.f.function("maxnum", a, b)
 
     def lesser(self, a: Real, b: Real) -> Real:

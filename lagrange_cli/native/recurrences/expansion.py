@@ -44,7 +44,7 @@ class Expansion(Generic[V]):
     sensitivities: dict[int, tuple[V | None, V | None]] = field(default_factory=dict)
     """For powers p of x: dp/dx, and 1/x."""
     remainders: dict[int, V | None] = field(default_factory=dict)
-    """What q and q_dot are more than their numbers, as the compensated update leaves it."""
+    """The remainders of q and q_dot, as the compensated update leaves them."""
     cyclic: dict[Node, V | None] = field(default_factory=dict)
     """Constants of a step that contain cyclic momenta."""
     unrounded: dict[Node, V | None] = field(default_factory=dict)
@@ -62,7 +62,7 @@ class Expansion(Generic[V]):
         return self.cyclic[node] if node in self.cyclic else self.constants.value(self.kind, node)
 
     def select(self, one: Series, above: V | None, below: V | None) -> V | None:
-        """What a SELECT series has of its branches."""
+        """The weights of the branches of a SELECT series."""
         if above is None and below is None:
             return None
         assert isinstance(one.data, tuple)

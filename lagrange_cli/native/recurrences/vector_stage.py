@@ -70,6 +70,6 @@ class VectorStage(Stage[str]):
 
 
 def rests(size: int) -> str:
-    """The table of what 1/m is more than its double."""
+    """The table of the rounding errors of 1/m."""
     listed = ", ".join(f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(size))
     return f"@rests = private constant [{size} x double] [{listed}]"

@@ -47,7 +47,7 @@ FARTHER, WEAKEST, BENT, TERMS = 4.0, 0.264, 2.0**-10, 20
 """How many times as far away a power law is looked at; this to its exponent, below which the integral is
 hardly finite; how far off the last place may be; terms of a logarithm."""
 EVENLY = 2.0**-30
-"""What changes by no more than this part of itself does not change."""
+"""A quantity that changes by at most this fraction of itself counts as constant."""
 EDGE = 16.0
 """A power law is followed over so many times the length of the shortest part with a series."""
 STRETCHES = 16.0
@@ -157,7 +157,7 @@ class Division:
     # integrals
 
     def rate(self, row: Row) -> Pair:
-        """What an integrand is at the beginning of a part."""
+        """The integrand at the beginning of a part."""
         series, inverse = row.series(self.at.there), self.f.constant(1.0) / self.units.part.get()
         if not self.sums.beyond:
             return series[1], self.f.zero(row.lengths.lanes)
@@ -243,10 +243,9 @@ class Division:
         self.go(part.end)
 
     def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
-        """Integrals of what is too steep to be passed over are no numbers from here on, nor are those of what
-        is not finite beyond, if that is not looked for further away (``blind``), or far from what was
-        expected although nothing else is left (``noisy``), or ``unproven``. Whether it is to be looked
-        for."""
+        """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite
+        beyond and not evaluated further away (``blind``), if it is far from its predicted value at the
+        shortest part (``noisy``), or if it is ``unproven``. Returns whether to evaluate it further away."""
         f, own, ended = self.f, self.own, self.array(ENDED)
         conditions = part.short, part.steep, blind, noisy, unproven
         short, steep, last, lax, unknown = (f.splat(one, own.lanes) for one in conditions)
@@ -343,8 +342,8 @@ class Division:
         return self.f.call(Real, "integral_length", self.at.arrays, self.at.there, left)
 
     def proven(self, length: Real, least: Real, free: Bit, place: Pair) -> Real:
-        """A length, or as much of it as is proven, but for what is hardly more than nothing. Close to a
-        kink (not ``free``) parts are accepted only."""
+        """A length, or as much of it as is proven, unless it is negligible. Close to a kink (not ``free``)
+        parts are accepted only."""
         if self.prove is None:
             return length
         f, found = self.f, self.f.variable(length)

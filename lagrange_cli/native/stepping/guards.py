@@ -45,7 +45,7 @@ AT_REST = 2.0**-80
 
 @dataclass(frozen=True)
 class GuardCode:
-    """Writes what ``@advance`` calls for guards."""
+    """Writes the functions that ``@advance`` calls for guards."""
 
     rows: GuardRows
     layout: StateLayout
@@ -158,7 +158,7 @@ class GuardCode:
     def _look_at_multiplier(
         self, f: Function, j: Integer, look: Callable[[Pointer, Real, Real, Bit, Integer], None]
     ) -> None:
-        """When what holds the motion reaches its limit."""
+        """The time at which the force that holds the motion reaches its limit."""
         seen = Bit(f, "false")
 
         def against_one() -> None:

@@ -37,7 +37,7 @@ from lagrange_cli.records import dataclass
 C = TypeVar("C")
 
 LOOSE = 2.0
-"""So many units of rounding of its terms a constraint may be off."""
+"""The largest residual of a constraint, in units of rounding of its terms."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ class Projection(Generic[V, C]):
         amounts: Sequence[Node],
         known: dict[Node, V | None],
     ) -> Condition:
-        """Whether they are nothing but rounding of their terms, slopes times ``amounts``."""
+        """Whether they are only rounding errors of their terms, slopes times ``amounts``."""
         kind, fine = self.numbers.kind, self.numbers.kind.true
         slopes = [slope for row in constraints.slopes for slope in row.values()]
         emit_values(kind, slopes, known, self.constants)

@@ -80,7 +80,7 @@ class BatchProjection:
     def _compare(
         self, off: CarefulValues, known: Values, nodes: Sequence[Node], first: int, fine: Variable[Bit]
     ) -> None:
-        """Whether they are nothing but rounding of their terms: slopes times the leaves from ``first`` on."""
+        """Whether they are only rounding errors of their terms: slopes times the leaves from ``first`` on."""
         f, tables, zero = self.f, self.tables, known.places[self.residual.graph.zero]
         rows = [
             [(known.places[slope], first + k) for k, slope in row.items()] for row in self.constraints.slopes

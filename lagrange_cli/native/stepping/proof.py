@@ -40,7 +40,7 @@ SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step that is not proven is tried again so many times as long, or as the step before; down to this part of
 what the series suggests, below which there is none."""
 WIDER = 1 + 2.0**-40
-"""More than what rounding makes radii too small by."""
+"""A margin larger than the rounding error of radii."""
 
 
 Proving: TypeAlias = "tuple[Residual, Defect, Constants]"
@@ -98,7 +98,7 @@ class Proof:
                 # what is not a number is not known
                 total = total + f.reduce("fmin", f.select(radius < unlimited, radius, unlimited))
             sure = total * WIDER <= most
-            if self.name == "arguments_proven":  # a series that has outgrown all numbers is that at a pole
+            if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
                 sure = sure & (most < f.constant(float("inf")))
             with f.when(~sure):
                 f.give(Bit(f, "false"))
@@ -188,8 +188,8 @@ class Proof:
         return known
 
     def _without_cancelling(self, disks: Disks, terms: list[Node], known: dict[Node, Disk | None]) -> None:
-        """What cancels in another form: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. The difference of
-        disks knows nothing of what they have in common."""
+        """Another form of terms that cancel: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. A difference
+        of disks does not make use of what they have in common."""
         for node in reachable(terms):
             u = squared_tanh(node)
             if u is not None and u.symbols & self.residual.variables:

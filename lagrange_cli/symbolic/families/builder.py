@@ -119,7 +119,7 @@ class WrittenBuilder(Builder):
         return self._value(tree, frame)
 
     def scalar(self, written: Expression) -> sympy.Expr:
-        """Indices outside any family."""
+        """The value of an expression that belongs to no family."""
         values = {**self.root, **written.indices}
         names = {**self.names, **{name: number(one) for name, one in written.indices.items()}}
         made = self.value(written.tree, Frame(values, 1, names, {}))
