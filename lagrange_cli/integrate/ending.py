@@ -23,7 +23,7 @@ class Ending(Enum):
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
-    RECURRING = "an event occurs again and again while time stands still"
+    RECURRING = "an event occurs again and again at the same time"
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"

@@ -107,7 +107,7 @@ def across(
             for distance in DISTANCES:
                 there = {**here, name: here[name] + sense * distance * scale(here[name])}
                 if sign(there) * sign(before) < 0:
-                    pair = ((before, "before a branch"), (there, "beyond a branch"))
+                    pair = ((before, "before a switch or pole"), (there, "beyond a switch or pole"))
                     found = []
                     for values, where in pair:
                         own = admissible(placed(values, state, where))
