@@ -34,7 +34,7 @@ from lagrange_cli.mechanics.rigidity import refuse_strain
 from lagrange_cli.mechanics.routh import routh
 from lagrange_cli.mechanics.rows import Row
 from lagrange_cli.mechanics.saturation import saturated, saturated_rows
-from lagrange_cli.mechanics.thin import refuse_spinning
+from lagrange_cli.mechanics.thin import refuse_idle, refuse_spinning
 from lagrange_cli.mechanics.unchanging import refuse_unchanging
 from lagrange_cli.mechanics.variables import contract, graph_of, nonzero, numbered, rate, variables
 from lagrange_cli.mechanics.weightless import weightless
@@ -108,6 +108,7 @@ def derive(model: Model[Node]) -> Residual:
         cyclic=cyclic,
         conserved=conserved,
     )
+    refuse_idle(model)
     refuse_spinning(found)
     return replace(found, quiet=derive(without_multipliers(model))) if found.bent else found
 

@@ -162,6 +162,11 @@ def located(spec: Spec) -> Iterator[None]:
 
         way = f"'nonholonomic: {{spin: {error.body}.w3}}'"
         hint = f"write {way}, use angles that only give the direction of its axis, or give it a thickness"
+        if error.only:
+            hint = (
+                "a rod lies along its third axis: with {euler: [a, pi/2, 0], sequence: zyx} it turns by a in "
+            )
+            hint += "the x-y plane"
         place = spec.bodies[error.body].place
         raise Source(spec.filename, spec.text).error(place, str(error), hint) from error
     except Undetermined as error:
