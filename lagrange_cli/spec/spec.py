@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from typing import TypeVar
 
-from lagrange_cli.expression.syntax import Span, Tree
+from lagrange_cli.expression.syntax import Span, Tree, has_decimals
 from lagrange_cli.expression.vocabulary import member_name
 from lagrange_cli.records import dataclass, field, replace
 from lagrange_cli.spec.source import Passage
@@ -310,6 +310,13 @@ class Spec:
             yield self.lagrangian
         for event in self.events.values():
             yield from (event.when, *event.changes.values())
+
+    @property
+    def decimals(self) -> bool:
+        """Whether a number in what the equations of motion are made of has a decimal point or an exponent."""
+        further = (self.masses, self.definitions, self.all_constraints)
+        written = (*self.moving, *(one for section in further for one in section.values()))
+        return any(has_decimals(one.tree) for one in written)
 
     @property
     def independent(self) -> Spec:

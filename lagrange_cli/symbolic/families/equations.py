@@ -71,7 +71,7 @@ class _Deriver:
     def __init__(self, system: FamilySystem) -> None:
         self.system, self.spec = system, system.spec
         self.builder = WrittenBuilder(self.spec)
-        self.order = Order(Ranks(roles(self.spec)))
+        self.order = Order(Ranks(roles(self.spec)), self.spec.decimals)
         self.lines = Lines(self.builder, self.order)
 
     # what the file gives
