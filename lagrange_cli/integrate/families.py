@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
+from functools import cached_property
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -147,7 +148,7 @@ class Described:
         found = constants_of(self.system).conserved
         return tuple(one for one in found if one.quantity == "h" or one.quantity.startswith("p_"))
 
-    @property
+    @cached_property
     def model(self) -> Model[Any]:
         """Names and families, with places in totals in place of expressions."""
         system, spec = self.system, self.system.spec

@@ -22,6 +22,7 @@ from lagrange_cli.errors import (
     UsageError,
 )
 from lagrange_cli.run.settings import check_defaults
+from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
     from lagrange_cli.expression.node import Node
@@ -130,7 +131,7 @@ def keeps_decimals(spec: Spec) -> bool:
     lagrangian = () if spec.lagrangian is None else (spec.lagrangian,)
     forces = (one for given in spec.forces.values() for one in given.values())
     written = (*lagrangian, *spec.potential.values(), *forces, *spec.definitions.values())
-    return any(has_decimals(one.tree) for one in written)
+    return any(has_decimals(one.tree) for one in distinct(written))
 
 
 @contextmanager

@@ -316,7 +316,7 @@ class Spec:
         """Whether a number in what the equations of motion are made of has a decimal point or an exponent."""
         further = (self.masses, self.definitions, self.all_constraints)
         written = (*self.moving, *(one for section in further for one in section.values()))
-        return any(has_decimals(one.tree) for one in written)
+        return any(has_decimals(one.tree) for one in distinct(written))
 
     @property
     def independent(self) -> Spec:
@@ -331,6 +331,14 @@ class Spec:
     def degrees_of_freedom(self) -> int:
         """Coordinates less constraints that do not depend on others."""
         return len(self.coordinates) - len(self.all_constraints) + len(self.left_out)
+
+
+def distinct(expressions: Iterable[Expression]) -> Iterable[Expression]:
+    """The first expression of each that is written: the members of a family share its tree."""
+    found: dict[int, Expression] = {}
+    for one in expressions:
+        found.setdefault(id(one.tree), one)
+    return found.values()
 
 
 def has_units(spec: Spec) -> bool:
