@@ -19,7 +19,7 @@ from typing import Any
 from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node
 
-SMALL, LARGE = 2**61 - 3153, 2**521 - 5553
+SMALL, LARGE = 2**30 - 425, 2**521 - 5553
 """Primes p with p = 3 modulo 4 (square roots are powers), of which 2, 3 and 5 have square roots, and without 3, 5,
 7, 11, 13 as factors of p - 1 (such roots exist and are unique)."""
 PARTS = 12

@@ -13,6 +13,7 @@ from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node, reachable
+from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.separation import terms_of_sum
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -28,11 +29,12 @@ Powers = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Variables:
-    """The ``places`` that are tried as variables with their ``names``, and whether they are ``flat``: as many
-    as there are degrees of freedom, with constant masses."""
+    """The ``places`` that are tried as variables, their names and those of their rates, and whether they are
+    ``flat``: as many as there are degrees of freedom, with constant masses."""
 
     places: Sequence[Node]
     names: Sequence[str]
+    speed_names: Sequence[str]
     flat: bool
 
 
@@ -60,14 +62,18 @@ def variables_of(model: Model[Node], noether: Noether, matrix: Sequence[Sequence
     """The coordinates where their masses are constant, else components of the particles' positions."""
     moving = variables(model)
     if not any(m.symbols & moving for row in matrix for m in row):
-        return Variables(model.q, model.coordinates, not model.constraints)
+        speeds = [velocity_name(name) for name in model.coordinates]
+        return Variables(model.q, model.coordinates, speeds, not model.constraints)
     if model.constraints or any(one.body for one in model.particles):
         return None
-    places = [(x, f"{one.name}.{axis}") for one in model.particles for x, axis in zip(one.position, "xyz")]
-    places = [(x, name) for x, name in places if x.symbols & moving]
-    if len({x for x, _ in places}) < len(places):
-        return None
-    return Variables([x for x, _ in places], [name for _, name in places], len(places) == len(model.q))
+    places = {
+        x: (f"{one.name}.{axis}", f"{one.name}.v{axis}")
+        for one in model.particles
+        for x, axis in zip(one.position, COMPONENTS)
+        if x.symbols & moving
+    }
+    names, speeds = zip(*places.values())
+    return Variables([*places], names, speeds, len(places) == len(model.q))
 
 
 def material_of(model: Model[Node], noether: Noether, given: Variables) -> Material | None:

@@ -21,6 +21,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.modular import Equations, factored, fraction_of
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.residues import LARGE, SMALL, quotient, square_root
+from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.mechanics.ansatz import (
     MOST_COLUMNS,
     Material,
@@ -32,9 +33,12 @@ from lagrange_cli.mechanics.ansatz import (
     variables_of,
 )
 from lagrange_cli.mechanics.noether import Noether
+from lagrange_cli.mechanics.reasons import term as term_text
 from lagrange_cli.mechanics.residue_states import State, States
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of
 from lagrange_cli.model.model import Model
+from lagrange_cli.records import dataclass
 
 SPARE = 4
 """More states than are needed."""
@@ -66,6 +70,15 @@ PRODUCTS = 8
 """Products modulo a prime that are one step of work."""
 
 
+@dataclass(frozen=True)
+class Integral:
+    """A conserved function of the state, its formula, and its ``degree`` in the velocities."""
+
+    node: Node
+    text: str
+    degree: int
+
+
 class PolynomialIntegrals:
     """Those of a model, beside the ``known`` conserved functions."""
 
@@ -81,8 +94,8 @@ class PolynomialIntegrals:
     def freedoms(self) -> int:
         return len(self.model.q) - len(self.model.constraints)
 
-    def found(self) -> Iterator[tuple[Node, int]]:
-        """Each with its degree in the velocities."""
+    def found(self) -> Iterator[Integral]:
+        """Those that do not follow from what is known."""
         model = self.model
         if not 2 <= self.freedoms or len(model.q) > MOST_VARIABLES or self.states.solved_for is None:
             return
@@ -99,12 +112,12 @@ class PolynomialIntegrals:
         for ansatz in self._tried(given, material):
             if rank >= 2 * self.freedoms - 1:
                 return
-            for node, degree in self._solutions(given, ansatz):
-                now = self.rank([*self.known, node])
-                if now is not None and now > rank and self.is_conserved(node):
+            for one in self._solutions(given, ansatz):
+                now = self.rank([*self.known, one.node])
+                if now is not None and now > rank and self.is_conserved(one.node):
                     rank = now
-                    self.known.append(node)
-                    yield node, degree
+                    self.known.append(one.node)
+                    yield one
 
     def _uniform(self, given: Variables) -> list[Node]:
         """t p_k - sum_l M_kl q_l, of coordinates that change uniformly: nobody has to be told."""
@@ -126,19 +139,36 @@ class PolynomialIntegrals:
             most += degree == HIGHEST and len(given.places) == 2
             if degree in ODD if material.odd else degree > 1:
                 found += [terms(given, material, degree, highest) for highest in range(most + 1)]
-        return sorted((one for one in found if len(one) <= MOST_COLUMNS), key=len)
+        mirrors = self._mirrors(given, material)
+        parts = [part for one in found for part in sorted_by(one, mirrors)]
+        return sorted((one for one in parts if len(one) <= MOST_COLUMNS), key=len)
+
+    def _mirrors(self, given: Variables, material: Material) -> list[int]:
+        """Coordinates whose sign may be changed without a change of L and the forces, together with those of
+        their velocities and forces: conserved sums are even in these or odd."""
+        model, graph = self.model, self.graph
+        if given.places is not model.q:
+            return []
+        nodes = [self.noether.energetics.lagrangian, *material.functions]
+        forces = self.noether.energetics.applied
+        found = []
+        for k, (q, v) in enumerate(zip(model.q, model.v)):
+            mirrored = substituted(graph, [*nodes, *forces], {q: -q, v: -v})
+            expected = [*nodes, *(-force if i == k else force for i, force in enumerate(forces))]
+            if all(one is other for one, other in zip(mirrored, expected)):
+                found.append(k)
+        return found
 
     # ------------------------------------------------------------------ one ansatz
 
-    def _solutions(self, given: Variables, ansatz: Sequence[Term]) -> Iterator[tuple[Node, int]]:
+    def _solutions(self, given: Variables, ansatz: Sequence[Term]) -> Iterator[Integral]:
         if not given.flat:
             ansatz = self._independent(given, ansatz)
         columns = Columns(self, given, ansatz)
         for vector in sorted(columns.solutions(SMALL, {}), key=len):
-            chosen = [ansatz[i] for i in vector]
-            node = self._recognized(given, chosen)
-            if node is not None:
-                yield node, max(sum(term.speeds) for term in chosen)
+            found = self._recognized(given, [ansatz[i] for i in vector])
+            if found is not None:
+                yield found
 
     def _independent(self, given: Variables, ansatz: Sequence[Term]) -> list[Term]:
         """Terms that are no sums of those before them where the constraints hold."""
@@ -148,7 +178,7 @@ class PolynomialIntegrals:
         gone = {*columns.equations(SMALL, {}, columns.values).free}
         return [term for i, term in enumerate(columns.ansatz) if i not in gone][1:]
 
-    def _recognized(self, given: Variables, ansatz: Sequence[Term]) -> Node | None:
+    def _recognized(self, given: Variables, ansatz: Sequence[Term]) -> Integral | None:
         """The sum with coefficients in terms of the parameters."""
         columns = Columns(self, given, ansatz)
         symbols = self._parameters(columns)
@@ -169,11 +199,13 @@ class PolynomialIntegrals:
         least = {name: min(powers.get(name, 0) for _, _, powers in coefficients) for name in names}
         whole = math.lcm(*(one.denominator for one, _, _ in coefficients))
         whole = whole if coefficients[-1][0] > 0 else -whole
-        found = []
-        for term, (number, square, powers) in zip(ansatz, coefficients):
+        found, texts = [], []
+        for one, (number, square, powers) in reversed([*zip(ansatz, coefficients)]):
             here = [(factors[name][1], powers.get(name, 0) - least[name]) for name in sorted(names)]
-            found.append((self.graph.product(here) * columns.node(term), float(whole * number) * math.sqrt(square)))
-        return self.graph.sum(found)
+            factor = self.graph.product(here) * (float(whole * number) * math.sqrt(square))
+            found.append((factor * columns.node(one), 1.0))
+            texts.append(term_text(factor, name_of(one, given)))
+        return Integral(self.graph.sum(found), joined(texts), max(sum(one.speeds) for one in ansatz))
 
     def _product_of(self, value: int, factors: Mapping[str, int]) -> tuple[Fraction, int, dict[str, int]] | None:
         """(x, n, exponents): a number is x*sqrt(n) times powers of factors."""
@@ -306,6 +338,23 @@ class Columns:
 
     def solutions(self, prime: int, parameters: Mapping[str, int]) -> list[dict[int, int]]:
         return self.equations(prime, parameters, self.rates).solutions()
+
+
+def name_of(term: Term, given: Variables) -> str:
+    """A term in the language of system files."""
+    powers = [*zip(given.speed_names, term.speeds), *zip(given.names, term.places)]
+    above = [name if n == 1 else f"{name}**{n}" for name, n in powers if n]
+    texts = [text_of(one) for one in term.functions]
+    above += [text for text in texts if not text.startswith("1/")]
+    return ("*".join(above) or "1") + "".join(text[1:] for text in texts if text.startswith("1/"))
+
+
+def sorted_by(ansatz: Sequence[Term], mirrors: Sequence[int]) -> list[list[Term]]:
+    """The terms that are even or odd in the same coordinates."""
+    found: dict[Powers, list[Term]] = {}
+    for term in ansatz:
+        found.setdefault(tuple((term.speeds[k] + term.places[k]) % 2 for k in mirrors), []).append(term)
+    return [*found.values()]
 
 
 def monomial(x: Sequence[int], powers: Powers, p: int) -> int:
