@@ -3,8 +3,8 @@
 An identity of functions holds modulo a prime, too, and there nothing is rounded. What does not vanish
 identically vanishes at random arguments with a probability of about its degree divided by the prime (J. T.
 Schwartz, J. ACM 27, 701, 1980; R. Zippel, EUROSAM 1979). Powers with fractions as exponents are roots modulo
-the prime; of exp, sin and cos, random values are taken that obey exp(a + b) = exp(a) exp(b). Whatever else has
-branches is a variable of its own, as in ``expression.zero``: what vanishes then, vanishes on every branch.
+the prime; of exp, sin and cos, random values are taken that obey exp(a + b) = exp(a) exp(b). Whatever else
+has branches is a variable of its own, as in ``expression.zero``: what vanishes then, vanishes on every branch.
 """
 
 from __future__ import annotations
@@ -20,8 +20,8 @@ from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node
 
 SMALL, LARGE = 2**30 - 425, 2**521 - 5553
-"""Primes p with p = 3 modulo 4 (square roots are powers), of which 2, 3 and 5 have square roots, and without 3, 5,
-7, 11, 13 as factors of p - 1 (such roots exist and are unique)."""
+"""Primes p with p = 3 modulo 4 (square roots are powers), modulo which 2, 3 and 5 have square roots, and p - 1
+without the factors 3, 5, 7, 11 and 13 (each number has one root of such a degree)."""
 PARTS = 12
 """Values of exp, sin and cos are powers of one with such a part of the argument."""
 MOST_PARTS = 60
@@ -172,9 +172,8 @@ class Residues:
                 for other, second in several[:i]:
                     for again in (sign * n for n in ADDED for sign in (1, -1)):
                         if (rest - again * other) % p == 0:
-                            return combine(
-                                self._repeated(element, times, combine), self._repeated(second, again, combine)
-                            )
+                            first = self._repeated(element, times, combine)
+                            return combine(first, self._repeated(second, again, combine))
         if argument == 0:
             return self._repeated(fresh, 0, combine)
         known.append((argument * pow(PARTS, -1, p) % p, fresh))
@@ -202,8 +201,7 @@ class Residues:
 
 @lru_cache(maxsize=4096)
 def residue(value: float | Fraction, p: int) -> int:
-    """The number that ``value`` was rounded from, modulo p. That of pi is some number: no equation has pi as a
-    root."""
+    """The number that ``value`` was rounded from, modulo p. For pi it is some number: pi is transcendental."""
     if value < 0:
         return -residue(-value, p) % p
     if not isinstance(value, Fraction) and not math.isfinite(value):

@@ -1,21 +1,22 @@
-"""What a conserved polynomial in the velocities may be made of: functions of place, from those that L is made of.
+"""What a conserved polynomial in the velocities may be made of.
 
-In flat space the terms of the highest degree are products of momenta and angular momenta, so their coefficients
-are polynomials in the coordinates (Thompson, J. Math. Phys. 27, 2693, 1986). By the equations of motion, the
-coefficients of the terms two degrees lower are integrals of these times dU/dx. They are sought among terms of U
-times polynomials; those of the next ones among products of two terms of U, and so on.
+In flat space the terms of the highest degree are products of momenta and angular momenta, so that their
+coefficients are polynomials in the coordinates (Thompson, J. Math. Phys. 27, 2693, 1986). By the equations of
+motion, the coefficients of the terms two degrees lower are integrals of these times dU/dx. They are sought
+among terms of U times polynomials, those of the next terms among products of two terms of U, and so on.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import combinations_with_replacement
+from itertools import chain, combinations_with_replacement
 
 from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.separation import terms_of_sum
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field
@@ -29,13 +30,16 @@ Powers = tuple[int, ...]
 
 @dataclass(frozen=True)
 class Variables:
-    """The ``places`` that are tried as variables, their names and those of their rates, and whether they are
-    ``flat``: as many as there are degrees of freedom, with constant masses."""
+    """What conserved sums are polynomials of: ``places`` and ``speeds``, functions of the state, and their
+    names. They are ``flat`` if they are independent, and the places change at the speeds, with constant
+    masses. ``words`` are names of functions."""
 
     places: Sequence[Node]
+    speeds: Sequence[Node]
     names: Sequence[str]
     speed_names: Sequence[str]
-    flat: bool
+    flat: bool = False
+    words: Mapping[Node, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -58,22 +62,33 @@ class Term:
     functions: tuple[Node, ...] = ()
 
 
-def variables_of(model: Model[Node], noether: Noether, matrix: Sequence[Sequence[Node]]) -> Variables | None:
-    """The coordinates where their masses are constant, else components of the particles' positions."""
+def has_constant_masses(model: Model[Node], matrix: Sequence[Sequence[Node]]) -> bool:
+    """Whether the mass matrix is constant."""
     moving = variables(model)
-    if not any(m.symbols & moving for row in matrix for m in row):
-        speeds = [velocity_name(name) for name in model.coordinates]
-        return Variables(model.q, model.coordinates, speeds, not model.constraints)
+    return not any(m.symbols & moving for row in matrix for m in row)
+
+
+def own_variables(model: Model[Node]) -> Variables:
+    """The coordinates."""
+    names = [velocity_name(name) for name in model.coordinates]
+    return Variables(model.q, model.v, model.coordinates, names, not model.constraints)
+
+
+def variables_in_space(model: Model[Node]) -> Variables | None:
+    """The components of the particles' positions; None where these are not all that moves freely."""
     if model.constraints or any(one.body for one in model.particles):
         return None
-    places = {
-        x: (f"{one.name}.{axis}", f"{one.name}.v{axis}")
+    moving = variables(model)
+    found = {
+        x: (u, f"{one.name}.{axis}", f"{one.name}.v{axis}")
         for one in model.particles
-        for x, axis in zip(one.position, COMPONENTS)
+        for x, u, axis in zip(one.position, one.velocity, COMPONENTS)
         if x.symbols & moving
     }
-    names, speeds = zip(*places.values())
-    return Variables([*places], names, speeds, len(places) == len(model.q))
+    if len(found) < len(model.q):
+        return None
+    speeds, names, speed_names = zip(*found.values())
+    return Variables([*found], speeds, names, speed_names, len(found) == len(model.q))
 
 
 def material_of(model: Model[Node], noether: Noether, given: Variables) -> Material | None:
@@ -83,7 +98,7 @@ def material_of(model: Model[Node], noether: Noether, given: Variables) -> Mater
     applied = [force for force in noether.energetics.applied if not force.is_zero]
     if any(not is_smooth(one, moving) for one in reachable([lagrangian, *applied])):
         return None
-    own = given.places is model.q
+    own = given.speeds is model.v
     functions: dict[Node, int] = {}
     degree, odd = 0, False
     for source, raised in ((lagrangian, 0), *((force, 1) for force in applied)):
@@ -199,3 +214,57 @@ def powers(count: int, degree: int) -> list[Powers]:
     for chosen in combinations_with_replacement(range(count), degree):
         found.append(tuple(chosen.count(k) for k in range(count)))
     return found
+
+
+# ---------------------------------------------------------------------- separable systems
+
+
+def separable(
+    model: Model[Node], noether: Noether, matrix: Sequence[Sequence[Node]]
+) -> tuple[Variables, list[Term]]:
+    """Momenta, and terms p_k p_l f, g h and u with functions f, g, u of one coordinate that L is made of.
+
+    The integrals of systems whose Hamilton-Jacobi equation separates are sums of such terms (P. Staeckel, C. R.
+    Acad. Sci. 116, 485, 1893), such as Liouville's, and Carter's constant (Phys. Rev. 174, 1559, 1968)."""
+    graph, n = graph_of(model), len(model.q)
+    lagrangian = -model.potential if model.lagrangian is None else model.lagrangian
+    (still,) = substituted(graph, [lagrangian], dict.fromkeys(model.v, graph.zero))
+    pieces = dict.fromkeys(
+        one for node in (*chain.from_iterable(matrix), still) for one in pieces_of(node, model)
+    )
+    functions = [*dict.fromkeys(one for piece in pieces for one in (piece, graph.one / piece))]
+    h, none = noether.energy, (0,) * n
+    names = [f"p_{name}" for name in model.coordinates]
+    found = [Term(none, (), (one,)) for one in functions]
+    found += [Term(none, (), (h, one)) for one in functions]
+    for speeds in powers(n, 2):
+        found += [Term(speeds, ()), *(Term(speeds, (), (one,)) for one in functions)]
+    return Variables((), noether.energetics.momenta, (), names, words={h: "h"}), found
+
+
+def pieces_of(node: Node, model: Model[Node]) -> Iterator[Node]:
+    """The largest parts of an expression that depend on one coordinate, without constant factors."""
+    graph, moving = node.graph, variables(model)
+    if not node.symbols & moving:
+        return
+    if sum(bool(node.symbols & q.symbols) for q in model.q) == 1:
+        yield product_without_constants(node, moving)
+        if node.kind is Kind.SUM:
+            for one in node.arguments:
+                yield from pieces_of(one, model)
+        return
+    if node.kind is Kind.PRODUCT:
+        for q in model.q:
+            alone = [(a, e) for a, e in zip(node.arguments, node.data) if not a.symbols & moving & ~q.symbols]
+            yield from pieces_of(graph.product(alone), model)
+    if node.kind in (Kind.SUM, Kind.PRODUCT):
+        for one in node.arguments:
+            if sum(bool(one.symbols & q.symbols) for q in model.q) > 1 or node.kind is Kind.SUM:
+                yield from pieces_of(one, model)
+
+
+def product_without_constants(node: Node, moving: int) -> Node:
+    """What moves of a product."""
+    if node.kind is not Kind.PRODUCT:
+        return node
+    return node.graph.product((a, e) for a, e in zip(node.arguments, node.data) if a.symbols & moving)

@@ -1,11 +1,11 @@
 """Conserved polynomials in the velocities, of systems with few degrees of freedom.
 
-Unknown numbers stand before the terms of an ansatz (``ansatz``). Its rate of change vanishes at every state: a
+Unknown numbers stand before the terms of a sum (``ansatz``). Its rate of change vanishes at every state, a
 linear equation for them at each of many random ones. All this is done modulo a prime, where nothing is rounded,
-with random values of the parameters. What is found holds for all of them, and its coefficients are functions of
-the parameters. These are recognized from their values at prime numbers, if they are products of parameters and
-of sums of two, such as a - b or 4*a - b. What is claimed has been proven again, at other random states modulo a
-prime of 521 bits (see ``expression.residues``).
+with random values of the parameters: what is found holds for all of them, and its coefficients are functions of
+the parameters. These are recognized from their values at prime numbers, if they are products of parameters, of
+sums of two such as a - b or 4*a - b, and of numbers. What is claimed is proven again, at other random states
+modulo a prime of 521 bits (see ``expression.residues``).
 """
 
 from __future__ import annotations
@@ -28,9 +28,12 @@ from lagrange_cli.mechanics.ansatz import (
     Powers,
     Term,
     Variables,
+    has_constant_masses,
     material_of,
+    own_variables,
+    separable,
     terms,
-    variables_of,
+    variables_in_space,
 )
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.reasons import term as term_text
@@ -45,8 +48,18 @@ SPARE = 4
 PROOFS = 3
 """States at which the rate of change must vanish."""
 PRIMES = (
-    8984771, 19261343, 5376263, 13413637, 16906601, 3198799,
-    1441849, 16744829, 9702487, 19481281, 8862877, 7433869,
+    8984771,
+    19261343,
+    5376263,
+    13413637,
+    16906601,
+    3198799,
+    1441849,
+    16744829,
+    9702487,
+    19481281,
+    8862877,
+    7433869,
 )
 """Values of parameters, in which their products are recognized."""
 LARGEST = 1000
@@ -58,13 +71,15 @@ SQUARES = (1, 2, 3, 5, 6)
 FACTORS = (1, 2, 3, 4, 8, 9, 16)
 """Numbers before the terms of sums that are recognized."""
 PLACES_OF = {1: 1, 2: 2, 3: 1, 4: 0}
-"""The degrees in the velocities that are tried, each with the highest one of leading coefficients in the places."""
+"""Degrees in the velocities that are tried, and the highest one of leading coefficients in the places."""
 HIGHEST = 4
 """Of these, the one in which the coefficients of two coordinates are tried to one degree more."""
 ODD = (1, 2)
 """Those that are tried where forces change with the sign of velocities."""
 SURFACE = (2, 2)
 """Those that are tried on a surface."""
+SPACE = 3
+"""Its dimensions."""
 MOST_VARIABLES = 5
 PRODUCTS = 8
 """Products modulo a prime that are one step of work."""
@@ -97,20 +112,12 @@ class PolynomialIntegrals:
     def found(self) -> Iterator[Integral]:
         """Those that do not follow from what is known."""
         model = self.model
-        if not 2 <= self.freedoms or len(model.q) > MOST_VARIABLES or self.states.solved_for is None:
+        if self.freedoms < 2 or len(model.q) > MOST_VARIABLES or self.states.solved_for is None:
             return
-        given = variables_of(model, self.noether, self.states.matrix)
-        if given is None or len(given.places) > MOST_VARIABLES:
-            return
-        material = material_of(model, self.noether, given)
-        if material is None:
-            return
-        self.known += self._uniform(given)
+        self.known += self._uniform()
         rank = self.rank(self.known)
-        if rank is None:
-            return
-        for ansatz in self._tried(given, material):
-            if rank >= 2 * self.freedoms - 1:
+        for given, ansatz in self._tried():
+            if rank is None or rank >= 2 * self.freedoms - 1:
                 return
             for one in self._solutions(given, ansatz):
                 now = self.rank([*self.known, one.node])
@@ -119,9 +126,14 @@ class PolynomialIntegrals:
                     self.known.append(one.node)
                     yield one
 
-    def _uniform(self, given: Variables) -> list[Node]:
+    @cached_property
+    def _steady(self) -> bool:
+        """Whether masses are constant."""
+        return has_constant_masses(self.model, self.states.matrix)
+
+    def _uniform(self) -> list[Node]:
         """t p_k - sum_l M_kl q_l, of coordinates that change uniformly: nobody has to be told."""
-        if given.places is not self.model.q:
+        if not self._steady:
             return []
         model, graph = self.model, self.graph
         moves = [
@@ -130,10 +142,22 @@ class PolynomialIntegrals:
         ]
         return [one for one in moves if self.is_conserved(one)]
 
-    def _tried(self, given: Variables, material: Material) -> list[list[Term]]:
+    def _tried(self) -> Iterator[tuple[Variables, list[Term]]]:
         """Sums of terms, short ones first."""
+        model = self.model
+        given = own_variables(model) if self._steady else variables_in_space(model)
+        material = None if given is None else material_of(model, self.noether, given)
+        if given is not None and material is not None and len(given.places) <= MOST_VARIABLES:
+            for ansatz in self._polynomials(given, material):
+                yield given, ansatz
+        if not self._steady and not model.constraints and not any(one.body for one in model.particles):
+            given, ansatz = separable(model, self.noether, self.states.matrix)
+            if len(ansatz) <= MOST_COLUMNS:
+                yield given, ansatz
+
+    def _polynomials(self, given: Variables, material: Material) -> list[list[Term]]:
         if not given.flat:
-            return [terms(given, material, *SURFACE)]
+            return [terms(given, material, *SURFACE)] if len(given.places) <= SPACE else []
         found = []
         for degree, most in PLACES_OF.items():
             most += degree == HIGHEST and len(given.places) == 2
@@ -147,7 +171,7 @@ class PolynomialIntegrals:
         """Coordinates whose sign may be changed without a change of L and the forces, together with those of
         their velocities and forces: conserved sums are even in these or odd."""
         model, graph = self.model, self.graph
-        if given.places is not model.q:
+        if given.speeds is not model.v:
             return []
         nodes = [self.noether.energetics.lagrangian, *material.functions]
         forces = self.noether.energetics.applied
@@ -172,8 +196,7 @@ class PolynomialIntegrals:
 
     def _independent(self, given: Variables, ansatz: Sequence[Term]) -> list[Term]:
         """Terms that are no sums of those before them where the constraints hold."""
-        n = len(given.places)
-        constant = Term((0,) * n, (0,) * n)
+        constant = Term((0,) * len(given.speeds), (0,) * len(given.places))
         columns = Columns(self, given, [constant, *ansatz])
         gone = {*columns.equations(SMALL, {}, columns.values).free}
         return [term for i, term in enumerate(columns.ansatz) if i not in gone][1:]
@@ -204,10 +227,12 @@ class PolynomialIntegrals:
             here = [(factors[name][1], powers.get(name, 0) - least[name]) for name in sorted(names)]
             factor = self.graph.product(here) * (float(whole * number) * math.sqrt(square))
             found.append((factor * columns.node(one), 1.0))
-            texts.append(term_text(factor, name_of(one, given)))
+            texts.append(term_text(factor, name_of(one, given)).replace("*1/", "/"))
         return Integral(self.graph.sum(found), joined(texts), max(sum(one.speeds) for one in ansatz))
 
-    def _product_of(self, value: int, factors: Mapping[str, int]) -> tuple[Fraction, int, dict[str, int]] | None:
+    def _product_of(
+        self, value: int, factors: Mapping[str, int]
+    ) -> tuple[Fraction, int, dict[str, int]] | None:
         """(x, n, exponents): a number is x*sqrt(n) times powers of factors."""
         for square in SQUARES:
             fraction = fraction_of(quotient(value, square_root(square, LARGE), LARGE), LARGE)
@@ -269,25 +294,26 @@ class Columns:
 
     def __init__(self, integrals: PolynomialIntegrals, given: Variables, ansatz: Sequence[Term]) -> None:
         self.integrals, self.given, self.ansatz = integrals, given, ansatz
-        noether, model, graph = integrals.noether, integrals.model, integrals.graph
-        self.speeds = [noether.rate(x) for x in given.places]
-        self.changes = [integrals.states.rate(u) for u in self.speeds]
+        noether, h = integrals.noether, integrals.noether.energy
+        self.velocities = [noether.rate(x) for x in given.places]
+        self.changes = [integrals.states.rate(u) for u in given.speeds]
         functions = dict.fromkeys(one for term in ansatz for one in term.functions)
-        self.functions = {one: noether.rate(one) for one in functions}
-        self.nodes = [*given.places, *self.speeds, *(rest for rest, _ in self.changes)]
+        zero = integrals.graph.zero
+        self.functions = {one: zero if one is h else noether.rate(one) for one in functions}
+        self.nodes = [*given.places, *self.velocities, *given.speeds, *(rest for rest, _ in self.changes)]
         self.nodes += [slope for _, slopes in self.changes for slope in slopes]
         self.nodes += [*self.functions, *self.functions.values()]
         self.speed_powers = [*dict.fromkeys(term.speeds for term in ansatz)]
         self.place_powers = [*dict.fromkeys((term.places, term.functions) for term in ansatz)]
 
     def node(self, term: Term) -> Node:
-        factors = [*zip(self.given.places, term.places), *zip(self.speeds, term.speeds)]
+        factors = [*zip(self.given.places, term.places), *zip(self.given.speeds, term.speeds)]
         return self.integrals.graph.product([*factors, *((one, 1) for one in term.functions)])
 
     def values(self, state: State, p: int) -> list[int]:
         """The terms at a state."""
         value = state.values
-        x, v = [value[one] for one in self.given.places], [value[one] for one in self.speeds]
+        x, v = [value[one] for one in self.given.places], [value[one] for one in self.given.speeds]
         moving = {one: monomial(v, one, p) for one in self.speed_powers}
         still = {}
         for places, functions in self.place_powers:
@@ -300,7 +326,8 @@ class Columns:
     def rates(self, state: State, p: int) -> list[int]:
         """Their rates of change."""
         value = state.values
-        x, v = [value[one] for one in self.given.places], [value[one] for one in self.speeds]
+        x, v = [value[one] for one in self.given.places], [value[one] for one in self.given.speeds]
+        rates = [value[one] for one in self.velocities]
         a = [
             (value[rest] + sum(value[s] * w for s, w in zip(slopes, state.accelerations))) % p
             for rest, slopes in self.changes
@@ -308,7 +335,7 @@ class Columns:
         moving = {one: (monomial(v, one, p), derivative(v, a, one, p)) for one in self.speed_powers}
         still = {}
         for places, functions in self.place_powers:
-            result, change = monomial(x, places, p), derivative(x, v, places, p)
+            result, change = monomial(x, places, p), derivative(x, rates, places, p)
             for one in functions:
                 change = (change * value[one] + result * value[self.functions[one]]) % p
                 result = result * value[one] % p
@@ -344,7 +371,7 @@ def name_of(term: Term, given: Variables) -> str:
     """A term in the language of system files."""
     powers = [*zip(given.speed_names, term.speeds), *zip(given.names, term.places)]
     above = [name if n == 1 else f"{name}**{n}" for name, n in powers if n]
-    texts = [text_of(one) for one in term.functions]
+    texts = [given.words.get(one) or text_of(one) for one in term.functions]
     above += [text for text in texts if not text.startswith("1/")]
     return ("*".join(above) or "1") + "".join(text[1:] for text in texts if text.startswith("1/"))
 

@@ -95,7 +95,7 @@ class States:
 
     def states(self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int]) -> Iterator[State]:
         """Random ones with values of ``nodes``; parameters that are not given are random, too."""
-        model, graph, known = self.model, self._graph, self.solved_for
+        graph, known = self._graph, self.solved_for
         if known is None:
             return
         first, inside = reachable(known.values()), reachable([*nodes, *self.needed])

@@ -28,6 +28,7 @@ from lagrange_cli.mechanics.reasons import (
     unchanged,
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
+from lagrange_cli.mechanics.saturation import released
 from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -57,7 +58,7 @@ class Symmetry:
 
 def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
-    search = _Search(model, known)
+    search = _Search(released(model), known)
     work = graph_of(model).work
     stages = (
         search.displacements,
