@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from math import isqrt
 
@@ -74,13 +74,3 @@ def fraction_of(value: int, prime: int) -> Fraction:
         quotient = before // here
         before, here, s, t = here, before - quotient * here, t, s - quotient * t
     return Fraction(here, t)
-
-
-def factored(number: int, candidates: Mapping[str, int]) -> tuple[int, dict[str, int]]:
-    """A whole number as a rest times powers of ``candidates``, by their names."""
-    found: dict[str, int] = {}
-    for name, factor in candidates.items():
-        while abs(factor) > 1 and number and number % factor == 0:
-            number //= factor
-            found[name] = found.get(name, 0) + 1
-    return number, found

@@ -4,7 +4,7 @@ An identity of functions holds modulo a prime, too, and there nothing is rounded
 identically vanishes at random arguments with a probability of about its degree divided by the prime (J. T.
 Schwartz, J. ACM 27, 701, 1980; R. Zippel, EUROSAM 1979). Powers with fractions as exponents are roots modulo
 the prime; of exp, sin and cos, random values are taken that obey exp(a + b) = exp(a) exp(b). Whatever else
-has branches is a variable of its own, as in ``expression.zero``: what vanishes then, vanishes on every branch.
+has branches is a variable of its own, as in ``expression.zero``: what vanishes then, vanishes on each branch.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node
 
 SMALL, LARGE = 2**30 - 425, 2**521 - 5553
-"""Primes p with p = 3 modulo 4 (square roots are powers), modulo which 2, 3 and 5 have square roots, and p - 1
+"""Primes p with p = 3 modulo 4 (square roots are powers) modulo which 2, 3 and 5 have square roots, and p - 1
 without the factors 3, 5, 7, 11 and 13 (each number has one root of such a degree)."""
 PARTS = 12
 """Values of exp, sin and cos are powers of one with such a part of the argument."""
@@ -201,7 +201,7 @@ class Residues:
 
 @lru_cache(maxsize=4096)
 def residue(value: float | Fraction, p: int) -> int:
-    """The number that ``value`` was rounded from, modulo p. For pi it is some number: pi is transcendental."""
+    """The number that ``value`` was rounded from, modulo p. In place of pi stands some number: pi is no root."""
     if value < 0:
         return -residue(-value, p) % p
     if not isinstance(value, Fraction) and not math.isfinite(value):

@@ -8,21 +8,17 @@ among terms of U times polynomials, those of the next terms among products of tw
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from itertools import chain, combinations_with_replacement
+from collections.abc import Iterable, Mapping, Sequence
+from itertools import combinations_with_replacement
 
 from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.separation import terms_of_sum
-from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field
-
-MOST_COLUMNS = 150
-"""Terms of the longest sum that is tried."""
 
 Powers = tuple[int, ...]
 """Exponents of variables."""
@@ -214,57 +210,3 @@ def powers(count: int, degree: int) -> list[Powers]:
     for chosen in combinations_with_replacement(range(count), degree):
         found.append(tuple(chosen.count(k) for k in range(count)))
     return found
-
-
-# ---------------------------------------------------------------------- separable systems
-
-
-def separable(
-    model: Model[Node], noether: Noether, matrix: Sequence[Sequence[Node]]
-) -> tuple[Variables, list[Term]]:
-    """Momenta, and terms p_k p_l f, g h and u with functions f, g, u of one coordinate that L is made of.
-
-    The integrals of systems whose Hamilton-Jacobi equation separates are sums of such terms (P. Staeckel, C. R.
-    Acad. Sci. 116, 485, 1893), such as Liouville's, and Carter's constant (Phys. Rev. 174, 1559, 1968)."""
-    graph, n = graph_of(model), len(model.q)
-    lagrangian = -model.potential if model.lagrangian is None else model.lagrangian
-    (still,) = substituted(graph, [lagrangian], dict.fromkeys(model.v, graph.zero))
-    pieces = dict.fromkeys(
-        one for node in (*chain.from_iterable(matrix), still) for one in pieces_of(node, model)
-    )
-    functions = [*dict.fromkeys(one for piece in pieces for one in (piece, graph.one / piece))]
-    h, none = noether.energy, (0,) * n
-    names = [f"p_{name}" for name in model.coordinates]
-    found = [Term(none, (), (one,)) for one in functions]
-    found += [Term(none, (), (h, one)) for one in functions]
-    for speeds in powers(n, 2):
-        found += [Term(speeds, ()), *(Term(speeds, (), (one,)) for one in functions)]
-    return Variables((), noether.energetics.momenta, (), names, words={h: "h"}), found
-
-
-def pieces_of(node: Node, model: Model[Node]) -> Iterator[Node]:
-    """The largest parts of an expression that depend on one coordinate, without constant factors."""
-    graph, moving = node.graph, variables(model)
-    if not node.symbols & moving:
-        return
-    if sum(bool(node.symbols & q.symbols) for q in model.q) == 1:
-        yield product_without_constants(node, moving)
-        if node.kind is Kind.SUM:
-            for one in node.arguments:
-                yield from pieces_of(one, model)
-        return
-    if node.kind is Kind.PRODUCT:
-        for q in model.q:
-            alone = [(a, e) for a, e in zip(node.arguments, node.data) if not a.symbols & moving & ~q.symbols]
-            yield from pieces_of(graph.product(alone), model)
-    if node.kind in (Kind.SUM, Kind.PRODUCT):
-        for one in node.arguments:
-            if sum(bool(one.symbols & q.symbols) for q in model.q) > 1 or node.kind is Kind.SUM:
-                yield from pieces_of(one, model)
-
-
-def product_without_constants(node: Node, moving: int) -> Node:
-    """What moves of a product."""
-    if node.kind is not Kind.PRODUCT:
-        return node
-    return node.graph.product((a, e) for a, e in zip(node.arguments, node.data) if a.symbols & moving)

@@ -37,13 +37,14 @@ class States:
     noether: Noether
 
     @property
-    def _graph(self) -> Graph:
+    def graph(self) -> Graph:
+        """That of the model."""
         return graph_of(self.model)
 
     @cached_property
     def matrix(self) -> Sequence[Sequence[Node]]:
         """The mass matrix dp_k/dv_l."""
-        return [[self._graph.diff(p, v) for v in self.model.v] for p in self.noether.energetics.momenta]
+        return [[self.graph.diff(p, v) for v in self.model.v] for p in self.noether.energetics.momenta]
 
     @cached_property
     def _forces(self) -> Sequence[Node]:
@@ -60,9 +61,9 @@ class States:
         return [self.noether.rate(speed) for speed in self.noether.constraints.speeds]
 
     @cached_property
-    def solved_for(self) -> Mapping[Node, Node] | None:
+    def eliminated(self) -> Mapping[Node, Node] | None:
         """Coordinates and velocities by others; None where constraints are not solved so."""
-        graph, model, known = self._graph, self.model, dict[Node, Node]()
+        graph, model, known = self.graph, self.model, dict[Node, Node]()
         constraints = self.noether.constraints
         for one, slopes, speed in zip(model.constraints, constraints.slopes, constraints.speeds):
             here, there = substituted(graph, [one.expression, speed], known)
@@ -91,11 +92,13 @@ class States:
 
     def rate(self, node: Node) -> tuple[Node, list[Node]]:
         """df/dt of a function of the state: a part without accelerations, and the factors of these."""
-        return self.noether.rate(node), [self._graph.diff(node, v) for v in self.model.v]
+        return self.noether.rate(node), [self.graph.diff(node, v) for v in self.model.v]
 
-    def states(self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int]) -> Iterator[State]:
-        """Random ones with values of ``nodes``; parameters that are not given are random, too."""
-        graph, known = self._graph, self.solved_for
+    def random(
+        self, prime: int, nodes: Iterable[Node], parameters: Mapping[str, int] | None = None
+    ) -> Iterator[State]:
+        """Random ones with values of ``nodes``; parameters are random, too, but for given ones."""
+        graph, known = self.graph, self.eliminated
         if known is None:
             return
         first, inside = reachable(known.values()), reachable([*nodes, *self.needed])
@@ -104,7 +107,7 @@ class States:
         while fails < TRIES:
             graph.work.charge(len(inside))
             residues = Residues(prime, source)
-            given = {name: parameters[name] if name in parameters else residues.random() for name in names}
+            given = {**{name: residues.random() for name in names}, **(parameters or {})}
             try:
                 solution = residues.values(first, given)
                 given |= {str(symbol.data): solution[node] for symbol, node in known.items()}
