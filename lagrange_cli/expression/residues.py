@@ -201,7 +201,7 @@ class Residues:
 
 @lru_cache(maxsize=4096)
 def residue(value: float | Fraction, p: int) -> int:
-    """The number that ``value`` was rounded from, modulo p. In place of pi stands some number: pi is no root."""
+    """The number that ``value`` was rounded from, modulo p, with some number in place of pi."""
     if value < 0:
         return -residue(-value, p) % p
     if not isinstance(value, Fraction) and not math.isfinite(value):

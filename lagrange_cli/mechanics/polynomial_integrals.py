@@ -2,9 +2,9 @@
 
 Unknown numbers stand before the terms of a sum (``ansatz``, ``separable``). Its rate of change vanishes at
 every state, a linear equation for them at each of many random ones (``columns``). All this is done modulo a
-prime, where nothing is rounded, with random values of the parameters: what is found holds for all of them, and
-its coefficients are functions of the parameters (``recognition``). What is claimed is proven again, at other
-random states modulo a prime of 521 bits (see ``expression.residues``).
+prime, where nothing is rounded, with random values of the parameters: what is found holds for all of them,
+and its coefficients are functions of the parameters (``recognition``). What is claimed is proven again, at
+other random states modulo a prime of 521 bits (see ``expression.residues``).
 """
 
 from __future__ import annotations
@@ -125,7 +125,8 @@ class PolynomialIntegrals:
 
     def _polynomials(self, given: Variables, material: Material) -> list[list[Term]]:
         if not given.flat:
-            return [terms(given, material, *ON_A_SURFACE)] if len(given.places) == 3 else []
+            some = terms(given, material, *ON_A_SURFACE) if len(given.places) == 3 else []
+            return [self._independent(given, some)] if 0 < len(some) <= MOST_TERMS else []
         found = []
         for degree, most in DEGREES.items():
             most += degree == HIGHEST and len(given.places) == 2
@@ -155,7 +156,6 @@ class PolynomialIntegrals:
 
     def _solutions(self, given: Variables, ansatz: Sequence[Term]) -> Iterator[Integral]:
         """Conserved sums, short ones first."""
-        ansatz = ansatz if given.flat else self._independent(given, ansatz)
         for vector in sorted(Columns(self.states, given, ansatz).solutions(SMALL), key=len):
             found = self._recognized(given, [ansatz[i] for i in vector])
             if found is not None:
