@@ -3,6 +3,8 @@
 Tried are displacements of all particles (translations, rotations, Galilean boosts), and combinations of what
 changes coordinates by constants, by t, or linearly, in time or along nonholonomic constraints. Combinations
 are guessed from values at random states (``relations``). Nothing is said that is not proven (``noether``).
+Polynomials of a higher degree in the velocities come from no such change (``hidden``, ``tops``,
+``polynomial_integrals``).
 """
 
 from __future__ import annotations
@@ -26,6 +28,7 @@ from lagrange_cli.mechanics.reasons import (
     unchanged,
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
+from lagrange_cli.mechanics.saturation import released
 from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -37,8 +40,12 @@ MOST_LINEAR, MOST_COMBINED = 6, 40
 """Coordinates of the largest systems of which linear changes, and combinations, are tried."""
 MOST_NAMES = 3
 """Coordinates that are named in one sentence."""
+LONGEST_INTEGRAL = 600
+"""Characters of its formula."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
+WORTH_OF_POLYNOMIALS = 400_000
+"""And the search for conserved polynomials, which many systems have none of: half a second."""
 
 
 @dataclass(frozen=True)
@@ -51,7 +58,7 @@ class Symmetry:
 
 def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
-    search = _Search(model, known)
+    search = _Search(released(model), known)
     work = graph_of(model).work
     stages = (
         search.displacements,
@@ -59,10 +66,11 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
         search.parts,
         search.hidden,
         search.tops,
+        search.polynomials,
         search.acting,
     )
     for stage in stages:
-        work.attempt(WORTH, stage)
+        work.attempt(WORTH if stage != search.polynomials else WORTH_OF_POLYNOMIALS, stage)
     return tuple(search.found)
 
 
@@ -277,6 +285,21 @@ class _Search:
         if found is not None:
             each, node = found
             self._store(replace(each, quantity=self._free_name(each.quantity)), node)
+
+    def polynomials(self) -> None:
+        """Other polynomials in the velocities."""
+        if "h" not in self.names:
+            return
+        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals
+
+        known = [*self.kept, *(one.node for one in self.found)]
+        for one in PolynomialIntegrals(self.model, self.noether, known).found():
+            number = sum(name.startswith("I_") for name in self.names) + 1
+            text = one.text if len(one.text) <= LONGEST_INTEGRAL else "a long sum"
+            because = f"a hidden symmetry, of degree {one.degree} in the velocities: "
+            where = "where the constraints hold, " if self.model.constraints else ""
+            because += f"{where}it is constant by the equations of motion"
+            self._store(Conserved(self._free_name(f"I_{number}"), text, because), one.node)
 
     # ------------------------------------------------------------------ total time derivatives in L
 
