@@ -5,7 +5,7 @@
     motion = lagrange.solve("pendulum.yaml", set={"l": 2}, stop=20)
     motion.t, motion.q["theta"], motion.h
 
-and likewise for what other commands do; docs/python.md has recipes. Below are the stages of the pipeline,
+and likewise for the other commands; docs/python.md has recipes. Below are the stages of the pipeline,
 each a function from one frozen object to the next:
 
     spec = read_spec(text, "pendulum.yaml")                       # checked, nothing derived yet
@@ -16,9 +16,9 @@ each a function from one frozen object to the next:
 
 (``integrate`` is ``lagrange_cli.integrate.run.integrate``), or
 
-    equations = derive_equations(build_model(spec, SympyAlgebra()))  # what a person reads
+    equations = derive_equations(build_model(spec, SympyAlgebra()))  # for people to read
 
-Each name is imported when it is first asked for, so that nothing is paid for what is not used.
+Each name is imported when it is first used, so that unused modules cost no time.
 """
 
 TYPE_CHECKING = False  # as in typing, which takes longer to import than this package may (see __main__)

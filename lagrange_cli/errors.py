@@ -181,7 +181,7 @@ class InfiniteForce(LagrangeError):
         fault = "a kink, where velocities jump and the force is infinite"
         fault = fault if kink else "a jump, where the force is infinite"
         fault = "a time at which velocities are infinite, and so is the force" if rush else fault
-        fault = "an expression that jumps, and an event is where one becomes 0" if key == "events" else fault
+        fault = "an expression that jumps instead of passing through 0" if key == "events" else fault
         super().__init__(f"{when}{what if name else repr(key)} has {fault}")
 
 

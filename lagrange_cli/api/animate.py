@@ -118,7 +118,7 @@ def animate(
     result : Motion, or path
         What is shown; a path is that of an output file.
     speed : float, optional
-        Units of t that pass in a second; by default 1, or as many as make a film of a reasonable length.
+        Units of t that pass in a second; by default 1, or so many that the film has a reasonable length.
     fps : float
         Pictures a second.
     begin, end : float, optional
@@ -138,7 +138,7 @@ def animate(
     Raises
     ------
     UsageError
-        This cannot be shown; the message says why.
+        The result cannot be shown; the message says why.
     MissingPackage
         A package is missing that films need.
     FileError

@@ -116,7 +116,7 @@ def bench(
     if not SMALLEST_ERROR <= error <= LARGEST_ERROR:
         raise UsageError(f"error must be from {SMALLEST_ERROR:g} to {LARGEST_ERROR:g}, not {error:g}")
     if runs < 1 or not budget > 0:
-        raise UsageError("runs is at least 1, and budget a number of seconds greater than 0")
+        raise UsageError("runs must be at least 1, and budget a positive number of seconds")
     if isinstance(methods, str):
         methods = methods.split(",")
     overrides = texts_of("set", set)

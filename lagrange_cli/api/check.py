@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Checked:
-    """What is known of a system before any run. ``str`` gives what the command prints.
+    """What is known of a system before any run. ``str`` gives the text that the command prints.
 
     Attributes
     ----------
@@ -30,7 +30,7 @@ class Checked:
     cyclic : tuple of str
         The coordinates that L does not contain.
     conserved : dict of str to Conserved
-        What every motion keeps: its ``expression`` and the reason, ``because``.
+        The conserved quantities, each with its ``expression`` and the reason, ``because``.
     structure : tuple of str
         Combinations of coordinates that are cyclic, and parts that do not act on each other, in sentences.
     skipped, engine : tuple of str
@@ -69,7 +69,7 @@ class Checked:
 
     @property
     def conserved(self) -> dict[str, Conserved]:
-        """What every motion keeps, by name."""
+        """The conserved quantities by name."""
         return {one.quantity: one for one in self._found.mechanics.conserved}
 
     @property
@@ -124,7 +124,7 @@ def check(
     SpecError
         The system is wrong; ``problems`` has all mistakes with their places.
     UsageError
-        An argument is.
+        An argument is wrong.
     FileError
         The file cannot be read.
 

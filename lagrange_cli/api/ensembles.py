@@ -1,4 +1,4 @@
-"""What ``sweep`` and ``section`` share: how they are watched, and what is said when they have ended."""
+"""What ``sweep`` and ``section`` share: progress and interrupts, and the messages at the end."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``equations``: the equations of motion as sympy's expressions, which notebooks show as formulas."""
+"""``equations``: the equations of motion as sympy expressions, which notebooks show as formulas."""
 
 from __future__ import annotations
 
@@ -37,9 +37,9 @@ class Equations:
         The explicit solution; None where there is none.
     mass_matrix : sympy.ImmutableMatrix, shape (n, n)
     conserved : dict of str to sympy.Expr
-        What every motion keeps.
+        The conserved quantities.
     constraints : dict of str to sympy.Expr
-        What stays 0.
+        The expressions that the constraints keep at 0.
     """
 
     def __init__(self, derived: Derived, parameters: Mapping[str, float]) -> None:
@@ -122,7 +122,7 @@ class Equations:
 
     @property
     def constraints(self) -> dict[str, sympy.Expr]:
-        """What the constraints keep 0, by name."""
+        """The expressions that the constraints keep at 0, by name."""
         return {one.name: one.expression for one in self._found.constraints}
 
     def write(self, format: str = "text", form: str = "lagrange") -> str:
@@ -195,7 +195,7 @@ def equations(
     SpecError
         The system is wrong, or its equations are too large to be read.
     UsageError
-        An argument is.
+        An argument is wrong.
     FileError
         The file cannot be read.
     """

@@ -18,7 +18,7 @@ def example(name: str) -> str:
     Raises
     ------
     UsageError
-        There is none of that name; the message lists those that there are.
+        There is no such system; the message lists the names.
     """
     names = shipped.names()
     if name not in names:

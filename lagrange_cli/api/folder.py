@@ -1,4 +1,4 @@
-"""``Folder``: a place for one result, until nobody needs it any more."""
+"""``Folder``: a temporary folder for one result."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 
 class Folder:
-    """A folder for one result; it goes with this object."""
+    """A folder for one result; it is removed with this object."""
 
     def __init__(self) -> None:
         path = Path(tempfile.mkdtemp(prefix="lagrange-"))

@@ -1,4 +1,4 @@
-"""What a Python program gives in place of options: numbers and texts, as texts by name."""
+"""The arguments of a Python program in place of options: numbers and texts, as texts by name."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Values: TypeAlias = "Mapping[str, float | str | Sequence[Any] | NDArray[Any]]"
 """Values by name. A sequence, or an array, has those of a family."""
 
 DIGITS = 6.0
-"""Digits that a certificate is about where nobody says how many."""
+"""Digits of a certificate by default."""
 
 
 def text_of(name: str, value: Any) -> str:
@@ -35,7 +35,7 @@ def text_of(name: str, value: Any) -> str:
         return str(int(value))
     if isinstance(value, Real) and not isinstance(value, bool):
         return repr(float(value))
-    raise UsageError(f"{name} is a number or an expression, not {value!r:.60}")
+    raise UsageError(f"{name} must be a number or an expression, not {value!r:.60}")
 
 
 def texts_of(what: str, values: Values | None) -> dict[str, str]:
@@ -46,10 +46,10 @@ def texts_of(what: str, values: Values | None) -> dict[str, str]:
 def pairs(what: str, values: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Each name with its text."""
     if not isinstance(values, Mapping):
-        raise UsageError(f"{what} is a mapping from names to values, not {values!r:.60}")
+        raise UsageError(f"{what} must be a mapping from names to values, not {values!r:.60}")
     for name, value in values.items():
         if not isinstance(name, str):
-            raise UsageError(f"{what} is a mapping from names to values, and {name!r:.60} is not a name")
+            raise UsageError(f"{what} must be a mapping from names to values, and {name!r:.60} is not a name")
         for indices, one in members((), value):
             member = f"{name}[{','.join(map(str, indices))}]" if indices else name
             yield member, text_of(f"{what}: {member}", one)
@@ -72,7 +72,7 @@ def names_of(outputs: str | Iterable[str] | None) -> tuple[str, ...] | None:
     listed = outputs.split(",") if isinstance(outputs, str) else [*outputs]
     found = tuple(str(name).strip() for name in listed if str(name).strip())
     if not found:
-        raise UsageError("outputs is a list of names, as in outputs=['q', 'h']")
+        raise UsageError("outputs must be a list of names, as in outputs=['q', 'h']")
     return found
 
 
@@ -91,11 +91,11 @@ def request_of(
     project_initial: bool = False,
     cache: bool = True,
 ) -> Request:
-    """What is asked of a run; raises ``UsageError`` for values of other types than they should have."""
+    """The request for a run; raises ``UsageError`` for arguments of a wrong type."""
     if samples is not None and (isinstance(samples, bool) or not isinstance(samples, Integral)):
-        raise UsageError(f"samples is a whole number, not {samples!r:.60}")
+        raise UsageError(f"samples must be a whole number, not {samples!r:.60}")
     if tolerance is not None and (isinstance(tolerance, bool) or not isinstance(tolerance, Real)):
-        raise UsageError(f"tolerance is a number, not {tolerance!r:.60}")
+        raise UsageError(f"tolerance must be a number, not {tolerance!r:.60}")
     options = SolveDefaults(
         samples=None if samples is None else int(samples),
         tolerance=None if tolerance is None else float(tolerance),
@@ -116,13 +116,13 @@ def request_of(
 
 
 def demand_of(certify: bool, digits: float | None, target_error: float | None) -> Demand | None:
-    """What is demanded of a certificate; None where none is asked for."""
+    """The demand for a certificate; None where none is requested."""
     if not certify and digits is None and target_error is None:
         return None
     from lagrange_cli.run.certify import Demand
 
     if digits is not None and not 1 <= digits <= 15:
-        raise UsageError(f"digits is a number from 1 to 15, not {digits:g}")
+        raise UsageError(f"digits must be a number from 1 to 15, not {digits:g}")
     if target_error is not None and not target_error > 0:
         raise UsageError(f"the target error must be a positive number, not {target_error:g}")
     return Demand(DIGITS if digits is None else float(digits), target_error)

@@ -1,7 +1,7 @@
-"""``Kept``: a system file that has been read, and the programs compiled for it, for the calls that follow.
+"""``Kept``: a system file that has been read, and the programs compiled for it, for later calls.
 
-A call with other numbers parses, derives and compiles nothing again. Any number of threads may ask; what is
-not there yet is made by one of them at a time.
+A call with other numbers parses, derives and compiles nothing again. Any number of threads may use it; one of
+them at a time makes what is missing.
 """
 
 from __future__ import annotations

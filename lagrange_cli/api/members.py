@@ -26,11 +26,11 @@ def draws_of(
     """What was given; raises ``UsageError`` for values of other types than they should have."""
     for name, given in (("over", over), ("random", random)):
         if given is not None and not isinstance(given, Mapping):
-            raise UsageError(f"{name} is a mapping from names to values, not {given!r:.60}")
+            raise UsageError(f"{name} must be a mapping from names to values, not {given!r:.60}")
     if members is not None and (not isinstance(members, int) or members < 1):
-        raise UsageError(f"members is a whole number greater than 0, not {members!r:.60}")
+        raise UsageError(f"members must be a whole number greater than 0, not {members!r:.60}")
     if not isinstance(seed, int) or seed < 0:
-        raise UsageError(f"seed is a whole number, 0 or greater, not {seed!r:.60}")
+        raise UsageError(f"seed must be a whole number, 0 or greater, not {seed!r:.60}")
     found: Any = table
     if isinstance(table, Mapping):
         found = {str(name): numbers(f"table: {name}", column) for name, column in table.items()}
@@ -52,7 +52,7 @@ def threads_of(jobs: int | None) -> int:
     if jobs is None:
         return processors()
     if not isinstance(jobs, int) or isinstance(jobs, bool) or jobs < 1:
-        raise UsageError(f"jobs is a whole number greater than 0, not {jobs!r:.60}")
+        raise UsageError(f"jobs must be a whole number greater than 0, not {jobs!r:.60}")
     return jobs
 
 
@@ -66,7 +66,7 @@ def numbers(what: str, given: Any) -> Any:
     try:
         return np.atleast_1d(np.array(given, dtype=np.float64))
     except (TypeError, ValueError) as error:
-        raise UsageError(f"{what} is a sequence of numbers, not {given!r:.60}") from error
+        raise UsageError(f"{what} must be a sequence of numbers, not {given!r:.60}") from error
 
 
 def distribution(name: str, given: Any) -> str:
@@ -77,4 +77,4 @@ def distribution(name: str, given: Any) -> str:
         kind, a, b = given
         return f"{kind}({float(a)!r},{float(b)!r})"
     known = ", ".join(kind + arguments for kind, arguments in KINDS.items())
-    raise UsageError(f"random: {name} is a distribution, one of {known}, not {given!r:.60}")
+    raise UsageError(f"random: {name} must be a distribution, one of {known}, not {given!r:.60}")

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class Motion(Pictured):
-    """A motion that was followed, with everything that was computed of it.
+    """A motion, with all its outputs.
 
     Arrays have the n sample times along their first axis, in the units of the system file. They cannot be
     written to; ``motion.t.copy()`` can.
@@ -42,7 +42,7 @@ class Motion(Pictured):
     h : ndarray, shape (n,)
         The energy function, sum q_dot_k p_k - L.
     T, U, energy, action, positions, ledger, ... : ndarray or Group
-        The other outputs, where they were asked for with ``outputs``.
+        The other outputs, if ``outputs`` names them.
     events : Group
         The crossings of each event: ``motion.events["floor"]["t"]``.
     status : str
@@ -51,11 +51,11 @@ class Motion(Pictured):
     message : str
         How the motion ended, as the command says it.
     notes : tuple of str
-        Whatever else the command says of it.
+        The other messages of the command.
     units : mapping of str to str
         The units of datasets by their paths, as far as they are known: ``motion.units["q/theta"]``.
     certificate : Estimated or None
-        The estimated error, where one was asked for: ``trusted_until``, ``error``, ``trusted_until_as_run``,
+        The estimated error, if it was requested: ``trusted_until``, ``error``, ``trusted_until_as_run``,
         ``error_as_run``.
     """
 
@@ -80,7 +80,7 @@ class Motion(Pictured):
 
     @property
     def certificate(self) -> Estimated | None:
-        """The estimated error, if it was asked for."""
+        """The estimated error, if it was requested."""
         return self._followed.outcome.estimated
 
     @property
@@ -90,7 +90,7 @@ class Motion(Pictured):
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What the output file says of the run: ``method``, ``tolerance``, ``steps``, ``h_drift``, ..."""
+        """The attributes of the output file: ``method``, ``tolerance``, ``steps``, ``h_drift``, ..."""
         from lagrange_cli.run.attributes import attributes
 
         followed = self._followed
@@ -130,7 +130,7 @@ class Motion(Pictured):
 
     @property
     def error(self) -> Group:
-        """The estimated error of each sample by path (``motion.error["q/theta"]``), if it was asked for."""
+        """The estimated error of each sample by path (``motion.error["q/theta"]``), if it was requested."""
         if self.certificate is None:
             raise AttributeError("no errors were estimated: solve with certify=True")
         return Group("diagnostics/error/", self._followed.samples)

@@ -1,4 +1,4 @@
-"""``Pictured``: what every result can be drawn as."""
+"""``Pictured``: the pictures that every result has."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class Pictured:
         Raises
         ------
         UsageError
-            This cannot be drawn; the message says what to ask for.
+            This cannot be drawn; the message says what can.
         MissingPackage
             There is no matplotlib.
         """

@@ -120,7 +120,7 @@ def plot(
     Raises
     ------
     UsageError
-        This cannot be drawn; the message says what to ask for.
+        This cannot be drawn; the message says what can.
     MissingPackage
         There is no matplotlib.
     FileError

@@ -35,7 +35,7 @@ class Section(Stored):
     status, message : str
         How it ended, as the command says it.
     notes : tuple of str
-        Whatever else the command says of it.
+        The other messages of the command.
     """
 
     def __init__(self, folder: Folder, crossed: Crossed, notes: tuple[str, ...]) -> None:
@@ -44,7 +44,7 @@ class Section(Stored):
 
     @property
     def crossings(self) -> int:
-        """How many were found, of all motions."""
+        """The number of crossings of all motions."""
         return self._crossed.crossings
 
     def __repr__(self) -> str:
@@ -110,9 +110,9 @@ def section(
     if every is not None and direction is not None:
         raise UsageError("direction belongs to where: leave it out with every")
     if direction is not None and direction not in DIRECTIONS:
-        raise UsageError(f"direction is one of {', '.join(DIRECTIONS)}, not {direction!r:.60}")
+        raise UsageError(f"direction must be one of {', '.join(DIRECTIONS)}, not {direction!r:.60}")
     if not isinstance(crossings, int) or crossings < 1:
-        raise UsageError(f"crossings is a whole number greater than 0, not {crossings!r:.60}")
+        raise UsageError(f"crossings must be a whole number greater than 0, not {crossings!r:.60}")
     request = request_of(
         set=set,
         size=size,

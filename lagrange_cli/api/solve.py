@@ -52,8 +52,8 @@ def solve(
 ) -> Motion:
     """Follow the motion of a system.
 
-    The system is read and its equations are compiled once. A further call, with whatever numbers, costs less
-    than a millisecond besides the integration. Any number of threads may call it at the same time.
+    The system is read and its equations are compiled once. A later call, with any numbers, costs about a
+    millisecond besides the integration. Any number of threads may call it at the same time.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def solve(
     tolerance : float, optional
         The relative error per step; by default full double precision.
     method : str, optional
-        The integration method; by default ``taylor``.
+        The integration method; by default ``auto``.
     outputs : sequence of str, optional
         What is computed: ``["q", "v", "energy"]``, or ``"all"``.
     precision : {"double", "double-double"}
@@ -96,19 +96,19 @@ def solve(
     SpecError
         The system is wrong.
     UsageError
-        An argument is.
+        An argument is wrong.
     FileError
         The file cannot be read.
     MotionError
-        The motion could not go on. Its attribute ``result`` has what was computed; the status is ``failed``.
+        The motion could not go on. Its attribute ``result`` has the motion so far; its status is ``failed``.
     Interrupted
         Ctrl-C was pressed. It is a ``KeyboardInterrupt``, so that a loop of runs ends; its attribute
-        ``result`` has what was computed, with the status ``interrupted``.
+        ``result`` has the motion so far, with the status ``interrupted``.
 
     Warns
     -----
     LagrangeWarning
-        What the command prints as a warning.
+        The warnings that the command prints.
     """
     request = request_of(
         set=set,
@@ -140,7 +140,7 @@ def solve(
 
 
 def check_precision(request: Request, demand: Demand | None) -> None:
-    """Raise ``UsageError`` for numbers that there are not, or that no certificate knows."""
+    """Raise ``UsageError`` for an unknown precision, or for one that has no certificate."""
     if request.precision not in PRECISIONS:
         known = " or ".join(map(repr, PRECISIONS))
         raise UsageError(f"precision is {known}, not {request.precision!r:.60}")
@@ -150,7 +150,7 @@ def check_precision(request: Request, demand: Demand | None) -> None:
 
 
 def said(followed: Followed) -> Iterator[str]:
-    """What the command says of a run that has ended, besides its summary."""
+    """The messages of a run that has ended, besides its summary."""
     motion, outcome = followed.motion, followed.outcome
     name = motion.spec.name
     yield from (f"{name}: {note}" for note in notes_of_start(motion.begin))
@@ -164,7 +164,7 @@ def said(followed: Followed) -> Iterator[str]:
 
 
 def ended_well(motion: Motion) -> Motion:
-    """The motion, if it has reached its end; else it is raised with what was computed."""
+    """The motion, if it has reached its end; otherwise an exception is raised that contains it."""
     if motion.status == "failed":
         failed = MotionError(f"{motion.name}: {motion.message}")
         failed.result = motion

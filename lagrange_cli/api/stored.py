@@ -1,4 +1,4 @@
-"""``Stored``: results that lie in a file of their own until they are saved, and go with the object."""
+"""``Stored``: results in a temporary file, which exists until they are saved or the object is deleted."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ PARSED = ("parameters", "sizes", "run", "p_drift", "events", "sweep")
 
 
 class Stored(Pictured):
-    """What the command writes to a file: a motion, many, or the crossings of a surface.
+    """The file of a command: a motion, many motions, or the crossings of a surface.
 
     Arrays are read when they are asked for, and cannot be written to.
 
@@ -46,7 +46,7 @@ class Stored(Pictured):
     status, message : str
         How it ended, as the command says it.
     notes : tuple of str
-        Whatever else the command says of it.
+        The other messages of the command.
     """
 
     def __init__(self, path: Path, notes: tuple[str, ...] = (), folder: Folder | None = None) -> None:
@@ -60,7 +60,7 @@ class Stored(Pictured):
 
     @property
     def attributes(self) -> dict[str, Any]:
-        """What the file says of the run."""
+        """The attributes of the file."""
         said = self._arrays.attributes
         return {name: json.loads(x) if name in PARSED else x for name, x in said.items()}
 
@@ -168,7 +168,7 @@ class Stored(Pictured):
         return self._path
 
     def view(self) -> Page:
-        """A web page that replays the motion; that of a sweep has the members on a slider.
+        """A web page that replays the motion; that of a sweep has a slider for the members.
 
         Returns
         -------

@@ -22,7 +22,7 @@ from lagrange_cli.run.sweep import sweep as sweep_ensemble
 
 
 class Sweep(Stored):
-    """Many motions that were followed, as the command writes them to a file.
+    """Many motions, as the command writes them to a file.
 
     Arrays begin with the dimensions of the members, ``dims``, and are read when they are asked for; they
     cannot be written to.
@@ -37,7 +37,7 @@ class Sweep(Stored):
     status, message : str
         How it ended, as the command says it.
     notes : tuple of str
-        Whatever else the command says of it.
+        The other messages of the command.
     """
 
     def __init__(self, folder: Folder, swept: Swept, notes: tuple[str, ...]) -> None:
@@ -102,11 +102,11 @@ def sweep(
     table : mapping or path, optional
         Columns by name, or the name of a CSV file: a motion for each row.
     members : int, optional
-        The number of draws of what is random, at each point of the grid.
+        The number of random draws, at each point of the grid.
     seed : int
         The seed of the random numbers.
     outputs : sequence of str, optional
-        What is sampled of each motion. Without it there is only its end.
+        The outputs that are sampled. Without it there is only the final state of each motion.
     jobs : int, optional
         The number of processors; the results do not depend on it.
     set, size, start, stop, samples, step, tolerance, method, proven, project_initial, cache
@@ -115,7 +115,7 @@ def sweep(
     Returns
     -------
     Sweep
-        A member that failed has this in its ``statuses``; there is a warning.
+        Members that failed have the status ``failed`` in ``statuses``, and there is a warning.
 
     Raises
     ------
@@ -127,7 +127,7 @@ def sweep(
     Warns
     -----
     LagrangeWarning
-        What the command prints as a warning, and that members have failed.
+        The warnings that the command prints; also if members have failed.
     """
     request = request_of(
         set=set,

@@ -1,4 +1,4 @@
-"""Systems as Python programs have them: the name of a file, the text of one, or a mapping."""
+"""Systems as arguments: the name of a file, its text, or a mapping."""
 
 from __future__ import annotations
 

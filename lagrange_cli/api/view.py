@@ -1,4 +1,4 @@
-"""``view``: a page that draws a system and computes its motion where it is read."""
+"""``view``: a web page that draws a system and computes its motion in the browser."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ class Page:
 
     @property
     def why(self) -> str:
-        """Why it does not, where that is so."""
+        """Why it does not compute; empty if it does."""
         return self._page.why
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> None:

@@ -127,7 +127,7 @@ class Section:
                 if low == high
                 else (f"the {where} goes from {low:g} down to {high:g}")
             )
-            self.problems.add_once(ends[0].place, message, "write the least value first")
+            self.problems.add_once(ends[0].place, message, "write the smaller value first")
         return low, high
 
     # -------------------------------------------------------------- the whole

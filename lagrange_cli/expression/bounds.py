@@ -49,12 +49,11 @@ class Bounds:
     def __init__(self, value: float | None = None, size: int = 1, depth: int = 0, kind: str = "") -> None:
         if size > MAX_SIZE:
             raise ArithmeticError(
-                f"the expression has more than {MAX_SIZE} terms with its definitions written out "
-                "(limit 'size')"
+                f"the expression has more than {MAX_SIZE} terms with its definitions expanded (limit 'size')"
             )
         if depth > MAX_DEPTH:
             raise ArithmeticError(
-                f"the expression is nested more than {MAX_DEPTH} deep with its definitions written out"
+                f"the expression is nested more than {MAX_DEPTH} deep with its definitions expanded"
             )
         self.value, self.size, self.depth, self.kind = value, size, depth, kind
 

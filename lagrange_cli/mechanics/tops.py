@@ -98,7 +98,7 @@ def because(k: int) -> str:
     """Why."""
     return (
         "Kovalevskaya's top: two moments of inertia about the fixed point are equal and twice the third, and "
-        f"the centre of mass lies across axis {k + 1}"
+        f"the centre of mass lies in the plane perpendicular to axis {k + 1}"
     )
 
 

@@ -81,7 +81,7 @@ def built_event(scope: Scope[E], name: str, event: Written) -> Event[E]:
 
 def never_changes(spec: Spec, name: str) -> SpecError:
     """The error of an event whose expression is the same at all states."""
-    message = f"event '{name}' is where an expression becomes 0, and this one never changes"
+    message = f"event '{name}' needs an expression that becomes 0, but this one never changes"
     hint = "let it depend on a coordinate, a velocity or t"
     return Source(spec.filename, spec.text).error(spec.events[name].when.place, message, hint)
 

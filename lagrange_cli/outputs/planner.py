@@ -81,7 +81,7 @@ class Planner:
             what = "a contact" if contacts else "friction that is not linear in multipliers"
             raise NotDefined(
                 f"no output '{output}': {what} may keep this system at rest, and the forces that do so are "
-                "not found from q and v"
+                "not determined by q and v"
             )
 
     def observe(self, name: str, node: Node) -> str:

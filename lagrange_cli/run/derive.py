@@ -196,7 +196,7 @@ def located(spec: Spec) -> Iterator[None]:
         found = largest_expression(spec)
         if found is None:
             raise SpecError(spec.filename, [Problem(0, 0, message, hint=hint)]) from error
-        message += f"; this expression has {found.size} terms and factors with its definitions written out"
+        message += f"; this expression has {found.size} terms and factors with its definitions expanded"
         raise Source(spec.filename, spec.text).error(found.place, message, hint) from error
 
 

@@ -149,7 +149,7 @@ def named_table(spec: Spec, table: str | Mapping[str, Array]) -> dict[str, Array
     shown = table if isinstance(table, str) else "the table"
     columns = read_table(table) if isinstance(table, str) else table
     if len({len(rows) for rows in columns.values()}) != 1:
-        raise UsageError(f"{shown}: it needs columns of the same length")
+        raise UsageError(f"{shown}: its columns must have the same length")
     for name, rows in columns.items():
         label = f"{shown}: column '{name}'"
         known = name_of(spec, name, label)

@@ -166,7 +166,7 @@ def check_printed(spec: Spec) -> None:
     if found is not None and found.size > whole("printed"):
         raise Source(spec.filename, spec.text).error(
             found.place,
-            f"this expression has {found.size} terms and factors with its definitions written out: more than "
+            f"this expression has {found.size} terms and factors with its definitions expanded: more than "
             f"'equations' prints ({whole('printed')})",
             f"'check' and 'solve' may work nevertheless, {way_out('printed')}",
         )
@@ -216,7 +216,7 @@ def as_page(derived: Derived) -> str:
 
 def verify_system(derived: Derived, overrides: Mapping[str, str]) -> Verification:
     """Compare the printed equations with the compiled ones, and with the file differentiated directly, near
-    the start, along the motion and beside branches; only this needs the compiler."""
+    the start, along the motion and on both sides of switches and poles; only this needs the compiler."""
     from lagrange_cli.integrate.single_state import compiled_values
     from lagrange_cli.run.coordinates import start_in
     from lagrange_cli.run.start import consistent_values

@@ -122,6 +122,6 @@ def doubts(one: Happened) -> Iterator[str]:
         )
     if one.blurred is not None:
         yield (
-            f"at t = {one.blurred:.9g} its expression and its rate are both 0 but for rounding (a multiple "
+            f"at t = {one.blurred:.9g} its expression and its rate are both 0 up to rounding (a multiple "
             f"zero): the time may be off by {one.error:.1e}"
         )

@@ -118,7 +118,7 @@ def read_when(node: Node, where: str, problems: Problems) -> Expression | None:
     expression = Expression(node.text, tree, node.place, ((0, node.passage),))
     problems.distrust(tree)
     label = where.removeprefix("when of ")
-    problems.add(node.place, f"{label} is where an expression becomes 0, not a condition", hint)
+    problems.add(node.place, f"{label} needs an expression that becomes 0, not a condition", hint)
     for error in errors:
         problems.add_expression(expression, error, where)
     return expression

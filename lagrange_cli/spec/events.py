@@ -55,7 +55,7 @@ class _Checker:
         if bounds is not None and kinds <= {Kind.PARAMETER, Kind.SIZE}:
             self.problems.add_once(
                 when.place,
-                f"{where} is where an expression becomes 0, and this one never changes",
+                f"{where} needs an expression that becomes 0, but this one never changes",
                 "let it depend on a coordinate, a velocity or t",
             )
 

@@ -28,7 +28,7 @@ Reader = Callable[[Node, str, Problems], Any]
 def read_text(node: Node, where: str, problems: Problems) -> str:
     """A text, taken as it is written."""
     if not isinstance(node, Scalar):
-        problems.add(node.place, f"{where} must be a text", "put it in quotes if it has [ ] { } or ': '")
+        problems.add(node.place, f"{where} must be text", "put it in quotes if it has [ ] { } or ': '")
         return ""
     control = control_character(node.text)
     if control:

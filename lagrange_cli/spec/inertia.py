@@ -9,7 +9,7 @@ ROUNDING = 1e-9
 """Moments that are equal but for so much, relatively, may have been rounded."""
 Flaw = tuple[int, str, str]
 """The place of a wrong entry, what is wrong, and a way out."""
-TRIANGLE = "in no body one moment of inertia exceeds the sum of the other two"
+TRIANGLE = "no moment of inertia of a body exceeds the sum of the other two"
 
 
 def flaw(entries: Sequence[float]) -> Flaw | None:

@@ -41,7 +41,7 @@ def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
             problems.add(when.place, "this never changes", "let it depend on a coordinate, a velocity or t")
     if problems.found or when is None:
         first = problems.found[0]
-        message = first.message.removesuffix(f" in {SURFACE}").replace(f"{SURFACE} is", "a surface is")
+        message = first.message.removesuffix(f" in {SURFACE}").replace(f"{SURFACE} needs", "a surface needs")
         hint = KEYS.sub(r"--\1 '\2'", first.hint).replace("--when", SURFACE)
         raise UsageError(f"{SURFACE} {text}: {message}" + (f"; {hint}" if hint else ""))
     return replace(spec, events={**spec.events, SURFACE: Event(when, direction, False, {}, when.place)})

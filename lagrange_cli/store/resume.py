@@ -22,21 +22,21 @@ from lagrange_cli.store.trusted import open_plain, read_exactly, read_record
 Attributes = Mapping[str, Any]
 
 DIFFERENT = {
-    "generator": "made by another version of lagrange",
-    "name": "of another system",
-    "spec": "of another system file, or the file has changed since",
-    "parameters": "of other parameters",
-    "sizes": "of other sizes",
-    "method": "of another --method",
-    "tolerance": "of another --tolerance",
-    "precision": "of another --precision",
-    "sweep": "of other members",
-    "where": "of another surface, --where",
-    "every": "of another period, --every",
-    "direction": "of another --direction",
-    "crossings": "of another number of --crossings",
-    "run": "of another initial state, or of another --stop, --samples, --step or --outputs",
-    "machine": "made on another processor or with another version of LLVM, so the last digits would differ",
+    "generator": "by another version of lagrange",
+    "name": "from another system",
+    "spec": "from another system file, or the file has changed since",
+    "parameters": "with other parameters",
+    "sizes": "with other sizes",
+    "method": "with another --method",
+    "tolerance": "with another --tolerance",
+    "precision": "with another --precision",
+    "sweep": "with other members",
+    "where": "with another surface, --where",
+    "every": "with another period, --every",
+    "direction": "with another --direction",
+    "crossings": "with another number of --crossings",
+    "run": "with another initial state, or with another --stop, --samples, --step or --outputs",
+    "machine": "on another processor or with another version of LLVM, so that the last digits would differ",
 }
 """What a message says of an earlier run whose attribute differs from that of this run."""
 
@@ -198,9 +198,9 @@ def check_same(shown: str, earlier: Any, run: Attributes) -> None:
     if name == "generator" and (not isinstance(earlier, Mapping) or name not in earlier):
         raise FileError(f"{shown} is not an output of lagrange: --force replaces it, --output names another")
     if name is not None:
-        what = DIFFERENT.get(name, f"of another {name}")
+        what = DIFFERENT.get(name, f"with another {name}")
         raise FileError(
-            f"{shown} cannot be continued: it is {what}; --force replaces it, --output names another"
+            f"{shown} cannot be continued: it was made {what}; --force replaces it, --output names another"
         )
 
 

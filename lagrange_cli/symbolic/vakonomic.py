@@ -20,8 +20,8 @@ from lagrange_cli.symbolic.order import Order, Role
 from lagrange_cli.symbolic.textbook import textbook_form
 
 REMARK = (
-    "what Hamilton's principle gives here are not the equations of motion, unless the constraints on "
-    "velocities can be integrated; 'solve' follows the equations of motion"
+    "unless the constraints on velocities are integrable, these are not the equations of motion, which "
+    "'solve' integrates"
 )
 
 
@@ -41,12 +41,10 @@ def vakonomic_form(equations: Equations) -> Vakonomic:
     """What the motion is not. Raises ``UsageError`` where no constraint is nonholonomic."""
     given = [each for each in equations.constraints if not each.holonomic]
     if not given:
-        reason = (
-            "it shows what Hamilton's principle makes of nonholonomic constraints, and this system has none"
-        )
+        reason = "it applies Hamilton's principle to nonholonomic constraints, and this system has none"
         raise UsageError(f"no --form vakonomic: {reason}")
     if any(each.pushes or not each.linear for each in equations.constraints):
-        reason = "forces contain multipliers, and d'Alembert's are not those of Hamilton's principle"
+        reason = "forces contain multipliers, and these differ between d'Alembert's and Hamilton's principle"
         raise UsageError(f"no --form vakonomic: {reason}")
     q, v, a = equations.q, equations.v, equations.a
     multipliers = multiplier_symbols([each.name for each in given], "mu", equations.order.ranks)

@@ -1,5 +1,6 @@
 """Comparison of the printed equations with the compiled ones, and with the system file differentiated
-directly (``direct``), at random states near the start, along the motion and beside branches (``states``).
+directly (``direct``), at random states near the start, along the motion and on both sides of switches and
+poles (``states``).
 
 The printed text itself is parsed as an expression of the system file and evaluated with 30 digits. A
 difference is divided by the *scale* of the printed expression, which bounds the effect of rounding errors in

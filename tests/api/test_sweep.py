@@ -72,20 +72,20 @@ def test_members_are_drawn_and_listed(tmp_path):
     ("given", "message"),
     [
         ({}, "no members given"),
-        ({"over": ["l"]}, "over is a mapping"),
+        ({"over": ["l"]}, "over must be a mapping"),
         ({"over": {"l": "many"}}, "l=many"),
-        ({"over": {"l": ["a"]}}, "over: l is a sequence of numbers"),
+        ({"over": {"l": ["a"]}}, "over: l must be a sequence of numbers"),
         ({"over": {"l": [[1, 2]]}}, "over l: values along one dimension"),
         ({"over": {"l": [1, np.inf]}}, "over l: inf is not a finite number"),
         ({"over": {"nosuch": [1]}}, "over nosuch: unknown name"),
-        ({"random": {"l": ("cauchy", 0, 1)}, "members": 2}, "random: l is a distribution"),
-        ({"random": {"l": "uniform(1,2)"}, "members": 0}, "members is a whole number"),
+        ({"random": {"l": ("cauchy", 0, 1)}, "members": 2}, "random: l must be a distribution"),
+        ({"random": {"l": "uniform(1,2)"}, "members": 0}, "members must be a whole number"),
         ({"table": {}}, "no columns"),
-        ({"table": {"l": [1, 2], "theta": [1]}}, "columns of the same length"),
+        ({"table": {"l": [1, 2], "theta": [1]}}, "its columns must have the same length"),
         ({"over": {"l": [1, 2]}, "samples": 10}, "without outputs"),
         ({"over": {"l": [1, 2]}, "set": {"l": 1}}, "more than once"),
-        ({"over": {"l": [1]}, "seed": -1}, "seed is a whole number"),
-        ({"over": {"l": [1]}, "jobs": 0}, "jobs is a whole number"),
+        ({"over": {"l": [1]}, "seed": -1}, "seed must be a whole number"),
+        ({"over": {"l": [1]}, "jobs": 0}, "jobs must be a whole number"),
     ],
 )  # fmt: skip
 def test_members_that_make_no_sense_are_refused(given, message):
@@ -125,9 +125,9 @@ def test_a_section_is_saved_to_the_bytes_of_the_command(tmp_path, monkeypatch):
     assert many.q["y"].shape == (2, 3) and many.t.shape == (2, 3)
     for given, message in (
         ({}, "give one of where"),
-        ({"where": "x", "direction": "up"}, "direction is one of rising"),
+        ({"where": "x", "direction": "up"}, "direction must be one of rising"),
         ({"every": 1, "direction": "rising"}, "direction belongs to where"),
-        ({"where": "x", "crossings": 0}, "crossings is a whole number"),
+        ({"where": "x", "crossings": 0}, "crossings must be a whole number"),
     ):
         with pytest.raises(lagrange.UsageError, match=message):
             lagrange.section(HENON, **given)

@@ -215,7 +215,7 @@ def test_a_sweep_that_was_killed_is_kept_and_goes_on(folder, capsys):
     assert killed(folder, *sweep) == LEFT
     assert main([*sweep]) == 5
     assert main([*sweep, "--over", "m1=1,2", "--resume"]) == 5
-    assert "out.h5 cannot be continued: it is of other" in capsys.readouterr().err
+    assert "out.h5 cannot be continued: it was made with other" in capsys.readouterr().err
     content = bytearray((folder / ".out.h5.part").read_bytes())
     (folder / ".out.h5.part").write_bytes(content[: len(content) // 2])
     assert main([*sweep, "--resume"]) == 5
@@ -373,13 +373,13 @@ def test_scipys_methods_start_again_and_say_so(folder, interrupted_after, capsys
 
 
 OTHERS = {
-    "parameters": (["--set", "m1=3"], "of other parameters"),
-    "initial state": (["--set", "theta1=0.5"], "of another initial state"),
+    "parameters": (["--set", "m1=3"], "with other parameters"),
+    "initial state": (["--set", "theta1=0.5"], "with another initial state"),
     "start": (["--start", "1"], "another --stop"),
     "samples": (["--samples", "70002"], "--samples"),
     "outputs": (["--outputs", "q"], "--outputs"),
-    "tolerance": (["--tolerance", "1e-9"], "of another --tolerance"),
-    "method": (["--method", "DOP853"], "of another --method"),
+    "tolerance": (["--tolerance", "1e-9"], "with another --tolerance"),
+    "method": (["--method", "DOP853"], "with another --method"),
 }
 
 
@@ -392,7 +392,7 @@ def test_another_run_is_not_continued(folder, interrupted_after, options, messag
     interrupted_after(0)
     assert solve(*RUN, *options, "--resume") == 5
     error = capsys.readouterr().err
-    assert "out.h5 cannot be continued: it is" in error and message in error and "--force" in error
+    assert "out.h5 cannot be continued: it was made" in error and message in error and "--force" in error
     assert (folder / "out.h5").read_bytes() == before and os.listdir(folder) == ["out.h5"]
 
 
@@ -402,7 +402,7 @@ def test_what_only_an_earlier_run_says_makes_it_another(folder, capsys):
     target = find_target("out.h5", force=False, resume=True)
     attributes = read_output(target).attributes
     run = {name: value for name, value in attributes.items() if name != "sizes"}
-    with pytest.raises(FileError, match="it is of other sizes"):
+    with pytest.raises(FileError, match="it was made with other sizes"):
         find_earlier(target, run)
 
 

@@ -190,7 +190,7 @@ def test_a_motion_that_was_killed_is_neither_lost_nor_mistaken(tmp_path):
     again = lagrange(*asked, cwd=tmp_path)
     assert again.returncode == 5 and "--resume continues it, --force starts again" in again.stderr
     other = lagrange(*asked, "--crossings", "9", "--resume", cwd=tmp_path)
-    assert other.returncode == 5 and "of another number of --crossings" in other.stderr
+    assert other.returncode == 5 and "with another number of --crossings" in other.stderr
     whole = Checkpoint.unpack(bytearray(kept.read_bytes()), "a.h5")
     for damage in DAMAGED.values():
         kept.write_bytes(Checkpoint(whole.head, damage(dict(whole.arrays))).pack())

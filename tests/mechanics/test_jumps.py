@@ -258,7 +258,7 @@ def test_a_motion_ends_before_an_action_that_makes_an_energy_jump(precision, tmp
     done = lagrange("solve", "a.yaml", *asked, cwd=tmp_path)
     assert done.returncode == 4
     said = "an action would make an energy jump at t = 0.1, where "
-    assert said in done.stderr and "(event 'moves' lets 'potential' jump)" in done.stderr
+    assert said in done.stderr and "(event 'moves' makes 'potential' jump)" in done.stderr
     (tmp_path / "b.yaml").write_text(KICK.replace("SET", "{a: 0.5, b: 0.5}"))
     done = lagrange("solve", "b.yaml", *asked, cwd=tmp_path)
     assert done.returncode == 0, done.stderr

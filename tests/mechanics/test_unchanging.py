@@ -76,4 +76,4 @@ def test_every_command_refuses_it(tmp_path, command: str) -> None:
     options = ["--stop", "1"] if command == "solve" else []
     done = lagrange(command, "a.yaml", *options, cwd=tmp_path)
     assert done.returncode == 3
-    assert "a.yaml:5:15: event 'e' is where" in done.stderr and "never changes" in done.stderr
+    assert "a.yaml:5:15: event 'e' needs an expression" in done.stderr and "never changes" in done.stderr

@@ -153,11 +153,11 @@ BAD = [
     ("name: pendulum", "solve: {start: inf}", [(1, "inf", "'inf' is not a finite number", "write a")]),
     ("name: pendulum", "solve: {stop: 1, samples: 3, step: 1}", [(1, "1", "cannot both", "leave one")]),
     ("name: pendulum", "solve: {stp: 1}", [(1, "stp", "unknown key 'stp' in solve", "'stop'")]),
-    ("name: pendulum", "solve: {method: [a]}", [(1, "[", "method of solve must be a text", "")]),
+    ("name: pendulum", "solve: {method: [a]}", [(1, "[", "method of solve must be text", "")]),
     # the unit of t
     ("name: pendulum", "time: s\nsolve: {unit: d}", [(2, "d", "'d' in solve and 's' in time", "leave one")]),
     ("name: pendulum", "time: {units: d}", [(1, "units", "unknown key 'units' in time", "'unit'")]),
-    ("name: pendulum", "time: {unit: {d: 1}}", [(1, "{", "unit of time must be a text", "")]),
+    ("name: pendulum", "time: {unit: {d: 1}}", [(1, "{", "unit of time must be text", "")]),
     ("unit: m", 'unit: "\\0"', [(4, "\\", "contains the character NUL", "leave it out")]),
     ("unit: m", 'unit: "\\e[31m"', [(4, "\\e[31m", "contains the control character U+001B", "leave it out")]),
     ("unit: m", 'unit: "\\x9b"', [(4, "\\", "contains the control character U+009B", "leave it out")]),
@@ -370,7 +370,7 @@ def test_multiplying_definitions_are_refused() -> None:
     doubling = "".join(f"  d{n + 1}: d{n}*d{n}\n" for n in range(60))
     found = problems(PENDULUM + "definitions:\n  d0: theta\n" + doubling)
     assert [problem.message for problem in found] == [
-        "the expression has more than 1000000 terms with its definitions written out (limit 'size') "
+        "the expression has more than 1000000 terms with its definitions expanded (limit 'size') "
         "in definition 'd19'"
     ]
 
@@ -389,7 +389,7 @@ def test_exponents_are_bounded_through_definitions() -> None:
 def test_definitions_nested_too_deep_are_refused(step: str, last: int) -> None:
     nested = "".join(f"  d{n + 1}: {step.format(n)}\n" for n in range(3000))
     found = problems(PENDULUM + "definitions:\n  d0: theta\n" + nested)
-    message = "the expression is nested more than 100 deep with its definitions written out"
+    message = "the expression is nested more than 100 deep with its definitions expanded"
     assert [problem.message for problem in found] == [f"{message} in definition 'd{last}'"]
 
 

@@ -109,7 +109,7 @@ BAD = [
     ("{direction: rising}", [("f", "event 'f' has no 'when'", "write f: {when: x")]),
     ("", [("", "missing value in event 'f'", "")]),
     # what is watched
-    ("y < 0", [("y < 0", "event 'f' is where an expression becomes 0", "when: y' and 'direction: falling")]),
+    ("y < 0", [("y < 0", "event 'f' needs an expression that becomes", "when: y' and 'direction: falling")]),
     ("{when: y < 0}", [("y < 0", "not a condition", "'when: y' and 'direction: falling'")]),
     ("{when: y <}", [("y <", "not a condition", "'when: y' and 'direction: falling'")]),
     ("{when: 0 < y}", [("0 < y", "not a condition", "'when: y' and 'direction: rising'")]),

@@ -108,8 +108,8 @@ def animate(
 ) -> int:  # fmt: skip
     """Make a film of a motion: of an output of solve, or of a system.
 
-    The motion of a system file is computed first; options such as --set and --stop apply to it. What is drawn
-    comes from the file, as for 'lagrange view': its section draw changes it. Ctrl-C ends the film early.
+    The motion of a system file is computed first; options such as --set and --stop apply to it. The drawing
+    is that of 'lagrange view', and the section draw of the file changes it. Ctrl-C ends the film early.
 
     \b
     lagrange animate double_pendulum.yaml

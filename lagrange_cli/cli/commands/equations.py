@@ -34,8 +34,8 @@ DIFFERS = 4
     default="lagrange",
     show_default=True,
     help="What to print: everything, the accelerations q_ddot alone, Hamilton's equations, M a = f, the "
-    "forces of constraint on particles, or what Hamilton's principle would make of nonholonomic constraints, "
-    "which is not the motion (vakonomic).",
+    "forces of constraint on particles, or the vakonomic equations of nonholonomic constraints, which follow "
+    "from Hamilton's principle and do not describe the motion.",
 )
 @click.option(
     "--coordinates",
@@ -49,7 +49,7 @@ DIFFERS = 4
     "verifying",
     is_flag=True,
     help="Compare the printed equations with the compiled ones, and with those found by differentiating L "
-    "directly, at states near the start, along the motion and beside branches. The exit status is "
+    "directly, near the start, along the motion, and on both sides of switches and poles. The exit status is "
     f"{DIFFERS} if they differ by more than 1e-12.",
 )
 @given_options

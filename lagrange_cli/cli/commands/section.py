@@ -91,8 +91,9 @@ def section(
     """Find where motions of a system cross a surface, and write these states to one HDF5 file, or to a table
     as CSV if there is one motion.
 
-    The motion is that of the file, or there are many, which differ in parameters or initial values as those
-    of 'lagrange sweep' do. No crossing is missed, and each is found to the precision of the motion.
+    Without further options there is one motion, that of the file. Many motions may differ in parameters or
+    initial values, as for 'lagrange sweep'. No crossing is missed, and each is found to the precision of the
+    motion.
 
     \b
     lagrange section henon_heiles.yaml --where x --crossings 10000

@@ -31,8 +31,8 @@ if TYPE_CHECKING:
 @draw_options
 @run_options(
     output="The file to write [SYSTEM_sweep.h5 in the current directory].",
-    outputs=f"Write samples of each motion: {list_of_outputs()}. Without this option only the end is "
-    "written.",
+    outputs=f"Write samples of each motion: {list_of_outputs()}. Without this option only final states "
+    "are written.",
 )
 def sweep(
     system: str,

@@ -126,7 +126,7 @@ def constraints_told(solved: Solved, outcome: Outcome) -> dict[str, Any]:
 
 def constraints_shown(outcome: Outcome) -> list[str]:
     """The line of the summary that says how the motion was kept to its constraints."""
-    said = [f"moved back to the constraints {count_of(outcome.projections, 'time')}"]
+    said = [f"projected onto the constraints {count_of(outcome.projections, 'time')}"]
     if outcome.singular:
         shown = ", ".join(f"{t:.6g}" for t in outcome.singular[:MOST_EVENTS])
         more = ", ..." if len(outcome.singular) > MOST_EVENTS else ""
@@ -255,6 +255,6 @@ def drifts_shown(h_drift: float | None, p_drift: Iterable[tuple[str, float]]) ->
         kind = "momenta" if all(one.startswith("p_") for one in momenta) else "conserved quantities"
         drifts[f"largest of {len(momenta)} {kind}, {name}"] = momenta[name]
     if not drifts:
-        return "drift: not computed, as nothing that is written is conserved"
+        return "drift: not computed, as no output is conserved"
     shown = ", ".join(f"{name} {drift:.1e}" for name, drift in drifts.items() if not math.isnan(drift))
     return f"drift: {shown or 'not known, as there are no samples'}"

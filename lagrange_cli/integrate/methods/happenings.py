@@ -213,7 +213,7 @@ class Happenings:
         if jumps:
             sides.memory[:] = memory
             sides.settling.prepare()
-            return Finished(Ending.JUMP, f"event {self._names[event]!r} lets {jumps!r} jump")
+            return Finished(Ending.JUMP, f"event {self._names[event]!r} makes {jumps!r} jump")
         sides.settling.begin_switches()
         _, sizes = sides.act_on(sides.state(sides.memory))
         for e, (row, after, (_, rate)) in enumerate(zip(rows, sides.all_coefficients(), sizes)):

@@ -102,7 +102,7 @@ class ScipyMethod:
                         break
                     if steps % CREEPS == 0:
                         if abs(solver.t - mark) < least:
-                            ending, detail = Ending.METHOD_FAILED, "its steps are too short to get through"
+                            ending, detail = Ending.METHOD_FAILED, "its steps become too short"
                             break
                         mark = solver.t
                     if not np.all(np.isfinite(solver.y)):
