@@ -9,7 +9,7 @@ from lagrange_cli.drawing.evaluate import extent, fitted, locus, points
 from lagrange_cli.errors import SpecError
 from lagrange_cli.run import view
 from lagrange_cli.run.request import Request
-from lagrange_cli.spec.colours import NAMES, is_colour
+from lagrange_cli.spec.draw.colours import NAMES, is_colour
 from lagrange_cli.spec.read import read_spec
 from lagrange_cli.spec.values import resolve_values
 from tests.drawing.test_draw import drawn, ends
