@@ -91,12 +91,12 @@ def of_reader(reader: Reader) -> Schema:
         return any_of(SCALAR, {"type": "object", "additionalProperties": SCALAR})
     if isinstance(reader, Single):
         return SCALAR
-    table = TABLES.get(reader)
+    read, table = reader, TABLES.get(reader)
     if isinstance(reader, partial):
-        reader, table = reader.func, reader.args[0]
+        read, table = reader.func, reader.args[0]
     if table is None:
-        return READERS.get(reader, UNKNOWN)
-    return WITH_KEYS[reader](of_table(table)) if reader in WITH_KEYS else UNKNOWN
+        return READERS.get(read, UNKNOWN)
+    return WITH_KEYS[read](of_table(table)) if read in WITH_KEYS else UNKNOWN
 
 
 def entries(value: Schema, reader: Entries) -> dict[str, Any]:
