@@ -28,17 +28,13 @@ from manpages import pages, value_of
 
 from lagrange_cli.cli.main import lagrange
 from lagrange_cli.outputs.catalog import OUTPUTS
-from lagrange_cli.spec.draw_table import BOUNDS, CAMERA, DRAW
-from lagrange_cli.spec.sections import (
-    ACTION,
-    BODY,
-    COORDINATE,
-    EVENT,
-    PARAMETER,
-    SECTIONS,
-    SOLVE,
-    TRANSFORMATION,
-)
+from lagrange_cli.spec.bodies.keys import BODY
+from lagrange_cli.spec.declarations import COORDINATE, PARAMETER
+from lagrange_cli.spec.draw.keys import BOUNDS, CAMERA, DRAW
+from lagrange_cli.spec.events.keys import ACTION, EVENT
+from lagrange_cli.spec.sections import SECTIONS
+from lagrange_cli.spec.settings import SOLVE
+from lagrange_cli.spec.transformations import TRANSFORMATION
 
 RENEWED = "--renew" in sys.argv
 """Whether what depends on the machine, such as times, is written anew as well."""

@@ -182,7 +182,7 @@ class Evaluation:
 
     def _inertia(self, name: str, inertia: Inertia) -> None:
         """Check that a solid has sizes greater than 0, and that moments of inertia are those of some body."""
-        from lagrange_cli.spec.inertia import flaw, size_flaw
+        from lagrange_cli.spec.bodies.inertia import flaw, size_flaw
 
         where = f"{inertia.solid or 'inertia'} of body '{name}'"
         given = [self._value(one, where) for one in inertia.entries]

@@ -21,10 +21,10 @@ from lagrange_cli.native.llvm.flow import Variable
 from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.batched import Everywhere
+from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import emit_values
-from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
-from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.records import dataclass, field
 
 if TYPE_CHECKING:

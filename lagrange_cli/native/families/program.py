@@ -28,9 +28,9 @@ from lagrange_cli.native.motions import RATES
 from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.lanes import LaneEmitter
 from lagrange_cli.native.program import Program
-from lagrange_cli.native.recurrences.convolution_batches import dot_products
+from lagrange_cli.native.recurrences.batches.convolution import dot_products
+from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.evaluation import Constants, emit_values
-from lagrange_cli.native.recurrences.layout_batches import Tables
 from lagrange_cli.native.recurrences.vector_stage import rests
 from lagrange_cli.native.state import StateLayout
 from lagrange_cli.native.stepping.advance import advance

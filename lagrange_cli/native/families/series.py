@@ -20,10 +20,10 @@ from lagrange_cli.native.linear.blocks import Factorization
 from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Integer, Pointer
 from lagrange_cli.native.numbers.lanes import VECTOR
-from lagrange_cli.native.recurrences.batched import Everywhere
+from lagrange_cli.native.recurrences.batches.columns import Everywhere
+from lagrange_cli.native.recurrences.batches.layout import BEFORE, INVERSE, SLOPE
 from lagrange_cli.native.recurrences.evaluation import emit_values
 from lagrange_cli.native.recurrences.expansion import Expansion
-from lagrange_cli.native.recurrences.layout_batches import BEFORE, INVERSE, SLOPE
 from lagrange_cli.native.recurrences.vector_stage import VectorStage
 from lagrange_cli.records import dataclass
 from lagrange_cli.series.lowering import lower_functions

@@ -8,7 +8,7 @@ from lagrange_cli.expression.near import shown
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec import nodes
 from lagrange_cli.spec.draft import Written
-from lagrange_cli.spec.draw_readers import NONE, Several, read_strands
+from lagrange_cli.spec.draw.readers import NONE, Several, read_strands
 from lagrange_cli.spec.fields import read_key, read_named, read_scalar, read_vector
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems

@@ -178,7 +178,7 @@ def read_colours(node: Node, where: str, problems: Problems) -> tuple[WrittenCol
 
 def _colour(node: Node, name: Key, problems: Problems) -> str:
     """A colour; empty where it is none."""
-    from lagrange_cli.spec.colours import NAMES, is_colour
+    from lagrange_cli.spec.draw.colours import NAMES, is_colour
 
     text = node.text.strip() if isinstance(node, Scalar) else ""
     if is_colour(text):

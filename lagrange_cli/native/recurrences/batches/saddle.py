@@ -17,10 +17,11 @@ from lagrange_cli.native.llvm.function import Function
 from lagrange_cli.native.llvm.text import Operand
 from lagrange_cli.native.llvm.vector import Bit, Integer, Pointer, Real
 from lagrange_cli.native.numbers.lanes import LaneEmitter
-from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
-from lagrange_cli.native.recurrences.layout_batches import Blocks, Tables, count
-from lagrange_cli.native.recurrences.saddle_tables import Rows, SaddleTables, Term
-from lagrange_cli.native.recurrences.values_batches import Values
+from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.layout import Blocks, count
+from lagrange_cli.native.recurrences.batches.saddle_tables import Rows, SaddleTables, Term
+from lagrange_cli.native.recurrences.batches.tables import Tables
+from lagrange_cli.native.recurrences.batches.values import Values
 
 
 class Tabled(SaddleTables):

@@ -1,9 +1,8 @@
-"""The ``events`` section: what each event says, read from its mapping. What names mean is judged later."""
+"""What the keys of an event say: where it happens, and what is done then. What names mean is judged later."""
 
 from __future__ import annotations
 
 import re
-from typing import Any
 
 from lagrange_cli.expression.confusions import PRIMES
 from lagrange_cli.expression.keys import parse_key
@@ -22,15 +21,14 @@ from lagrange_cli.expression.syntax import (
 from lagrange_cli.expression.vocabulary import velocity_name
 from lagrange_cli.records import replace
 from lagrange_cli.spec import nodes
-from lagrange_cli.spec.draft import Entry, WrittenEvent
-from lagrange_cli.spec.fields import read_named, read_scalar
+from lagrange_cli.spec.draft import Entry
+from lagrange_cli.spec.fields import read_scalar
 from lagrange_cli.spec.nodes import Node, Scalar
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import Expression
 from lagrange_cli.spec.table import Table, read_table
 from lagrange_cli.spec.vanishing import difference, is_zero
 
-EXAMPLE = "{when: x, direction: falling}"
 DIRECTIONS = {"either": 0, "rising": 1, "falling": -1}
 _DIRECTIONS_ELSEWHERE = {
     "either": "both any all 0 none always",
@@ -42,63 +40,14 @@ _ACTIONS_ELSEWHERE = {
     RECORD: "log store save write count note continue none detect mark",
     STOP: "terminal terminate end halt finish exit abort break quit",
 }
-_IMPACTS = (
+IMPACTS = (
     *("bounce", "reflect", "reverse", "reflection", "impact", "kick", "jump"),
     *("reset", "collide", "collision", "restitution", "flip"),
 )
-_SET = "action: {set: {x_dot: -x_dot}}"
-_STOPS = ["terminal", "terminate", "stop", "stops", "end", "halt"]
-_FALSE = ["false", "no", "off", "0"]
+SET = "action: {set: {x_dot: -x_dot}}"
 _ASSIGNED = re.compile(r"\s*([^\W\d]\w*(?:\[[^][]*\])?)\s*:?=\s*(.*\S)\s*")
 _LONGEST = 60
 """Characters of a text that a hint repeats."""
-
-
-def read_events(table: Table, node: Node, where: str, problems: Problems) -> tuple[WrittenEvent, ...]:
-    """Events: for each name an expression, or a mapping with the keys of ``table``."""
-    hint, found = f"write 'events: {{floor: {EXAMPLE}}}'", []
-    for name, key, value in read_named(node, "event", "events", hint, problems):
-        label = f"event '{name.label}'"
-        event = WrittenEvent(name.name, key.place, name, key.passage)
-        if isinstance(value, nodes.Mapping):
-            fields = _fields(table, value, label, problems)
-            if "when" not in fields:
-                problems.add(key.place, f"{label} has no 'when'", f"write {name.text}: {EXAMPLE}")
-            stops, changes = fields["action"]
-            event = replace(
-                event,
-                when=fields.get("when"),
-                direction=fields.get("direction", 0),
-                stops=stops,
-                changes=changes,
-            )
-        else:
-            event = replace(event, when=read_when(value, label, problems))
-        found.append(event)
-    return tuple(found)
-
-
-def _fields(table: Table, node: nodes.Mapping, label: str, problems: Problems) -> dict[str, Any]:
-    """The fields of an event; what belongs into another one is said."""
-    kept = []
-    set_apart: tuple[Entry, ...] = ()
-    for key, value in node.entries:
-        word = key.text.lower()
-        text = value.text.lower() if isinstance(value, Scalar) else ""
-        if word in _STOPS:
-            hint = "leave it out" if text in _FALSE else "write 'action: stop'"
-            problems.add(key.place, f"unknown key {shown(key.text)} in {label}", hint)
-        elif word == "set" or word in _IMPACTS:
-            hint = f"write '{_SET}'"
-            if word == "set" and isinstance(value, nodes.Mapping) and value.entries:
-                hint = f"write 'action: {{set: {{{value.entries[0][0].text}: ...}}}}'"
-            problems.add(key.place, f"unknown key {shown(key.text)} in {label}", hint)
-            if word == "set" and isinstance(value, nodes.Mapping):
-                set_apart = read_changes(value, f"set of {label}", problems)
-        else:
-            kept.append((key, value))
-    fields = read_table(replace(node, entries=tuple(kept)), table, label, problems)
-    return {"action": (False, set_apart), **fields}
 
 
 def read_when(node: Node, where: str, problems: Problems) -> Expression | None:
@@ -161,7 +110,7 @@ def read_direction(node: Node, where: str, problems: Problems) -> int:
 
 def read_action(table: Table, node: Node, where: str, problems: Problems) -> tuple[bool, tuple[Entry, ...]]:
     """Whether the motion stops, and what is set; ``table`` has the keys of an action that is a mapping."""
-    hint = f"known: record, stop, or a mapping as in '{_SET}'"
+    hint = f"known: record, stop, or a mapping as in '{SET}'"
     if isinstance(node, nodes.Sequence):
         problems.add(node.place, f"{where} must be one action", hint)
         return False, ()
@@ -187,8 +136,8 @@ def read_action(table: Table, node: Node, where: str, problems: Problems) -> tup
     meant = _meant(text.lower(), _ACTIONS_ELSEWHERE, (RECORD, STOP))
     if assigned and len(text) < _LONGEST:
         hint = f"write 'action: {{set: {{{assigned[1]}: {assigned[2]}}}}}'"
-    elif text.lower() in _IMPACTS or text == "set":
-        hint = f"write '{_SET}'"
+    elif text.lower() in IMPACTS or text == "set":
+        hint = f"write '{SET}'"
     elif meant:
         hint = f"write {meant}"
     problems.add(node.place, f"unknown {where}" + (f": {shown(text)}" if text else ""), hint)

@@ -1,10 +1,14 @@
-"""The keys of the section ``draw``, a row each."""
+"""The section ``draw`` of the system file: its keys, a row each, and how they are read."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
+from typing import Any
 
-from lagrange_cli.spec.draw_readers import (
+from lagrange_cli.spec import nodes
+from lagrange_cli.spec.draw.ranges import read_curves, read_range, read_sliders
+from lagrange_cli.spec.draw.readers import (
     read_colours,
     read_degrees,
     read_lines,
@@ -14,8 +18,9 @@ from lagrange_cli.spec.draw_readers import (
     read_points,
     read_up,
 )
-from lagrange_cli.spec.range_readers import read_curves, read_range, read_sliders
-from lagrange_cli.spec.table import Row, Table
+from lagrange_cli.spec.nodes import Node, Scalar
+from lagrange_cli.spec.problems import Problems
+from lagrange_cli.spec.table import Row, Table, read_table
 
 BOUNDS = Table(
     "bounds",
@@ -130,3 +135,13 @@ DRAW = Table(
         "everything is shown that is not listed under 'hide'": "show visible bodies particles",
     },
 )
+
+
+def read_draw(node: Node, where: str, problems: Problems) -> Mapping[str, Any]:
+    """The section, with the keys of ``DRAW``."""
+    if isinstance(node, Scalar) and node.empty:
+        return {}
+    if not isinstance(node, nodes.Mapping):
+        problems.add(node.place, f"{where} must be a mapping", "write 'draw: {rods: [[0, bob]]}'")
+        return {}
+    return read_table(node, DRAW, where, problems)

@@ -17,10 +17,11 @@ from lagrange_cli.native.llvm.text import Operand, Value
 from lagrange_cli.native.llvm.vector import Integer, Pointer, Real
 from lagrange_cli.native.numbers.kind import NumberKind
 from lagrange_cli.native.numbers.lanes import LaneEmitter
+from lagrange_cli.native.recurrences.batches.gathering import gathered, place_at, places_at
+from lagrange_cli.native.recurrences.batches.layout import count
+from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.native.recurrences.compensated import Compensated
 from lagrange_cli.native.recurrences.evaluation import emit_node
-from lagrange_cli.native.recurrences.gathering import gathered, place_at, places_at
-from lagrange_cli.native.recurrences.layout_batches import Tables, count
 from lagrange_cli.series.batches import LONG
 
 LEAF, FIXED = 0, -1

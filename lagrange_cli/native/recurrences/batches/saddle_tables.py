@@ -1,6 +1,6 @@
 """Which numbers meet where equations of motion with constraints are factored and solved in blocks of eight.
 
-The numbers themselves are in arrays of the work space; ``saddle_batches`` writes the loops over these tables.
+The numbers themselves are in arrays of the work space; ``saddle`` writes the loops over these tables.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.linear.sparse import Elimination, eliminated
-from lagrange_cli.native.recurrences.layout_batches import Tables
+from lagrange_cli.native.recurrences.batches.tables import Tables
 from lagrange_cli.records import dataclass
 
 MOST = 16

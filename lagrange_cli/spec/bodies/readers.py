@@ -1,20 +1,16 @@
-"""The section ``bodies`` of the system file: rigid bodies, their inertia and their orientation."""
+"""The inertia and the orientation of a rigid body as they are written."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
 
 from lagrange_cli.expression.near import known_hint, near_hint, near_match, shown
 from lagrange_cli.spec import nodes
-from lagrange_cli.spec.draft import WrittenBody
-from lagrange_cli.spec.fields import read_named, read_scalar, read_text
+from lagrange_cli.spec.fields import read_scalar, read_text
 from lagrange_cli.spec.nodes import Node
 from lagrange_cli.spec.problems import Problems
 from lagrange_cli.spec.spec import SOLIDS, Expression, Inertia, Orientation
-from lagrange_cli.spec.table import Table, read_table
 
-EXAMPLE = "{mass: m, inertia: [I1, I2, I3], position: [0, 0, 0], orientation: {euler: [phi, theta, psi]}}"
 FORMS = {"euler": "[phi, theta, psi]", "quaternion": "[w, x, y, z]", "matrix": "[[..], [..], [..]]"}
 """The forms of an orientation, and how each is written."""
 KEYS = (*FORMS, "sequence")
@@ -37,36 +33,6 @@ SOLIDS_ELSEWHERE = {
 def _meant(word: str, elsewhere: Mapping[str, str]) -> str:
     """The word of this program for one of another; nothing where there is none."""
     return next((meant for meant, words in elsewhere.items() if word in words.split()), "")
-
-
-def read_bodies(table: Table, node: Node, where: str, problems: Problems) -> tuple[WrittenBody, ...]:
-    """Bodies: a mapping with the keys of ``table`` for each name."""
-    found = []
-    for name, key, value in read_named(
-        node, "body", "bodies", f"write 'bodies: {{top: {EXAMPLE}}}'", problems
-    ):
-        label = f"body '{name.label}'"
-        fields: dict[str, Any] = {}
-        if isinstance(value, nodes.Mapping):
-            fields = read_table(value, table, label, problems)
-            for needed, example in NEEDED.items():
-                if needed not in fields:
-                    problems.add(key.place, f"{label} has no {needed}", f"write '{needed}: {example}'")
-            if "inertia" in fields and "solid" in fields:
-                message = f"{label} has both 'inertia' and 'solid'"
-                problems.add(key.place, message, "leave one of them out")
-            elif "inertia" not in fields and "solid" not in fields:
-                hint = "write 'inertia: [I1, I2, I3]', or a solid such as 'solid: {sphere: r}'"
-                problems.add(key.place, f"{label} has no inertia", hint)
-        else:
-            problems.add(value.place, f"{label} must be a mapping", f"write {name.text}: {EXAMPLE}")
-        inertia = fields.get("inertia") or fields.get("solid")
-        given = fields.get("mass"), fields.get("position"), inertia, fields.get("orientation")
-        found.append(WrittenBody(name.name, key.place, name, key.passage, *given))
-    return tuple(found)
-
-
-NEEDED = {"mass": "m", "position": "[x, y, z]", "orientation": "{euler: [phi, theta, psi]}"}
 
 
 def components(
