@@ -44,7 +44,7 @@ LONGEST_INTEGRAL = 600
 """Characters of its formula."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
-WORTH_OF_POLYNOMIALS = 400_000
+WORTH_OF_POLYNOMIALS = 800_000
 """And the search for conserved polynomials, which many systems have none of: half a second."""
 
 
