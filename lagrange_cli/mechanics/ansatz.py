@@ -11,9 +11,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations_with_replacement
 
-from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
+from lagrange_cli.expression.written import as_written
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.separation import terms_of_sum
 from lagrange_cli.mechanics.variables import graph_of, variables

@@ -36,8 +36,8 @@ from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
-MOST_LINEAR, MOST_COMBINED = 6, 40
-"""Coordinates of the largest systems of which linear changes, and combinations, are tried."""
+MOST_LINEAR, MOST_COMBINED, MOST_IN_POLYNOMIALS = 6, 40, 5
+"""Coordinates of the largest systems of which linear changes, combinations and polynomials are tried."""
 MOST_NAMES = 3
 """Coordinates that are named in one sentence."""
 LONGEST_INTEGRAL = 600
@@ -288,9 +288,10 @@ class _Search:
 
     def polynomials(self) -> None:
         """Other polynomials in the velocities."""
-        if "h" not in self.names:
+        freedoms = len(self.model.q) - len(self.model.constraints)
+        if "h" not in self.names or freedoms < 2 or len(self.model.q) > MOST_IN_POLYNOMIALS:
             return
-        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals
+        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals  # and what it needs
 
         known = [*self.kept, *(one.node for one in self.found)]
         for one in PolynomialIntegrals(self.model, self.noether, known).found():
