@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
@@ -28,7 +28,6 @@ from lagrange_cli.mechanics.reasons import (
     unchanged,
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
-from lagrange_cli.mechanics.saturation import released
 from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -58,7 +57,12 @@ class Symmetry:
 
 def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
-    search = _Search(released(model), known)
+    energy = model.potential if model.lagrangian is None else model.lagrangian
+    if any(one.kind is Kind.SWITCH for one in reachable([energy])):
+        from lagrange_cli.mechanics.saturation import released  # loaded where something was saturated
+
+        model = released(model)
+    search = _Search(model, known)
     work = graph_of(model).work
     stages = (
         search.displacements,

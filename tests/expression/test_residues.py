@@ -67,7 +67,7 @@ def test_identities(prime):
 
 
 def test_roots_of_different_numbers_have_signs_of_their_own():
-    """sqrt(x*y + y) - sqrt(y)*sqrt(x + 1) vanishes where all are positive, at about half of the states here."""
+    """sqrt(x*y + y) - sqrt(y)*sqrt(x + 1) vanishes on one branch: at about half of the states here."""
     found = values("sqrt(x*y + y) - sqrt(y)*sqrt(x + 1)", LARGE, tries=200)
     assert len(found) / 4 < sum(one == 0 for one in found) < len(found) * 3 / 4
 
