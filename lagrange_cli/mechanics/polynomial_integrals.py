@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.ansatz import (
     Term,
     Variables,
     has_constant_masses,
+    has_smooth_forces,
     material_of,
     own_variables,
     terms,
@@ -73,7 +74,7 @@ class PolynomialIntegrals:
     def found(self) -> Iterator[Integral]:
         """Those that do not follow from what is known."""
         freedoms = len(self.model.q) - len(self.model.constraints)
-        if self.states.eliminated is None:
+        if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
             return
         self.known += self._uniform()
         rank = self.rank(self.known)
