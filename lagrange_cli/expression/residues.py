@@ -16,8 +16,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import Any
 
-from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.written import as_written
 
 SMALL, LARGE = 2**30 - 425, 2**521 - 5553
 """Primes p with p = 3 modulo 4 (square roots are powers) modulo which 2, 3 and 5 have square roots, and p - 1
@@ -50,7 +50,7 @@ class Residues:
         return self.source.randrange(1, self.prime)
 
     def number(self, value: Any) -> int:
-        """The number that ``value`` was rounded from (see ``many_digits.as_written``)."""
+        """The number that ``value`` was rounded from (see ``written.as_written``)."""
         return residue(value, self.prime)
 
     def root(self, value: int, degree: int) -> int:

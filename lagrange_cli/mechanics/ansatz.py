@@ -11,14 +11,17 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import combinations_with_replacement
 
-from lagrange_cli.expression.many_digits import as_written
 from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.vocabulary import COMPONENTS, velocity_name
+from lagrange_cli.expression.written import as_written
 from lagrange_cli.mechanics.noether import Noether
 from lagrange_cli.mechanics.separation import terms_of_sum
 from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, field
+
+INVERSE = frozenset({"asin", "acos", "atan", "atan2"})
+"""Functions of which some jump or have kinks, such as atan(tan(x))."""
 
 Powers = tuple[int, ...]
 """Exponents of variables."""
@@ -92,8 +95,6 @@ def material_of(model: Model[Node], noether: Noether, given: Variables) -> Mater
     graph, moving = graph_of(model), variables(model)
     lagrangian = -model.potential if model.lagrangian is None else model.lagrangian
     applied = [force for force in noether.energetics.applied if not force.is_zero]
-    if any(not is_smooth(one, moving) for one in reachable([lagrangian, *applied])):
-        return None
     own = given.speeds is model.v
     functions: dict[Node, int] = {}
     degree, odd = 0, False
@@ -113,9 +114,16 @@ def material_of(model: Model[Node], noether: Noether, given: Variables) -> Mater
     return Material(functions, degree, odd)
 
 
+def has_smooth_forces(model: Model[Node], noether: Noether) -> bool:
+    """Whether L and the forces have neither kinks nor jumps."""
+    lagrangian = model.potential if model.lagrangian is None else model.lagrangian
+    moving = variables(model)
+    return all(is_smooth(one, moving) for one in reachable([lagrangian, *noether.energetics.applied]))
+
+
 def is_smooth(node: Node, moving: int) -> bool:
     """Whether a function has neither kinks nor jumps where it has a value."""
-    if node.kind in (Kind.SWITCH, Kind.DDT) or node.data == "atan2":
+    if node.kind in (Kind.SWITCH, Kind.DDT) or (node.data in INVERSE and node.symbols & moving):
         return False
     if node.kind is Kind.PRODUCT:  # x**2/sqrt(x**2) jumps with x
         roots = [a for a, e in zip(node.arguments, node.data) if not isinstance(e, int)]

@@ -15,7 +15,7 @@ from lagrange_cli.records import dataclass
 
 SPARE = 4
 """More states than are needed."""
-PRODUCTS = 8
+PRODUCTS = 4
 """Products modulo a prime that are one step of work."""
 
 Moving = tuple[int, int]
@@ -87,7 +87,7 @@ class Columns:
         if parameters is None:
             parameters = {str(one.data): source.randrange(1, prime) for one in self.parameters}
         for state in self.states.random(prime, self.nodes, parameters):
-            work.charge(len(equations) * count // PRODUCTS)
+            work.charge((len(equations) + 4) * count // PRODUCTS)
             row = [moving[which] for moving in self.at(state, prime)]
             idle = 0 if equations.add(row) else idle + 1
             if idle == SPARE or len(equations) == count:

@@ -23,6 +23,7 @@ from lagrange_cli.mechanics.ansatz import (
     Term,
     Variables,
     has_constant_masses,
+    has_smooth_forces,
     material_of,
     own_variables,
     terms,
@@ -38,9 +39,9 @@ from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
-MOST_COORDINATES = 5
+MOST_PLACES = 5
 MOST_TERMS = 150
-"""Of a sum that is tried."""
+"""Variables and terms of a sum that is tried."""
 DEGREES = {1: 1, 2: 2, 3: 1, 4: 0}
 """Degrees in the velocities that are tried, and the highest one of leading coefficients in the places."""
 HIGHEST = 4
@@ -73,7 +74,7 @@ class PolynomialIntegrals:
     def found(self) -> Iterator[Integral]:
         """Those that do not follow from what is known."""
         freedoms = len(self.model.q) - len(self.model.constraints)
-        if freedoms < 2 or len(self.model.q) > MOST_COORDINATES or self.states.eliminated is None:
+        if self.states.eliminated is None or not has_smooth_forces(self.model, self.noether):
             return
         self.known += self._uniform()
         rank = self.rank(self.known)
@@ -110,7 +111,7 @@ class PolynomialIntegrals:
         model = self.model
         given = own_variables(model) if self._steady else variables_in_space(model)
         material = None if given is None else material_of(model, self.noether, given)
-        if given is not None and material is not None and len(given.places) <= MOST_COORDINATES:
+        if given is not None and material is not None and len(given.places) <= MOST_PLACES:
             for ansatz in self._polynomials(given, material):
                 yield given, ansatz
         if not self._steady and not model.constraints and not any(one.body for one in model.particles):

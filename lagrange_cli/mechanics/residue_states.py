@@ -20,6 +20,9 @@ from lagrange_cli.records import dataclass
 TRIES = 40
 """Random states that are tried for each that has values: of two numbers, one has a square root."""
 
+BITS = 100
+"""Of a prime that make a value take one step of work more."""
+
 
 @dataclass(frozen=True)
 class State:
@@ -105,7 +108,7 @@ class States:
         names = {one.data for one in (*first, *inside) if one.kind is Kind.SYMBOL}
         source, fails = random.Random(len(inside)), 0
         while fails < TRIES:
-            graph.work.charge(len(inside))
+            graph.work.charge(len(inside) * (2 + prime.bit_length() // BITS))
             residues = Residues(prime, source)
             given = {**{name: residues.random() for name in names}, **(parameters or {})}
             try:

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from lagrange_cli.expression.node import Kind, Node
+from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.expression.text import joined, text_of
 from lagrange_cli.expression.zero import is_zero, zeros
 from lagrange_cli.mechanics.conservation import Conserved, broken, conservation
@@ -28,7 +28,6 @@ from lagrange_cli.mechanics.reasons import (
     unchanged,
 )
 from lagrange_cli.mechanics.relations import Relations, dependent
-from lagrange_cli.mechanics.saturation import released
 from lagrange_cli.mechanics.separation import separate_energies
 from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.mechanics.variables import graph_of, variables
@@ -36,15 +35,15 @@ from lagrange_cli.model.events import changes_of
 from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass, replace
 
-MOST_LINEAR, MOST_COMBINED = 6, 40
-"""Coordinates of the largest systems of which linear changes, and combinations, are tried."""
+MOST_LINEAR, MOST_COMBINED, MOST_IN_POLYNOMIALS = 6, 40, 5
+"""Coordinates of the largest systems of which linear changes, combinations and polynomials are tried."""
 MOST_NAMES = 3
 """Coordinates that are named in one sentence."""
 LONGEST_INTEGRAL = 600
 """Characters of its formula."""
 WORTH = 2_500_000
 """Steps of work that each stage of the search may take."""
-WORTH_OF_POLYNOMIALS = 400_000
+WORTH_OF_POLYNOMIALS = 800_000
 """And the search for conserved polynomials, which many systems have none of: half a second."""
 
 
@@ -58,7 +57,12 @@ class Symmetry:
 
 def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Symmetry, ...]:
     """Conserved quantities beyond those ``known``, which are h and momenta of cyclic coordinates."""
-    search = _Search(released(model), known)
+    energy = model.potential if model.lagrangian is None else model.lagrangian
+    if any(one.kind is Kind.SWITCH for one in reachable([energy])):
+        from lagrange_cli.mechanics.saturation import released  # loaded where something was saturated
+
+        model = released(model)
+    search = _Search(model, known)
     work = graph_of(model).work
     stages = (
         search.displacements,
@@ -288,9 +292,10 @@ class _Search:
 
     def polynomials(self) -> None:
         """Other polynomials in the velocities."""
-        if "h" not in self.names:
+        freedoms = len(self.model.q) - len(self.model.constraints)
+        if "h" not in self.names or freedoms < 2 or len(self.model.q) > MOST_IN_POLYNOMIALS:
             return
-        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals
+        from lagrange_cli.mechanics.polynomial_integrals import PolynomialIntegrals  # and what it needs
 
         known = [*self.kept, *(one.node for one in self.found)]
         for one in PolynomialIntegrals(self.model, self.noether, known).found():
