@@ -12,7 +12,7 @@ from lagrange_cli.expression.vocabulary import TIME, velocity_name
 from lagrange_cli.records import replace
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 
