@@ -21,7 +21,7 @@ from lagrange_cli.errors import (
     Undetermined,
     UsageError,
 )
-from lagrange_cli.run.settings import check_defaults
+from lagrange_cli.run.settings.settings import check_defaults
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from lagrange_cli.records import replace
 from lagrange_cli.spec.spec import distinct
 
 if TYPE_CHECKING:
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
     from lagrange_cli.spec.spec import Spec
     from lagrange_cli.spec.values import Values
 

@@ -14,7 +14,7 @@ from lagrange_cli.integrate.methods.table import AUTO, METHODS
 from lagrange_cli.outputs.catalog import OUTPUTS
 from lagrange_cli.run.schema.forms import NAME, NOTHING, SCALAR, Schema, any_of, named
 from lagrange_cli.run.schema.readers import READERS, TABLES, WITH_KEYS
-from lagrange_cli.run.settings import ALL
+from lagrange_cli.run.settings.outputs import ALL
 from lagrange_cli.spec.fields import Reader
 from lagrange_cli.spec.readers import Entries, Single, Terms
 from lagrange_cli.spec.sections import SECTIONS

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import numpy as np
 
     from lagrange_cli.integrate.arrays import Array
-    from lagrange_cli.run.settings import Settings
+    from lagrange_cli.run.settings.settings import Settings
 
 OUTPUTS = frozenset({"q", "v", "p", "h"})
 SPAN = 10.0

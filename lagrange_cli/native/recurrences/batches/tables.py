@@ -27,18 +27,17 @@ class Tables:
 
     def of_places(self, listed: Sequence[int]) -> int:
         """Where the table has these places, in whole vectors: the last one is repeated."""
-        key = (int, *listed)
-        if key not in self.seen:
-            self.seen[key] = len(self.places)
-            self.places.extend(filled(listed))
-        return self.seen[key]
+        return self._listed(self.places, listed)
 
     def of_numbers(self, listed: Sequence[float]) -> int:
         """The same for numbers."""
-        key = (float, *listed)
+        return self._listed(self.numbers, listed)
+
+    def _listed(self, table: array[N], listed: Sequence[N]) -> int:
+        key = (table.typecode, *listed)
         if key not in self.seen:
-            self.seen[key] = len(self.numbers)
-            self.numbers.extend(filled(listed))
+            self.seen[key] = len(table)
+            table.extend(filled(listed))
         return self.seen[key]
 
     def of_constants(self, nodes: Sequence[Node]) -> int:
