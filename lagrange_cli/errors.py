@@ -56,15 +56,14 @@ class MissingPackage(UsageError):
 
 
 class MotionError(LagrangeError):
-    """The motion could not be started or continued; ``result`` has what was computed, where it was asked for
-    by a Python program."""
+    """The motion could not be started or continued; in a Python program ``result`` has the motion so far."""
 
     exit_code = 4
     result: Any = None
 
 
 class Interrupted(KeyboardInterrupt):
-    """A Python program was interrupted while it followed motions; ``result`` has what was computed."""
+    """A Python program was interrupted while it followed motions; ``result`` has the results so far."""
 
     result: Any = None
 

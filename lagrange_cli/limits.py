@@ -1,4 +1,4 @@
-"""How much a system file may ask for: every limit that a user may move, with its number.
+"""The limits of a system file: every limit that a user may change, with its number.
 
 ``LAGRANGE_LIMITS=members=100000,seconds=60`` moves some. What keeps a recursive reader from running out of
 stack (how deep an expression may be nested) is fixed, and stands where it is checked.
@@ -150,7 +150,7 @@ def limit_time(seconds: float) -> None:
 
 
 def time_over() -> str:
-    """What is said where this process has had the seconds that it may have; else nothing."""
+    """The message when this process has used up its seconds; else nothing."""
     seconds = limit("seconds")
     return (
         f"The time limit is reached: {VARIABLE}=seconds={seconds:g}"

@@ -44,7 +44,7 @@ def field(
     repr: bool = True,
     compare: bool = True,
 ) -> Any:
-    """A field with more to be said of it than a default, as in ``dataclasses``."""
+    """A field with more properties than a default, as in ``dataclasses``."""
     return Field(default, default_factory, repr, compare)
 
 
@@ -91,7 +91,7 @@ def dataclass_of(cls: Any, frozen: bool, order: bool, eq: bool) -> Any:
 
 
 def replace(record: T, **changes: Any) -> T:
-    """A record like this one but for ``changes``."""
+    """A record like this one except for ``changes``."""
     cls: Any = type(record)
     names = cls.__record_fields__
     if cls.__record_plain__ and changes.keys() <= names.keys():

@@ -27,10 +27,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 MOST_SYSTEMS, MOST_PROGRAMS, MOST_VALUES = 32, 32, 200
-"""What is kept: systems, and of each of them programs, and values that have been judged."""
+"""Kept systems, each with its programs and its checked values."""
 
 WORKING = threading.RLock()
-"""Held while something is made that is to be kept: reading, deriving and compiling share what is theirs."""
+"""Held while a system is read, derived or compiled, since these steps share caches of their own."""
 
 
 class Recent(Generic[T]):
@@ -41,14 +41,14 @@ class Recent(Generic[T]):
         self._lock = threading.Lock()
 
     def get(self, key: Hashable, make: Callable[[], T]) -> T:
-        """What is kept under the key; it is made where there is nothing."""
+        """The value kept under the key; it is made if there is none."""
         with self._lock:
             if key in self._found:
                 self._found.move_to_end(key)
                 return self._found[key]
         with WORKING:
             with self._lock:
-                if key in self._found:  # another thread has made it meanwhile
+                if key in self._found:  # another thread has made it in the meantime
                     return self._found[key]
             made = make()
             with self._lock:

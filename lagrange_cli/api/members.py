@@ -23,7 +23,7 @@ Table: TypeAlias = "str | os.PathLike[str] | Mapping[str, ArrayLike]"
 def draws_of(
     over: Over | None, random: Random | None, table: Table | None, members: int | None, seed: int
 ) -> Draws:
-    """What was given; raises ``UsageError`` for values of other types than they should have."""
+    """The arguments; raises ``UsageError`` for values of a wrong type."""
     for name, given in (("over", over), ("random", random)):
         if given is not None and not isinstance(given, Mapping):
             raise UsageError(f"{name} must be a mapping from names to values, not {given!r:.60}")

@@ -79,7 +79,7 @@ def emit_json(content: Mapping[str, Any]) -> None:
 
 
 def complain(text: str) -> None:
-    """Write a message to standard error; where even that is impossible there is nobody to tell."""
+    """Write a message to standard error; a failure of this is ignored."""
     Line.clear_shown()
     try:
         click.echo(text, err=True)
@@ -88,7 +88,7 @@ def complain(text: str) -> None:
 
 
 def describe(error: BaseException, system: str = "") -> tuple[str, int]:
-    """The message and the exit status for an error; ``system`` names the one of several it befell."""
+    """The message and the exit status for an error; ``system`` names the system if there are several."""
     if isinstance(error, SpecError):
         return str(error), error.exit_code
     where = f"{display_name(system)}: " if system and display_name(system) not in str(error) else ""
@@ -112,7 +112,7 @@ def describe(error: BaseException, system: str = "") -> tuple[str, int]:
 
 
 def run_each(systems: Iterable[str], action: Callable[[str], int], *, as_json: bool) -> int:
-    """Run ``action`` on every system, whatever becomes of the others, and return the highest status.
+    """Run ``action`` on every system, even if others fail, and return the highest status.
     An interrupt ends the whole run."""
     systems = tuple(systems)
     worst = 0
@@ -127,8 +127,8 @@ def run_each(systems: Iterable[str], action: Callable[[str], int], *, as_json: b
 def run_one(system: str, action: Callable[[str], int], *, as_json: bool, named: bool) -> int:
     """Run ``action`` on a system and return its status.
 
-    A failure is told on standard error, with the system's name if it is to be ``named``, and with ``as_json``
-    by an object on standard output, so that there is one object per system.
+    A failure is reported on standard error, with the system's name if it is to be ``named``, and with
+    ``as_json`` by an object on standard output, so that there is one object per system.
     """
     try:
         return action(system)

@@ -24,7 +24,7 @@ STAGES = {
     "verify": "comparing with the compiled equations",
     "print": "writing the equations",
 }
-"""What is shown of stages that take long; the others show their progress themselves."""
+"""The texts for stages that take long; the others show their progress themselves."""
 SHORTEST_NAME = 10
 """Columns of a name that are shown rather than the longest text."""
 WIDTH = 80
@@ -32,7 +32,7 @@ WIDTH = 80
 
 
 class Line:
-    """A line that tells what becomes of ``name``; nothing is shown where nobody watches."""
+    """A line that shows the progress of ``name``, on a terminal only."""
 
     shown: Line | None = None
     """The line that is on the terminal now."""
@@ -74,7 +74,7 @@ class Line:
 
     @staticmethod
     def clear_shown() -> None:
-        """Remove the line that is shown now, if there is one: something else is going to be said."""
+        """Remove the line that is shown now, if there is one, before another message."""
         if Line.shown is not None:
             Line.shown.clear()
 
@@ -201,7 +201,7 @@ class MeasuringProgress(Line):
     """Shows which method is being measured."""
 
     def show(self, done: int, count: int, what: object) -> None:
-        """Of ``count``, so many are done, and ``what`` is next: each may take long, so this is shown at
+        """``done`` of ``count`` are done, and ``what`` is next: each may take long, so this is shown at
         once."""
         if self.enabled:
             self.say(f"{done / count:4.0%}  {what}")

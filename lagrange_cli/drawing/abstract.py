@@ -1,4 +1,4 @@
-"""Drawings of systems whose file does not say where anything is: those given by a Lagrangian.
+"""Drawings of systems without positions: those given by a Lagrangian.
 
 Coordinates x, y (and z) are taken for a place, with an angle beside them for the direction that it looks in.
 A family is drawn as a string, or as a net, of what its members are. Any other angle is the hand of a dial,

@@ -15,7 +15,7 @@ from lagrange_cli.spec.spec import Body
 EQUAL = 1e-6
 """Moments of inertia that differ by less, relatively, are those of a round body."""
 THIN = 1e-3
-"""A side that is shorter than this part of the longest is none."""
+"""A side shorter than this fraction of the longest one counts as 0."""
 
 
 ROUND = ("sphere", "cylinder", "disc")
@@ -53,7 +53,7 @@ def shape_of(scene: Scene, name: str, body: Body) -> Shape:
 
 
 def _turned(scene: Scene, given: Sequence[Node], mass: Node, axes: Sequence[Place]) -> Shape:
-    """That of a matrix, along its principal axes with the values that the parameters have now."""
+    """The shape for an inertia matrix, along its principal axes with the present values of the parameters."""
     matrix = scene.probe(given)[:, 0].reshape(3, 3)
     moments, columns = np.linalg.eigh((matrix + matrix.T) / 2)
     principal = [

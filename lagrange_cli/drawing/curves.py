@@ -1,4 +1,4 @@
-"""Wires, walls and surfaces: where a particle can be that has fewer coordinates than space has dimensions."""
+"""Wires, walls and surfaces: the curves and surfaces on which particles move."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lagrange_cli.records import dataclass
 
 TURN, RISE = (0.0, 2 * math.pi), (-math.pi / 2, math.pi / 2)
 MOST = 8
-"""Curves of one drawing; more of them would hide what moves."""
+"""The largest number of curves in a drawing; more of them would hide the moving parts."""
 
 
 @dataclass(frozen=True)
@@ -86,7 +86,7 @@ def _carried(scene: Scene, name: str, place: Place) -> set[int]:
 
 
 def range_of(scene: Scene, place: Place, k: int) -> tuple[float, float] | None:
-    """Once around where a place has come back after 2 pi; None where it has not."""
+    """The range of one turn if a place returns after 2 pi; None if it does not."""
     name = str(scene.coordinates[k].data)
     q = scene.probe.symbols[name]
     moved = scene.probe(place, {name: q + 2 * math.pi})
@@ -95,7 +95,7 @@ def range_of(scene: Scene, place: Place, k: int) -> tuple[float, float] | None:
 
 
 def _plane(scene: Scene, place: Place) -> bool:
-    """Whether a place in space does not leave a plane along two axes: the ground, or that of a throw."""
+    """Whether a place in space stays in a plane along two axes: the ground, or the plane of a throw."""
     return any(one.is_zero or steady(values) for one, values in zip(place, scene.at(place)))
 
 
@@ -187,7 +187,7 @@ def _round(scene: Scene, node: Node, symbols: list[Node]) -> tuple[dict[Node, No
 
 
 def floors_of(scene: Scene) -> Iterator[tuple[Place, Place]]:
-    """The ends of what a particle on a line bounces off: lines across its own."""
+    """The ends of a wall that a particle on a line bounces off: lines across its own."""
     (name,) = scene.flat if len(scene.flat) == len(scene.positions) == 1 else ("",)
     if not name:
         return

@@ -1,4 +1,4 @@
-"""Distances in expressions: between which points one lies, whatever way it is written."""
+"""Distances in expressions: the points between which a distance is taken, however it is written."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def candidates(scene: Scene, node: Node, owners: Owners) -> list[str]:
 
 
 def pairs(scene: Scene, node: Node, owners: Owners) -> Iterator[tuple[End, str]]:
-    """What ``node`` may be a distance of: two particles, or one and a fixed point."""
+    """The possible ends of the distance ``node``: two particles, or one and a fixed point."""
     moving = node.symbols & scene.moving
     names = candidates(scene, node, owners)
     whole = [name for name in names if scene.symbols(scene.positions[name]) & scene.moving == moving]
@@ -93,7 +93,7 @@ def _centre(scene: Scene, node: Node, place: Place) -> Place | None:
 
 
 def place_of(scene: Scene, end: End) -> Place:
-    """Where an end is."""
+    """The place of an end."""
     return scene.positions[end] if isinstance(end, str) else end
 
 
@@ -103,7 +103,7 @@ def apart(scene: Scene, a: End, b: End) -> Array:
 
 
 def distance_in(scene: Scene, node: Node, owners: Owners) -> tuple[End, str] | None:
-    """The points whose distance ``node`` is a function of, and of nothing else in coordinates.
+    """The points whose distance is the only quantity in coordinates that ``node`` depends on.
 
     It is one if its gradient is parallel to that of the square of the distance. Of several pairs of points,
     as there are on a rod, those farthest apart are taken.

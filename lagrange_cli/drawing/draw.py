@@ -17,13 +17,13 @@ from lagrange_cli.spec.spec import Spec
 from lagrange_cli.spec.values import Values
 
 TRAILS = 6
-"""Of more particles only the last one leaves a trail."""
+"""With more particles, only the last one leaves a trail."""
 
 
 def draw(spec: Spec, values: Values, start: float = 0.0) -> Drawing:
-    """What is drawn of a system; ``values`` are those of a run that begins at the time ``start``.
+    """The drawing of a system; ``values`` are those of a run that begins at the time ``start``.
 
-    They serve to tell what has a fixed length. The drawing holds for other values of the parameters, too.
+    They show which lengths are fixed. The drawing holds for other values of the parameters, too.
 
     Raises:
         SpecError: where the file has a constant that does not exist, such as 1/0, and for all numbers of its
@@ -38,7 +38,7 @@ def draw(spec: Spec, values: Values, start: float = 0.0) -> Drawing:
 
 
 def _sheet(scene: Scene, section: Section) -> Sheet:
-    """What is found in the file, with what its section ``draw`` has in place of that."""
+    """The parts found in the file, overridden by its section ``draw``."""
     wanted = section.wanted
     rods, springs = rods_of(scene), springs_of(scene)
     tracks = tracks_of(scene, {rod.end for rod in rods if not rod.bar})

@@ -1,4 +1,4 @@
-"""``Drawing``: what is drawn of a system, whatever draws it: a page, an animation, a notebook."""
+"""``Drawing``: what is drawn of a system, in a page, a film or a notebook."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.records import dataclass, field
 
 FREE = ("curve 0", "curve 1")
-"""The names of what runs along a curve that the file describes; no name of a file is like them."""
+"""The names of the parameters of curves; no name of a file is like them."""
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,9 @@ from lagrange_cli.expression.vocabulary import TIME
 from lagrange_cli.records import dataclass, replace
 
 MARGIN = 0.1
-"""What is seen beyond the bounds of the motion, in parts of their size."""
+"""The margin around the bounds of the motion, as a fraction of their size."""
 BEYOND = 0.25
-"""What is drawn of a curve beyond them."""
+"""The part of a curve that is drawn beyond them, likewise."""
 SAMPLES, MESH = 193, 33
 """Points of a curve, and of each line of a surface's mesh."""
 TINY = 0.004
@@ -73,7 +73,8 @@ def locus(
 
 
 def extent(drawing: Drawing, t: Array, q: Array, parameters: Mapping[str, float]) -> Extent:
-    """What a motion, or a part of it, fills: what moves, from the point that is followed if there is one."""
+    """The bounds of a motion, or of a part of it: its moving points, relative to the followed point if there
+    is one."""
     places, shown = points(drawing, t, q, parameters), list(drawing.places)
     if drawing.camera.follow is not None:
         places = places - places[drawing.camera.follow]

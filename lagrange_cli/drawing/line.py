@@ -15,9 +15,9 @@ from lagrange_cli.expression.node import Node
 from lagrange_cli.records import replace
 
 FEW = 4
-"""So many are moved apart along their line."""
+"""Up to this many are moved apart along their line."""
 APART = 3.0
-"""How far, in units of how far they swing."""
+"""The distance, in units of their amplitude."""
 
 
 def spread(scene: Scene, springs: list[Spring]) -> list[Spring]:

@@ -1,7 +1,7 @@
 """``Probe``: values of expressions at a few random states, which show what does not depend on the state.
 
-That a distance stays the same cannot be seen from how it is written: a product of sums is not multiplied out.
-At eight random states near the start it can.
+The form of an expression does not show whether a distance is constant, since products of sums are not
+expanded. Its values at eight random states near the start do.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from lagrange_cli.spec.values import Values
 
 STATES = 8
 NEEDED = 3
-"""So many states must have a value."""
+"""The number of states at which there must be a value."""
 ROUNDING = 1e-9
 """Numbers that differ by less, relatively, are equal."""
 

@@ -19,13 +19,13 @@ from lagrange_cli.expression.node import Node, bits
 from lagrange_cli.records import dataclass
 
 PAIRS = 24
-"""Of so many particles all pairs are compared; of more, neighbours in the file's order."""
+"""Up to this many particles, all pairs are compared; otherwise neighbours in the file's order."""
 ON_A_WIRE = ("bead", "ring", "hoop", "car", "block", "marble", "puck", "slider", "skier", "wagon")
-"""What a particle is called that slides on a circle."""
+"""Names of particles that slide on a circle."""
 WIRES = re.compile(
     r"\b(loops?|hoops?|bowls?|tracks?|wires?|rails?|grooves?|rims?|troughs?|half-pipes?)\b", re.I
 )
-"""What a system's name or description says of one on which particles slide."""
+"""Words in a system's name or description for a wire on which particles slide."""
 TRIES = 3
 """Coordinates that are tried for one particle."""
 
@@ -57,7 +57,7 @@ def rods_of(scene: Scene) -> list[Rod]:
 
 
 def _hanging(scene: Scene) -> list[Rod]:
-    """What hangs on something by its position."""
+    """The rods by which a position hangs on something."""
     found = []
     places = {place: name for name, place in reversed(scene.positions.items())}
     used = Counter(bit for place in scene.positions.values() for bit in bits(scene.symbols(place)))
@@ -132,7 +132,7 @@ def _pairs(scene: Scene, held: set[str]) -> list[tuple[str, str]]:
 
 
 def constrained(scene: Scene) -> list[Rod]:
-    """The rods that constraints are."""
+    """The rods given by constraints."""
     owners = owners_of(scene)
     found = []
     for expression in scene.spec.constraints.values():

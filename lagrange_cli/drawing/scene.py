@@ -130,8 +130,8 @@ class Scene:
         return self.probe(place)
 
     def swing(self, names: Iterable[str] = ()) -> float:
-        """About how far the coordinates of these names, or all, go: as far as they start, or else their
-        velocities, or 1."""
+        """A rough size of the coordinates of these names, or of all: their initial values, else their
+        velocities, else 1."""
         numbers = [self.number[name] for name in names] or range(len(self.coordinates))
         for row in (self.values.q, self.values.v):
             largest = max((abs(row[k]) for k in numbers), default=0.0)
@@ -140,7 +140,7 @@ class Scene:
         return 1.0
 
     def now(self, place: Place) -> list[float]:
-        """Where a place is at the start."""
+        """The initial position of a place."""
         symbols = {**self.values.parameters, TIME: self.start}
         symbols |= zip(self.number, self.values.q)
         return [float(one) for one in evaluate(place, symbols)]

@@ -33,7 +33,7 @@ class Section:
 
     @property
     def has_places(self) -> bool:
-        """Whether it says where anything is."""
+        """Whether it gives any positions."""
         one = self.wanted
         return bool(one.rods or one.springs or one.points or one.curves or one.trails)
 
@@ -104,7 +104,7 @@ class Section:
     # -------------------------------------------------------------- numbers
 
     def number(self, expression: Expression, where: str) -> float:
-        """The value of an expression in parameters; 0 where it has none, which is noted."""
+        """The value of an expression in parameters; 0 where it has none, which is reported."""
         (value,) = evaluate([self.scene.scope.scalar(expression)], self.scene.values.parameters)
         if math.isfinite(value):
             return float(value)

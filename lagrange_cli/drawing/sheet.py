@@ -10,7 +10,7 @@ from lagrange_cli.expression.node import Node
 
 
 class Sheet:
-    """What has been drawn so far, in ``dimension`` dimensions."""
+    """The drawing so far, in ``dimension`` dimensions."""
 
     def __init__(self, scene: Scene, dimension: int) -> None:
         self.scene = scene
@@ -92,7 +92,7 @@ class Sheet:
         self.curves.append(Locus(number, along, tuple(ranges), others, moves, name, colour))
 
     def drawing(self) -> Drawing:
-        """What has been drawn."""
+        """The finished drawing."""
         return Drawing(
             dimension=self.dimension,
             up="y" if self.dimension == 2 else "z",

@@ -1,4 +1,4 @@
-"""From where a drawing in space is seen: which axis is upright, and whether all moves in one plane."""
+"""The camera of a drawing in space: which axis is upright, and whether everything moves in one plane."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from lagrange_cli.drawing.springs import terms
 from lagrange_cli.records import replace
 
 MOST = 60
-"""Coordinates of systems whose potential is looked at."""
+"""The number of coordinates up to which the potential is examined."""
 TILT = 12.0
-"""By so many degrees a plane is seen from the side, so that bodies do not look flat."""
+"""The angle, in degrees, under which a plane is seen from the side, so that bodies do not look flat."""
 
 
 def up_of(scene: Scene) -> str:

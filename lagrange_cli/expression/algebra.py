@@ -1,7 +1,7 @@
 """What an algebra must offer so that one expression tree can be built over it.
 
-Three algebras exist: ``graph_algebra`` (our hash-consed expression graph; serves ``solve``),
-``symbolic`` (sympy; serves what people read) and ``numbers`` (floats; serves parameter values).
+Three algebras exist: ``graph_algebra`` (our hash-consed expression graph, for
+``solve``), ``symbolic`` (sympy, for printed equations) and ``numbers`` (floats, for parameter values).
 Their elements combine with Python's own ``+ - * / **``; all else is asked of the algebra.
 """
 
@@ -31,7 +31,7 @@ class Algebra(Protocol[E]):
         """The symbol of that name; the same name gives the same symbol."""
 
     def function(self, name: str, arguments: Sequence[E]) -> E:
-        """A function of scalars of ``expression.vocabulary``, but for ``where``, applied to elements."""
+        """A function of scalars of ``expression.vocabulary``, except ``where``, applied to elements."""
 
     def side(self, u: E, at: int) -> int | None:
         """The sign of ``u``, or ``at`` where it is 0; None where that is not known."""
@@ -40,7 +40,7 @@ class Algebra(Protocol[E]):
         """``above`` where u > 0, ``below`` where u < 0; where u is 0, that of the side ``at``."""
 
     def both(self, chosen: E, above: Callable[[], Value], below: Callable[[], Value]) -> tuple[Value, Value]:
-        """Both branches; ``chosen`` is 1 where the first one counts, 0 where the second one does."""
+        """Both branches; ``chosen`` is 1 where the first one applies, 0 where the second one does."""
 
     def total(self, terms: Sequence[E]) -> E:
         """The sum of one or more elements, in one go."""
@@ -53,7 +53,7 @@ class Algebra(Protocol[E]):
 
 
 class Undecided:
-    """An algebra whose elements do not tell which branch of a switch counts."""
+    """An algebra whose elements do not show which branch of a switch applies."""
 
     def side(self, u: Any, at: int) -> int | None:
         return None
@@ -65,7 +65,7 @@ class Undecided:
 
 
 class Decided:
-    """An algebra of numbers: of two branches, only the one that counts is computed."""
+    """An algebra of numbers: only the branch that applies is computed."""
 
     def side(self, u: Any, at: int) -> int | None:
         """Raises ArithmeticError where there is nothing to compare."""

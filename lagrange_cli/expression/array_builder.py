@@ -39,13 +39,13 @@ class Members(dict[str, Any]):
 
 
 class ArrayBuilder(Builder):
-    """Raises ``Unsuited`` for what cannot be said of all members together, and where all sums together have
+    """Raises ``Unsuited`` where members have to be treated one by one, and where all sums together have
     more than ``most`` terms, of which so many have been ``used``."""
 
     most, used = MOST, 0
 
     def domain(self, count: int) -> Any:
-        """What so many members that are built together share."""
+        """The shared values of members that are built together."""
 
     @abstractmethod
     def number(self, value: Whole, members: Members) -> Value:
@@ -53,7 +53,7 @@ class ArrayBuilder(Builder):
 
     @abstractmethod
     def named(self, identifier: str, places: list[Whole], members: Members) -> Value:
-        """What a (dotted) name stands for, with indices if it is that of a family."""
+        """The value of a (dotted) name, with indices if it is that of a family."""
 
     @abstractmethod
     def summed(self, tree: Sum, members: Members) -> Value:

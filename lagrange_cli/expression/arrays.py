@@ -17,7 +17,7 @@ FUNCTIONS = {
     "atan": np.arctan,
     "atan2": np.arctan2,
 }
-"""Those that numpy calls otherwise."""
+"""Functions with another name in numpy."""
 
 
 def evaluate(nodes: Sequence[Node], values: Mapping[str, Array | float]) -> list[Array]:

@@ -16,9 +16,9 @@ from lagrange_cli.expression.numbers import NumberAlgebra
 from lagrange_cli.limits import whole
 
 MAX_EXPONENT = whole("exponent")
-"""Bound on the absolute value of a constant exponent: (1 + x)**64 written out still fits a page."""
+"""Bound on the absolute value of a constant exponent: (1 + x)**64 expanded still fits a page."""
 MAX_SIZE = whole("size")
-"""Bound on the nodes of an expression once its definitions and powers are written out."""
+"""Bound on the nodes of an expression after expansion of its definitions and powers."""
 
 MAX_DEPTH = 100
 """Bound on how deep it is nested then, a sum of sums or a product of products counting once."""
@@ -38,7 +38,7 @@ def check_exponent(value: float) -> None:
 
 
 class Bounds:
-    """An element: its value where it is a constant, and how many nodes it has written out.
+    """An element: its value where it is a constant, and its number of nodes after expansion.
 
     ``depth`` is how deep it is nested, and ``kind`` its outermost operation, which the same one around it
     would be merged with.
@@ -109,7 +109,7 @@ class BoundsAlgebra(Undecided):
         return reduce(operator.add, terms)
 
     def symbols(self, expression: Bounds) -> tuple[Bounds, ...]:
-        """That it may contain any, unless it is a constant."""
+        """It may contain any symbol, unless it is a constant."""
         return () if expression.value is not None else (Bounds(),)
 
     def diff(self, expression: Bounds, symbol: Bounds) -> Bounds:

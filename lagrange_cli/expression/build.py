@@ -48,7 +48,7 @@ class Builder:
 
     ``scope`` gives the value of each (possibly dotted) name, or member of a family by a name such as
     ``bob[2].x``; ``pi`` is asked of the algebra, ``sizes`` are whole numbers. Terms and partial sums that
-    come again are built once, so the scope must not change its mind about a name.
+    come again are built once, so the scope must always give the same value for a name.
     """
 
     def __init__(
@@ -116,7 +116,7 @@ class Builder:
             raise arithmetic(tree, error, indices) from error
 
     def _where(self, tree: Call, indices: Indices) -> Value:
-        """One branch or the other; what is known not to count is not computed."""
+        """One branch or the other; a branch that is known not to apply is not computed."""
         condition, *branches = tree.arguments
         algebra = self.algebra
         try:
@@ -183,7 +183,7 @@ class Builder:
         return self._bodies[key]
 
     def _key(self, tree: Tree, indices: Indices) -> tuple[int, ...]:
-        """What the value of ``tree`` depends on; of a sum, leaving out the bounds of its range."""
+        """The names that the value of ``tree`` depends on; of a sum, without the bounds of its range."""
         known = self._names.get(id(tree))
         if known is None:
             parts = (tree.body, *tree.conditions) if isinstance(tree, Sum) else (tree,)

@@ -1,4 +1,4 @@
-"""The algebra of columns: what differs from member to member of an ensemble, evaluated for all at once.
+"""The algebra of columns: values that differ between the members of an ensemble, evaluated for all at once.
 
 Sums, products and quotients are numpy's, which rounds as Python does; powers and functions are Python's own,
 number by number, for numpy's may differ from them in the last bit. So each member gets the very numbers
@@ -98,9 +98,8 @@ class Column:
 
 
 class ColumnAlgebra(NumberAlgebra):
-    """``Algebra[Column | float]``: what does not differ between members stays one float.
-
-    What Python would refuse for some members is noted in ``failed`` (members,).
+    """``Algebra[Column | float]``: values that do not differ between members stay one float. Operations that
+    Python would refuse for some members is noted in ``failed`` (members,).
     """
 
     def __init__(self, members: int) -> None:
@@ -155,5 +154,5 @@ class ColumnAlgebra(NumberAlgebra):
 
 
 def numbers(operand: Column | float) -> Array | float:
-    """What numpy computes with."""
+    """The array or number for numpy."""
     return operand.values if isinstance(operand, Column) else operand

@@ -36,7 +36,7 @@ class Positive:
 
 @dataclass(frozen=True)
 class Joined:
-    """What holds where all of its ``parts`` do, or any of them; or, ``turned``, where that is not so."""
+    """A condition that holds where all of its ``parts`` do, or any of them; if ``turned``, its opposite."""
 
     parts: tuple[Condition, ...]
     every: bool

@@ -1,4 +1,4 @@
-"""What people write by habit, and what it is here: the one table that all hints are taken from."""
+"""Common notation from elsewhere, and its form here: the one table for all hints."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ import unicodedata
 from collections.abc import Iterable
 
 CHARACTERS: dict[str, tuple[str, str, str]] = {
-    # what is written: what it is read as, what is wrong, how to write it
+    # written text: its meaning, the mistake, the right form
     "^": ("**", "unknown operator '^'", "write ** for powers"),
     "×": ("*", "unknown operator '×'", "write *, or cross(a, b) for vectors"),
     "·": ("*", "unknown operator '·'", "write *, or dot(a, b) for vectors"),
@@ -26,7 +26,7 @@ CHARACTERS: dict[str, tuple[str, str, str]] = {
     "≠": ("!=", "unknown operator '≠'", "write !="),
     ";": (",", "';' instead of ','", "write a comma"),
 }
-"""Characters that have one meaning only: they are reported, and read as what is meant."""
+"""Characters with only one possible meaning: they are reported, and read with this meaning."""
 
 POWERS = {"²": "2", "³": "3", "⁴": "4", "⁵": "5", "⁶": "6", "⁷": "7", "⁸": "8", "⁹": "9"}
 """Superscripts, read as powers."""
@@ -63,7 +63,7 @@ STRANGERS: dict[str, tuple[str, str]] = {
 
 PRIMES = frozenset("'′’´ʹ`\"″")
 DOTS = {"\u0307": 1, "˙": 1, "\u0308": 2, "¨": 2}
-"""What is written after a name for a derivative, and the order of those that are dots."""
+"""Marks after a name for a derivative, and the order of those that are dots."""
 
 QUOTES = frozenset("'\":\\")
 """Where these stand, the rest of a text may be anything."""
@@ -133,11 +133,11 @@ _ACCELERATIONS = """
     {}_ddot {}ddot {}dotdot {}_dot_dot {}dd {}_dd dd{} ddot_{} d2{} d2{}dt2 d2{}_dt2 a{} a_{} {}_tt acc_{}
     {}_acc {}pp {}_dotdot {}_double_dot
 """
-"""How velocities and accelerations are called elsewhere."""
+"""Names of velocities and accelerations elsewhere."""
 
 
 def rate_of(name: str, coordinates: Iterable[str]) -> tuple[str, int]:
-    """The coordinate whose time derivative somebody may have meant by ``name``, and the derivative's order;
+    """The coordinate whose time derivative ``name`` may have meant, and the derivative's order;
     an empty name where none fits."""
     bare, dots = without_dots(name)
     for one in coordinates:
@@ -181,11 +181,11 @@ COMPONENTS: dict[str, str] = {
 }
 """Components of a particle's velocity."""
 VELOCITIES = frozenset({"v", "V", "vel", "velocity", "speed", "dot", "rdot", "r_dot"})
-"""The whole of it."""
+"""All components."""
 
 MULTIPLIERS = frozenset({"lambda", "lam", "multiplier", "multipliers"})
 FORCES = MULTIPLIERS | {"mu", "tension", "reaction", "force", "F", "N", "T"}
-"""How a multiplier is called alone, and together with the name of its constraint: ``lambda_rod``."""
+"""Names of a multiplier elsewhere, alone and with the name of its constraint: ``lambda_rod``."""
 
 _UNITS = """
     kg g mg t lb u m cm mm km nm um pm ft in au AU pc ly s ms us ns min h hr d yr N kN mN J kJ mJ eV keV
@@ -261,7 +261,7 @@ _ELSEWHERE = """
     unit: unit units time_unit
     sweep: sweep sweeps over ensemble scan
 """
-"""Sections of other programs that are none here; before the colon stands which hint helps."""
+"""Sections of other programs that do not exist here, after the hint that applies to them."""
 
 
 def elsewhere(section: str) -> str:

@@ -1,7 +1,7 @@
-"""Differences that cancel but for a number: sqrt(1 + u^4) - u^2 is 1/(sqrt(1 + u^4) + u^2).
+"""Differences that cancel except for a number: sqrt(1 + u^4) - u^2 is 1/(sqrt(1 + u^4) + u^2).
 
-Where u is large, the difference has no digits left; and the difference of disks (``native.stepping.proof``)
-knows nothing of what they have in common.
+Where u is large, the difference has no digits left; and a difference of disks (``native.stepping.proof``)
+does not make use of what these have in common.
 """
 
 from __future__ import annotations
@@ -12,9 +12,9 @@ from lagrange_cli.expression.node import Kind, Node
 from lagrange_cli.expression.signs import Sign, signs
 
 LEFT_OVER = 2.0**-48
-"""Coefficients that would cancel but for their rounding are at most so large a part of what they were."""
+"""Coefficients that would cancel except for rounding are at most this fraction of their former size."""
 CERTAIN = 2.0**-20
-"""A number that is left is so large a part of those that it is the difference of."""
+"""A remaining number is at least this fraction of those whose difference it is."""
 
 
 def conjugate(node: Node) -> tuple[Node, Node] | None:
@@ -33,8 +33,7 @@ def conjugate(node: Node) -> tuple[Node, Node] | None:
 
 
 def left_over(node: Node, beside: Node) -> Any:
-    """The number that a node is, but for what rounding of coefficients has left of those ``beside`` it; None
-    if it is none."""
+    """The number that a node is, up to the rounding of coefficients ``beside`` it; None if it is none."""
     if node.kind is Kind.NUMBER:
         number, rest = node.data, []
     elif node.kind is Kind.SUM and beside.kind is Kind.SUM:

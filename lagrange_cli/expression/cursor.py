@@ -24,7 +24,7 @@ SUM_EXAMPLE = "sum(m[j]*x[j] for j in range(N) if j != i)"
 
 
 class Hopeless(Exception):
-    """Nothing more can be said of the text than what has been said."""
+    """The text cannot be read any further; its mistakes have been reported."""
 
 
 class Cursor:
@@ -56,7 +56,7 @@ class Cursor:
         return self.last.span.stop if self.last else self.offset
 
     def advance(self) -> Token:
-        """The next token, which is taken; what is wrong with its form is noted."""
+        """Take the next token, and report mistakes in its form."""
         token = self.next
         if token.complaint:
             if token.kind == "stranger":
@@ -68,7 +68,7 @@ class Cursor:
         return token
 
     def skip_strangers(self) -> None:
-        """Note and go past characters that have no meaning."""
+        """Report and skip characters that have no meaning."""
         while self.next.kind == "stranger":
             token = self.next
             if token.text in DEGREES and self.last is not None and self.last.kind == "number":
@@ -86,13 +86,13 @@ class Cursor:
         self.errors.append(ExpressionError(span, message, hint))
 
     def structural(self, span: Span, message: str, hint: str) -> None:
-        """Note a mistake in the structure, if it is the first."""
+        """Report a mistake in the structure, if it is the first."""
         if not self.lost:
             self.error(span, message, hint)
         self.lost = True
 
     def refuse(self, span: Span, message: str, hint: str) -> None:
-        """Note a mistake and give up."""
+        """Report a mistake and give up."""
         self.error(span, message, hint)
         raise Hopeless
 

@@ -11,7 +11,7 @@ from lagrange_cli.expression.reals import real_function, real_power
 
 
 class Arithmetic(Protocol):
-    """What numbers are and how they are combined: nan or inf where there is no real value."""
+    """The arithmetic of one kind of numbers: nan or inf where there is no real value."""
 
     rounding: Any
     """The error of many operations in units of their results."""
@@ -26,7 +26,7 @@ class Arithmetic(Protocol):
         """An elementary function."""
 
     def weight(self, at: int, u: Any) -> Any:
-        """What a switch by ``u`` takes of its upper expression; the rest of 1 is of the lower one."""
+        """The weight of the upper expression of a switch by ``u``; the lower one has the rest of 1."""
 
 
 class Reals:
@@ -91,7 +91,7 @@ def evaluate(
 
 
 def weighted(weight: Any, above: Any, below: Any) -> Any:
-    """A switch's value; what it does not choose may be anything."""
+    """A switch's value; the branch that is not chosen may be anything."""
     return above if weight == 1 else below if weight == 0 else weight * above + (1 - weight) * below
 
 

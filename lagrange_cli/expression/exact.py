@@ -174,7 +174,7 @@ class LongNumberAlgebra(NumberAlgebra):
             raise ArithmeticError("log(0) is not a real number")
         if name in NON_SMOOTH:
             return super().function(name, arguments)
-        if any(abs(argument) > LARGEST for argument in arguments):  # more digits than anyone can wait for
+        if any(abs(argument) > LARGEST for argument in arguments):  # more digits than can be computed
             raise OverflowError
         value = getattr(_CONTEXT, name)(*map(_CONTEXT.mpf, arguments))
         if not isinstance(value, _CONTEXT.mpf):

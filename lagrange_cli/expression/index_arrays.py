@@ -1,7 +1,7 @@
 """Whole numbers of many members at once: what indices, sizes and conditions are for all terms of a sum.
 
-As ``indices``, over arrays of numpy. What is wrong for any member raises ``Unsuited``: who asks goes through
-the members one by one then, and says what is wrong with which.
+As ``indices``, over arrays of numpy. A mistake in any member raises ``Unsuited``: the caller
+then goes through the members one by one, and reports each mistake.
 """
 
 from __future__ import annotations

@@ -37,7 +37,7 @@ _MADE_OF = "use whole numbers, sizes and indices with + - * // %"
 
 
 class Unsuited(Exception):
-    """What is asked cannot be said of all members of a family at once."""
+    """The question has no common answer for all members of a family."""
 
 
 def integer(tree: Tree, indices: Indices) -> int:

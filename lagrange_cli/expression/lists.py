@@ -50,7 +50,7 @@ class Lists(Cursor, ABC):
         return found, comma
 
     def unexpected(self, found: list[Tree]) -> None:
-        """Note a token that cannot stand after an expression, and go past it."""
+        """Report a token that cannot stand after an expression, and skip it."""
         token = self.next
         if self.sees("="):
             if self.condition:
@@ -59,7 +59,7 @@ class Lists(Cursor, ABC):
                 left = self.text[: token.span.start - self.offset].strip()
                 hint = f"leave out '{left} ='" if len(left) < 40 else "write only the right-hand side"
                 self.structural(token.span, "'=' is not allowed", hint)
-            del found[-1:]  # the left-hand side says what is meant, not what it is
+            del found[-1:]  # the left-hand side only names the quantity
         elif token.text == "else":
             self.refuse(token.span, "'else' is not allowed", f"write {WHERE_EXAMPLE}")
         elif token.kind == "word" and token.text in ("for", "in"):
@@ -81,7 +81,7 @@ class Lists(Cursor, ABC):
         self.advance()
 
     def missing(self) -> Tree:
-        """Note that a value is missing, and go on as if there were one."""
+        """Report that a value is missing, and go on as if there were one."""
         token, last = self.next, self.last
         if token.kind == "end" or token.text in (")", "]", ","):
             where = f"after '{last.text}'" if last else "here"
@@ -118,7 +118,7 @@ class Lists(Cursor, ABC):
         return found
 
     def group(self) -> Tree:
-        """What stands in parentheses, or a vector."""
+        """The content of parentheses, or a vector."""
         opening = self.advance()
         items, comma = self.enclosed(opening, condition=self.condition)
         if comma or opening.text == "[" or not items:

@@ -1,7 +1,7 @@
 """Bounds of the terms of a long sum, all at once: what ``bounds`` finds term by term.
 
-Numbers that depend on indices are known for all terms. Whatever could be wrong with any of them raises
-``Unsuited``: term by term it is said what is wrong, and where.
+Numbers that depend on indices are known for all terms. A possible mistake in any of them raises
+``Unsuited``: the terms are then checked one by one, and the mistake is reported at its place.
 """
 
 from __future__ import annotations

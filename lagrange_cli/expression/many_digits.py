@@ -1,4 +1,4 @@
-"""Arithmetic of hundreds of digits, for what doubles cannot tell from nothing."""
+"""Arithmetic of hundreds of digits, for numbers that doubles cannot distinguish from 0."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ LOST = 20
 
 
 class ManyDigits:
-    """Real arithmetic with so many digits; a number is what it was rounded from (see ``written``)."""
+    """Real arithmetic with so many digits; a number stands for its value before rounding (see ``written``)."""
 
     def __init__(self, digits: int) -> None:
         self.context = mpmath.mp.clone()
@@ -52,6 +52,6 @@ class ManyDigits:
         return bool(self.context.isfinite(value))
 
     def rounded(self, value: Any) -> Any:
-        """What all values have in common that differ by rounding errors at most."""
+        """The common key of values that differ by rounding errors at most."""
         with self.context.workprec(self.common):
             return self.context.mpf(value)._mpf_

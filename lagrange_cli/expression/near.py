@@ -39,7 +39,7 @@ def known_hint(known: Iterable[str], limit: int = 16) -> str:
 
 
 def shown(name: str) -> str:
-    """The name in quotes, cut off where nobody would read on."""
+    """The name in quotes, shortened if it is very long."""
     return f"'{name if len(name) <= _LONGEST else name[:_LONGEST] + '...'}'"
 
 

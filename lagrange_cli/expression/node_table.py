@@ -28,7 +28,7 @@ class NodeTable:
         self.work = limits.Work()
         self.nodes: list[Node] = []
         self.vanishing: dict[Node, bool] = {}
-        """What ``zero`` has found of nodes that are not 0 by their form."""
+        """The results of ``zero`` for nodes that are not 0 by their form."""
         self._table: dict[tuple[Any, ...], Node] = {}
         self._symbols: dict[str, int] = {}
         self._by_bit: list[Node] = []

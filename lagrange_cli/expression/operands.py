@@ -122,7 +122,7 @@ class Operands(Sums):
         return Vector(tuple(along(i, "") for i in range(3)), span)
 
     def indices(self) -> tuple[Tree, ...]:
-        """What stands in the brackets behind a name."""
+        """The content of the brackets behind a name."""
         opening = self.advance()
         if self.sees("]"):
             self.structural(self.next.span, "missing index", "as in theta[0] or theta[i]")
@@ -225,7 +225,7 @@ class Operands(Sums):
 
 
 def _wrong_count(name: str, arguments: list[Tree], text: str, offset: int) -> tuple[str, str]:
-    """What is said of a function with too many or too few arguments."""
+    """The message for a function with too many or too few arguments."""
     due = CALLABLE[name]
     if name == "dot" and len(arguments) == 1 and isinstance(arguments[0], Name):
         return "derivatives are not allowed", _velocity_hint(arguments[0].identifier)

@@ -11,11 +11,11 @@ from typing import Any, Generic, TypeAlias, TypeVar
 from lagrange_cli.limits import Work
 
 MOST_TERMS = 40
-"""Longer polynomials are not looked at."""
+"""Longer polynomials are not examined."""
 HIGHEST = 16
 """Nor are higher powers of sums."""
 NOISE, LONG_NOISE = 2.0**-46, Fraction(1, 10**60)
-"""What is left of the largest coefficient of doubles, and of fractions, is rounding."""
+"""Coefficients below this fraction of the largest one are rounding errors: of doubles, and of fractions."""
 ABSORBED = 2.0**-20
 """A term that is so small beside others would not be known well."""
 
@@ -26,7 +26,7 @@ Polynomial: TypeAlias = dict[Monomial, Complex]
 
 
 class TooLarge(Exception):
-    """A polynomial that is not looked at."""
+    """A polynomial that is not examined."""
 
 
 M = TypeVar("M")
@@ -49,11 +49,11 @@ class Total(Generic[M]):
         self.least[monomial] = min(size or math.inf, self.least.get(monomial, math.inf))
 
     def absorbs(self) -> bool:
-        """Whether a term has hardly been felt beside others, as 1 in 1 + (x - 1e6)**2 when multiplied out."""
+        """Whether a term is negligible beside others, as 1 in 1 + (x - 1e6)**2 when expanded."""
         return any(least < ABSORBED * self.sizes[at] for at, least in self.least.items())
 
     def cleaned(self, noise: Any) -> dict[M, Complex]:
-        """The terms but for those that cancel, up to rounding."""
+        """The terms without those that cancel, up to rounding."""
         return {
             at: value for at, value in self.values.items() if not size_of(value) <= noise * self.sizes[at]
         }

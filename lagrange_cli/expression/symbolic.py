@@ -32,7 +32,7 @@ class SympyAlgebra(Undecided):
         size = float(text)
         if isinf(size):
             raise OverflowError
-        # what is nothing to a float is nothing here: 1e-999999999 written out would not fit a computer
+        # 0 for a float is 0 here: the digits of 1e-999999999 would not fit into memory
         return sympy.Rational(text.replace("_", "")) if size else sympy.S.Zero
 
     def pi(self) -> sympy.Expr:

@@ -36,7 +36,7 @@ FAMILY_WORDS = frozenset({"sum", "range"})
 CONSTANTS = frozenset({"pi"})
 TIME = "t"
 RESERVED = frozenset(CALLABLE) | FAMILY_WORDS | CONSTANTS | {TIME}
-"""Names a system file cannot give to anything of its own."""
+"""Names that a system file cannot declare."""
 
 COMPONENTS = ("x", "y", "z")
 VELOCITY_COMPONENTS = ("vx", "vy", "vz")
@@ -48,7 +48,7 @@ SPACE_SPIN, BODY_SPIN = ("wx", "wy", "wz"), ("w1", "w2", "w3")
 MOVING_COMPONENTS = (*VELOCITY_COMPONENTS, *AXES_RATES, *SPACE_SPIN, *BODY_SPIN)
 """Those that depend on velocities."""
 BODY_COMPONENTS = (*AXES_COMPONENTS, *AXES_RATES, *SPACE_SPIN, *BODY_SPIN)
-"""What a body has besides the components that a particle has."""
+"""The components of a body that a particle does not have."""
 MULTIPLIER = "multiplier"
 """``rod.multiplier`` is the Lagrange multiplier of a constraint."""
 POINT = "at"

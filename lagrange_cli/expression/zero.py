@@ -1,4 +1,4 @@
-"""Whether an expression is identically 0: proven, or taken for something.
+"""Whether an expression is identically 0. If that is not proven, it counts as not zero.
 
 An expression vanishes if its normal form is 0, or if it vanishes at random arguments and is analytic on a
 connected domain (the identity theorem). Whole powers, sin, cos, tan, exp, sinh, cosh and tanh, and what is
@@ -33,7 +33,8 @@ FARTHEST = 10.0
 UNITS = 8
 """Units of the exponents that are tried: one for each that stands in another, at most."""
 POINTS = 2
-"""Random arguments at which an expression must vanish to many digits; at one it does by chance as little."""
+"""Random arguments at which an expression must vanish to many digits, which hardly happens by chance even at
+one."""
 MOST_WORK = 2_000_000
 """Steps that proving zeros may take at once; what would take more is not proven."""
 STEPS, STEPS_OF_FUNCTION = 5, 30
@@ -53,7 +54,7 @@ class Digits(Protocol):
     def finite(self, value: Any) -> bool: ...
 
     def rounded(self, value: Any) -> Any:
-        """What values have in common that differ by rounding errors at most."""
+        """The common key of values that differ by rounding errors at most."""
 
 
 class Doubles(Reals):
@@ -140,7 +141,7 @@ def branches_on(graph: Graph, nodes: Sequence[Node], symbol: Node) -> bool:
 
 
 def independent(graph: Graph, nodes: Sequence[Node], symbol: Node) -> bool:
-    """Whether it is proven that none of ``nodes`` depends on ``symbol``, be it by a jump."""
+    """Whether it is proven that none of ``nodes`` depends on ``symbol``, not even by a jump."""
     slopes = {graph.diff(node, symbol) for node in nodes}
     return all(map(is_zero, slopes)) and not branches_on(graph, nodes, symbol)
 

@@ -24,7 +24,8 @@ SHADES = "viridis"
 LETTERS_PER_INCH, KEY = 14.0, 6
 """How many letters of a legend have room beside one another, and how many a key takes."""
 STEADY, AROUND = 1e-12, 0.1
-"""What varies by less than this part of it is drawn as a line in the middle of a range of that part of it."""
+"""A quantity that varies by less than this fraction is drawn as a line in the middle of a range of this
+fraction."""
 TICKS, TICKS_IN_SPACE = 7, 4
 """Ticks along a horizontal axis, and along the longest one in space."""
 SLIM, ZOOM, CORNER = 0.5, 0.95, 0.15
@@ -131,7 +132,7 @@ def draw_legend(axes: Any, title: str) -> None:
 
 
 def steady(axes: Any, panel: Panel) -> None:
-    """Show what is constant but for rounding as that, and not the rounding."""
+    """Show a quantity that is constant up to rounding as a constant, without its rounding errors."""
     curves = [one for one in panel.items if isinstance(one, Curve)]
     if len(curves) < len(panel.items):
         return
@@ -147,7 +148,7 @@ def steady(axes: Any, panel: Panel) -> None:
 
 
 def frame_space(axes: Any, equal: bool) -> None:
-    """A frame in space that is no sliver where a path is one, with as many ticks as have room."""
+    """A frame in space that is not too narrow for a narrow path, with as many ticks as have room."""
     named = (axes.xaxis, axes.yaxis, axes.zaxis)
     ranges = [axis.get_view_interval() for axis in named]
     longest = max(float(high - low) for low, high in ranges)

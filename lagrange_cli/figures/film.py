@@ -1,6 +1,6 @@
 """Films: pictures one after the other, as MP4, APNG or GIF, or as a folder of PNG files.
 
-The same pictures become the same bytes with the same versions of ffmpeg and Pillow: nothing is encoded by
+The same pictures give the same bytes with the same versions of ffmpeg and Pillow: nothing is encoded by
 several threads, and neither times nor versions are noted.
 """
 
@@ -26,7 +26,7 @@ ENCODED = {
     ),
     ".apng": ("-c:v", "apng", "-pred", "mixed", "-plays", "0", "-f", "apng"),
 }  # fmt: skip
-"""What ffmpeg is told for each format."""
+"""The arguments of ffmpeg for each format."""
 EXACT = ("-threads", "1", "-fflags", "+bitexact", "-flags:v", "+bitexact", "-map_metadata", "-1")
 FORMATS = (*ENCODED, ".gif")
 FRAMES = "folder"

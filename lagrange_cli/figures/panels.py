@@ -28,7 +28,7 @@ class Curve:
 
 @dataclass(frozen=True)
 class Band:
-    """What lies between ``low`` and ``high`` over x."""
+    """The area between ``low`` and ``high`` over x."""
 
     x: Array
     low: Array
@@ -49,7 +49,7 @@ class Map:
 
 @dataclass(frozen=True)
 class Histogram:
-    """How often values occur."""
+    """A histogram of values."""
 
     values: Array
     label: str = ""

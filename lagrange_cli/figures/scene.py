@@ -123,7 +123,7 @@ class Scene:
             self._box(corners)
 
     def _box(self, corners: Array) -> None:
-        """The edges of what is seen of space, behind everything."""
+        """The edges of the visible space, behind everything."""
         back = int(np.argmin(self.view.depth(corners)))
         for k in range(8):
             for bit in (1, 2, 4):
@@ -281,7 +281,7 @@ class Scene:
         return np.array(to_rgb(name))
 
     def _trails(self, places: Array) -> None:
-        """Where points have been, the paler the longer ago: each trail in pieces of one shade."""
+        """Earlier positions of points, the older the paler: each trail in pieces of one shade."""
         pieces: list[Array] = []
         colors: list[Array] = []
         shades = {one.point: self._color(color) for one, color in zip(self.drawing.dots, self.colors)}

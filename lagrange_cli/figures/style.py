@@ -40,7 +40,7 @@ COMMANDS = re.compile(r"\\([A-Za-z]+)")
 
 @contextmanager
 def styled() -> Iterator[None]:
-    """Draw so; boxes stand for the letters that fonts lack, without a word on standard error for each."""
+    """Draw in this style; letters that fonts lack become boxes, without a warning for each."""
     import matplotlib
 
     log = logging.getLogger("matplotlib.mathtext")

@@ -41,8 +41,8 @@ def concurrently(work: Callable[[], T], other: Callable[[], object]) -> T:
 
 
 class Pipelined:
-    """A context for calls that are made beside this thread, one at a time: before the next, and at the end of
-    the context, the one before is waited for, and what that raised is raised."""
+    """A context for calls in another thread, one at a time: before the next one, and at the end of the
+    context, it waits for the previous one and raises its exception."""
 
     def __init__(self) -> None:
         self._work: Work[object] | None = None

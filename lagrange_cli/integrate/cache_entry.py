@@ -58,7 +58,7 @@ def pack(interface: Interface, recording: Recording, code: bytes, level: int) ->
 
 
 def unpack(payload: bytes | None) -> tuple[Interface, Recording, bytes, int] | None:
-    """What ``pack`` was given; None where there is nothing, or nothing that can be read."""
+    """The arguments of ``pack``; None where there is nothing, or nothing readable."""
     if payload is None:
         return None
     head, _, code = payload.partition(b"\n")

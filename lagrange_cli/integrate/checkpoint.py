@@ -24,9 +24,9 @@ RARELY = 50
 
 @dataclass(frozen=True)
 class Progress:
-    """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of
-    what is observed, how far what is conserved has drifted, the ``size`` of what h is made of, the last
-    sample, ``final``, what balances begin with since actions of events have added to it, ``base``, what
+    """The state of a run besides its emitted samples: the method's snapshot, the ``first`` values of the
+    observed quantities, the ``drift`` of conserved ones, the ``size`` of the terms of h, the last sample,
+    ``final``, the initial values of balances with the changes by actions of events, ``base``, what
     ``happened`` at each event, and the datasets with ``unknown`` samples, as in ``Outcome``."""
 
     snapshot: Snapshot

@@ -23,7 +23,7 @@ class Ending(Enum):
     NOT_A_NUMBER = "the equations of motion gave a value that is not a finite number"
     OVERFLOW = "a coordinate or a velocity exceeds the largest double, 1.8e308,"
     METHOD_FAILED = "the method could not meet its tolerance"
-    RECURRING = "an event occurs again and again while time stands still"
+    RECURRING = "an event occurs again and again at the same time"
     TOO_MANY_EVENTS = "more events than the limit allows"
     TARGET_MISSED = "the target error can no longer be met"
     INTERRUPTED = "interrupted"
@@ -35,7 +35,7 @@ class Ending(Enum):
     INCONSISTENT = "no motion begins at the initial values"
 
     def way_out(self, *, at_start: bool = False) -> str:
-        """What a user can do about it, also where it went wrong ``at_start``; empty if nothing is wrong."""
+        """A way out for the user, also for a failure ``at_start``; empty if nothing is wrong."""
         before = "start from another state" if at_start else "end the run before it with --stop"
         return WAYS_OUT.get(self, "").format(before=before)
 
@@ -48,7 +48,7 @@ class Ending(Enum):
 
 
 DONE = ("complete", "stopped")
-"""The words for motions of which nothing more is to come."""
+"""The words for motions that cannot be continued."""
 WAYS_OUT = {
     Ending.SINGULAR_MASS_MATRIX: "{before}, or use other coordinates",
     Ending.STEP_UNDERFLOW: "{before}, or smooth the singularity",

@@ -54,8 +54,8 @@ class Change:
 
 @dataclass(frozen=True)
 class Happened:
-    """What is to be said of an event: how often it has happened, and when ``last``; how many of its zeros
-    were ``grazing``, with the time of the first; how many times infinitely many of them have come to an end,
+    """The record of an event: how often it has happened, and when ``last``; how many of its zeros were
+    ``grazing``, with the time of the first; how many times infinitely many of them have come to an end,
     ``accumulates`` being the first such time; and the largest of the ``error``s of times that rounding makes
     large, with that time, ``blurred``."""
 
@@ -104,14 +104,14 @@ NO_EVENTS = EventSink()
 
 
 class HappenedSink(EventSink):
-    """Keeps what is to be said of each event."""
+    """Keeps the record of each event."""
 
     def __init__(self, names: tuple[str, ...]) -> None:
         self.names, self._happened = names, [Happened() for _ in names]
 
     @property
     def happened(self) -> tuple[Happened, ...]:
-        """What is to be said of each event, by number."""
+        """The record of each event, by number."""
         return tuple(self._happened)
 
     def crossed(self, crossings: Crossings) -> None:

@@ -1,4 +1,4 @@
-"""The program and the outputs of a system whose families stay families (see ``families.system``)."""
+"""The program and the outputs of a system whose families are not expanded (see ``families.system``)."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Spec
 
 OUTPUTS = frozenset({"q", "v", "p", "h", "T", "U", "energy", "positions", "observables", "conserved"})
-"""What can be computed of families; other outputs go through the members."""
+"""The outputs that can be computed with families; others go through the members."""
 Element = tuple[Total, int]
-"""A number: the total that it is in, and its place there."""
+"""A number: the total that contains it, and its place there."""
 
 
 def suits(spec: Spec, outputs: Collection[str]) -> bool:
@@ -66,7 +66,7 @@ def family_run(spec: Spec, compilation: Compilation) -> FamilySystem | None:
 def engine(system: FamilySystem) -> tuple[str, ...]:
     """How the equations are integrated, a sentence for each fact."""
     said = [
-        "families stay families: the code has a loop over the members of each",
+        "families are not expanded: the code has a loop over the members of each",
         "the mass matrix is diagonal and contains parameters only: it is computed once per run",
         f"the forces have {system.terms} terms in all",
     ]
@@ -81,7 +81,7 @@ def narrow(system: FamilySystem) -> bool:
 
 
 def write_families(system: FamilySystem, compilation: Compilation) -> tuple[Program, Recording]:
-    """The program that ``compilation`` asks for, and what becomes of its results."""
+    """The program for ``compilation``, and the datasets made of its results."""
     conserved = frozenset(system.conserved)
     planner = FamilyPlanner(cast("Any", Described(system)), cast("Any", Quantities(system)), conserved)
     planned(planner, compilation.outputs, compilation.optional)
@@ -112,7 +112,7 @@ def compiled_accelerations(system: FamilySystem) -> Callable[[float, Array, Arra
 
 
 def moving(system: FamilySystem) -> int:
-    """The symbols of what moves."""
+    """The symbols of t, q and v."""
     found = system.time.symbols
     for symbol, slot in system.slots.of.items():
         if slot.array in (system.q, system.v, *system.totals):
@@ -124,7 +124,7 @@ class FamilyPlanner(Planner):
     """Plans with families: quantities are places in totals."""
 
     def further(self) -> Sequence[tuple[Conserved, Any]]:
-        """What is conserved besides h and momenta of cyclic coordinates."""
+        """Conserved quantities besides h and momenta of cyclic coordinates."""
         from lagrange_cli.families.conservation import constants_of
         from lagrange_cli.families.currents import current
 

@@ -1,8 +1,8 @@
-"""Signals that are heard while compiled code runs.
+"""Signals that take effect while compiled code runs.
 
 Python runs a handler of signals in the main thread only, and not before compiled code has returned. One step
-may be divided so often for its integrals that this takes minutes. Within ``heard`` a thread is told of each
-signal at once, by the descriptor that Python's own handler writes to, and asks the code to leave the step.
+may be divided so often for its integrals that this takes minutes. Within ``heard`` a thread learns of each
+signal at once, by the descriptor that Python's own handler writes to, and makes the code leave the step.
 """
 
 from __future__ import annotations
@@ -40,7 +40,8 @@ def asked_by(info: NDArray[int64]) -> Iterator[None]:
 
 @contextmanager
 def heard() -> Iterator[None]:
-    """A context in which the main thread hears signals. It does not where another program listens already."""
+    """A context in which signals reach the main thread at once, unless another program uses the
+    descriptor."""
     with _listening() if threading.current_thread() is threading.main_thread() else nullcontext():
         yield
 

@@ -14,21 +14,22 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, field
 
 Interrupt = Callable[[float], bool]
-"""Told the time reached, several times a second; True to stop there."""
+"""Called with the time reached, several times a second; returns True to stop there."""
 Accept = Callable[[Array, Array], None]
 """Takes sample times (c,) and states (rows, c), with rows q, v and integrals. The arrays are valid until the
 next call; whoever needs them longer must copy them."""
 
 
 class Unfit(ValueError):
-    """What a motion should be continued from is not of this motion."""
+    """A snapshot that does not belong to this motion."""
 
 
 @dataclass(frozen=True)
 class Snapshot:
     """What a method needs to continue a motion from time ``t`` with the same bits.
 
-    ``memory`` is all that it knows of the motion, but for ``actions``, what it knows of those of events. So
+    ``memory`` is its whole
+    state, except ``actions``, the state of the actions of events. So
     far it has taken ``steps`` steps and handed over ``samples`` samples. Unless the steps were ``limited`` by
     the stop time, a motion that stops later takes the same steps.
     """
@@ -43,7 +44,7 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Cause:
-    """What in the system file ended a motion, as a sentence, and at which time."""
+    """The reason in the system file for the end of a motion, as a sentence, and its time."""
 
     text: str
     t: float

@@ -37,11 +37,11 @@ class Outcome:
     conserved, else None, and ``h_size`` the size of the terms of h, 0 if unknown. ``p_drift`` is the drift of
     each conserved momentum, by coordinate. What actions of events have added to them is no drift.
     ``undetected`` is that of the ``Recording``, ``unknown`` the datasets with samples that are not finite,
-    and the time of the first of these. ``happened`` tells of each event, by name. ``progress`` is the state
-    from which an interrupted run, or a longer one, can continue. ``final`` is the state at ``t``; of a
-    complete or certified run it is the last sample. ``estimated`` is the error, if that was asked for. The
-    state was moved back to constraints by so many ``projections``, and passed ``singular`` configurations at
-    these times."""
+    and the time of the first of these. ``happened`` has the record of each event, by name. ``progress`` is
+    the state from which an interrupted run, or a longer one, can continue. ``final`` is the state at ``t``;
+    of a complete or certified run it is the last sample. ``estimated`` is the error, if an estimate was
+    requested. The state was moved back to constraints by so many ``projections``, and passed ``singular``
+    configurations at these times."""
 
     ending: Ending
     message: str

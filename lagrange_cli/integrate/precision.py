@@ -1,4 +1,4 @@
-"""What numbers a motion is computed in, and how precise they are."""
+"""The numbers in which a motion is computed, and their precision."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ RATES = 2
 
 
 def write_run(residual: Residual, compilation: Compilation) -> tuple[Program, Recording]:
-    """The program of ``residual`` that ``compilation`` asks for, and what becomes of its results.
+    """The program of ``residual`` for ``compilation``, and the datasets made of its results.
 
     A program for motions that are followed backward is for ``integrate.methods.backward``: it observes as any
     other does.
@@ -86,7 +86,7 @@ def refuse_what_hides(residual: Residual) -> None:
 
 
 def passed_over(residual: Residual, plan: Plan) -> tuple[str, ...]:
-    """What steps may pass over that look at the equations here and there only."""
+    """The features that steps may miss if they evaluate the equations at some points only."""
     moving = switches([*residual.residual, *plan.integrands.values()], residual.variables)
     return (NARROW,) * may_hide(residual) + (SWITCHES,) * bool(moving) + (CUTS,) * bool(cuts(residual.model))
 

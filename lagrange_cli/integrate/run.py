@@ -43,7 +43,7 @@ def integrate(
     """Follow the motion from the initial state of ``values``; ``emit`` gets chunks {path: samples},
     ``t`` among them.
 
-    ``interrupted`` is asked and ``progress`` told the time reached several times a second. ``emit`` is
+    ``interrupted`` and ``progress`` are called with the time reached several times a second. ``emit`` is
     called in another thread, one chunk at a time, while the next one is computed; the arrays are valid during
     the call only. However the motion ends, all samples up to then have been emitted. With ``checkpointing``
     the motion goes on where an earlier run has got to. With a ``certificate`` its estimates are emitted, too,
@@ -133,7 +133,7 @@ def state_of(t: float, state: Array, prepared: Prepared) -> State:
 
 
 def estimated(certificate: Certificate) -> Estimated:
-    """What a certificate says of the run as a whole."""
+    """The results of a certificate for the run as a whole."""
     written, run = certificate.written, certificate.run
     return Estimated(
         written.trusted_until,

@@ -49,9 +49,8 @@ def samples_of(prepared: Prepared) -> type[Samples]:
 
 
 class Samples:
-    """Turns states into the datasets of the plan, and keeps how far the conserved quantities have drifted.
-
-    What is emitted stays as it is until ``emit`` has been called again.
+    """Turns states into the datasets of the plan, and records the drift of the conserved quantities. Emitted
+    arrays are valid until the next call of ``emit``.
     """
 
     def __init__(
@@ -62,12 +61,12 @@ class Samples:
         self._prepare(parameters)
         self._wide = self._other = np.empty((0, 0))
         self._first: dict[str, float] = {}
-        """What is observed at the start."""
+        """The observed quantities at the start."""
         self._base: dict[str, float] = {}
         """The same, and what actions have added to it."""
         self._balances = any(one.making is Making.BALANCE for one in prepared.recording.made)
         self._changes: list[Change] = []
-        """What actions have changed that no sample follows yet."""
+        """Changes by actions that no sample follows yet."""
         self._done = 0
         self._drift = dict.fromkeys(prepared.recording.conserved, 0.0)
         self._size, self._count = 0.0, 0
@@ -77,7 +76,7 @@ class Samples:
         """The datasets with samples that are not finite, and the time of the first of these."""
 
     def change(self, change: Change) -> None:
-        """Take in what an action has changed, before the samples that follow it."""
+        """Record the changes of an action, before the samples that follow it."""
         if self._balances or not np.array_equal(*change.parameters):
             self._changes.append(change)
 
@@ -117,7 +116,7 @@ class Samples:
         self._prepared.machine.prepare(given.ctypes.data, self._constants.ctypes.data)
 
     def _apply(self, changes: Iterable[Change]) -> None:
-        """Add what actions have changed to what balances begin with."""
+        """Add the changes of actions to the initial values of the balances."""
         for one in changes:
             values, same = [], bool(np.array_equal(*one.parameters))
             for parameters, state in zip(one.parameters, (one.before, one.after)):
@@ -129,7 +128,7 @@ class Samples:
             self._add(*values)
 
     def _add(self, before: Mapping[str, float], after: Mapping[str, float]) -> None:
-        """Add the change of each quantity to what its balance begins with."""
+        """Add the change of each quantity to the initial value of its balance."""
         for name in self._base:
             self._base[name] += after[name] - before[name]
 
@@ -151,13 +150,13 @@ class Samples:
             self._size = float(np.max(sizes, initial=self._size))
 
     def observe(self, times: Array, states: Array) -> tuple[Mapping[str, Array], Mapping[str, Any]]:
-        """What is observed, and what the balance of each quantity begins with: a number, or one for each
+        """The observed quantities, and the initial value of each balance: a number, or one for each
         sample."""
         names, count = self._prepared.machine.program.quantities, len(times)
         states = states if states.strides[1] == 8 else np.ascontiguousarray(states)
         stride = states.strides[0] // 8
         self._wide, self._other = self._other, self._wide
-        if self._wide.shape[1] != stride:  # kept: fresh memory costs as much as what is computed into it
+        if self._wide.shape[1] != stride:  # reused: new memory costs as much as the computation
             self._wide = np.empty((len(names), stride))
         wide, begin, firsts = self._wide, self._done, []
         self._done += count
@@ -243,7 +242,7 @@ class DoubleDouble:
 
 
 class DoubleDoubleSamples(Samples):
-    """What ``Samples`` does, for states (2 rows, c) whose low parts follow all high ones."""
+    """``Samples`` for states (2 rows, c) whose low parts follow all high ones."""
 
     def accept(self, times: Array, states: Array, judge: Judge | None = None) -> int:
         assert judge is None

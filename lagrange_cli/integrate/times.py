@@ -26,7 +26,7 @@ class Times:
 
     @property
     def backward(self) -> bool:
-        """Whether the motion is followed against the sense of time."""
+        """Whether the motion is integrated backward in time."""
         return self.stop < self.start
 
     def chunk(self, first: int, size: int) -> NDArray[np.float64]:

@@ -22,7 +22,7 @@ from lagrange_cli.records import replace
 
 
 def reversed_equations(residual: Residual) -> Residual:
-    """The equations of the same motions in reversed time; ``model`` stays that of the system, but for its
+    """The equations of the same motions in reversed time; ``model`` stays that of the system, except for its
     events."""
 
     def each(nodes: Iterable[Node]) -> tuple[Node, ...]:
@@ -47,7 +47,7 @@ def reversed_equations(residual: Residual) -> Residual:
 
 
 def reversed_integrands(residual: Residual, integrands: Mapping[str, Node]) -> dict[str, Node]:
-    """What must be integrated over s to give the integrals of ``integrands`` over t."""
+    """The integrands over s that give the integrals of ``integrands`` over t."""
     return {name: -node for name, node in zip(integrands, reversed_nodes(residual, integrands.values()))}
 
 

@@ -1,6 +1,6 @@
-"""Forms in which nothing cancels: what disks enclose closely (``native.stepping.proof``).
+"""Forms in which nothing cancels, which disks enclose closely (``native.stepping.proof``).
 
-The difference of disks knows nothing of what they have in common.
+A difference of disks does not make use of what they have in common.
 """
 
 from __future__ import annotations

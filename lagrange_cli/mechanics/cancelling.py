@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 ROUNDING = 1e-9
-"""Coefficients this near to 0 or 1 are so but for rounding."""
+"""Coefficients this near to 0 or 1 are equal to it up to rounding."""
 Array = npt.NDArray[np.float64]
 
 

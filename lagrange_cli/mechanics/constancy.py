@@ -1,4 +1,4 @@
-"""Whether a function of the state keeps its value along every motion.
+"""Whether a function of the state is constant along every motion.
 
 With R(q, v, a, t) = M a + f = 0, where multipliers of constraints count as accelerations, it does where
 
@@ -17,7 +17,7 @@ from lagrange_cli.mechanics.residual import Residual
 from lagrange_cli.mechanics.substitution import substituted
 
 WORTH = 300_000
-"""Steps of work after which nothing is said."""
+"""Steps of work after which the question is left open."""
 
 
 def is_constant(residual: Residual, node: Node) -> bool:

@@ -1,4 +1,4 @@
-"""What constraints contribute to the equations of motion: forces, power, and equations of their own.
+"""The contribution of constraints to the equations of motion: forces, power, and further equations.
 
 With f_i(q, t) = 0 and g_j(q, q_dot, t) = 0, linear in the velocities, Lagrange's equations become
 
@@ -80,7 +80,7 @@ class Constraints:
 
     @cached_property
     def drifts(self) -> tuple[Node, ...]:
-        """b_i: what a constraint changes by, or demands, at rest."""
+        """b_i: the rate of a constraint at rest."""
         graph, model = self._graph, self.model
         at_rest = dict.fromkeys(model.v, graph.zero)
         return tuple(
@@ -92,7 +92,7 @@ class Constraints:
 
     @cached_property
     def speeds(self) -> tuple[Node, ...]:
-        """df_i/dt along the motion, or g_j: what must be 0 of the velocities."""
+        """df_i/dt along the motion, or g_j: the conditions on velocities, which must be 0."""
         graph, model = self._graph, self.model
         return tuple(
             graph.sum([(drift, 1.0), *((slope * model.v[k], 1.0) for k, slope in slopes.items())])
@@ -111,7 +111,7 @@ class Constraints:
 
     @property
     def power(self) -> Node:
-        """-sum_i lambda_i b_i: what the forces of constraint do per time."""
+        """-sum_i lambda_i b_i: the power of the forces of constraint."""
         pairs = zip(self.multipliers, self.drifts)
         return self._graph.sum([(multiplier * drift, -1.0) for multiplier, drift in pairs])
 

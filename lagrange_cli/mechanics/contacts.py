@@ -1,4 +1,4 @@
-"""Resting contact: what becomes of a law of impact where no speed of approach is left.
+"""Resting contact: the limit of a law of impact for zero speed of approach.
 
 The action of an event g(q, t) = 0 may change velocities, v+ = v + D(q, v, t), such that the motion turns
 back, as a ball does on a floor. If it comes back with less speed each time, infinitely many impacts take a
@@ -53,7 +53,7 @@ def _while_resting(graph: Graph, contact: Contact, k: int) -> Node:
 
 
 def contacts_of(model: Model[Node]) -> tuple[Contact, ...]:
-    """Of each event at which the motion may come to rest."""
+    """The contact of each event at which the motion may come to rest."""
     if not any(event.changes for event in model.events):
         return ()
     graph, momenta = graph_of(model), Energetics(model).momenta

@@ -1,4 +1,5 @@
-"""The cut of atan2(y, x), at y = 0 where x < 0: the angle jumps by 2 pi there, and what jumps with it."""
+"""The cut of atan2(y, x), at y = 0 where x < 0: the angle jumps by 2 pi there, and other quantities with
+it."""
 
 from __future__ import annotations
 
@@ -17,9 +18,10 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
 ORDINARY = (-2.0, 1.0), (0.5, 2.5), (-1.0, 2.0)
-"""Angles between which changes of an expression are what its jump is compared with."""
+"""Angles between which the changes of an expression are compared with its jump."""
 ROUNDED = 1e-16
-"""A jump whose square is this part of the squares of such changes is rounding, as that of sin(angle) is."""
+"""A jump whose square is this fraction of the squares of such changes is a rounding error, as for
+sin(angle)."""
 POINTS = 5
 """Random states at which an expression may jump."""
 
@@ -35,8 +37,8 @@ class Cut:
 
 
 def cuts(model: Model[Node]) -> list[Cut]:
-    """The angles with which an energy, a velocity or a constraint may jump. (What jumps in the condition
-    of a switch, this sees to; a force may jump.)"""
+    """The angles with which an energy, a velocity or a constraint may jump. (Jumps in conditions of switches
+    are found here, too; a force may jump.)"""
     moving, graph = variables(model), graph_of(model)
     energy = model.potential if model.lagrangian is None else model.lagrangian
     nodes = [energy, model.dissipation]

@@ -1,4 +1,4 @@
-"""What is left of the equations of motion when series are put into them: the defect, term by term.
+"""The defect, term by term: the residual of the equations of motion when series are put into them.
 
 And whether it has to be bounded, since something may hide between the places that a step's series shows."""
 
@@ -13,13 +13,13 @@ from lagrange_cli.records import dataclass
 
 SINGULAR = frozenset({"exp", "tanh", "sinh", "cosh", "tan", "atan", "asin", "acos", "log", "atan2"})
 """Functions that change by orders of magnitude where their argument does, or that have singularities, which
-may be off the real line and as near to it as they like. (Sine and cosine show everywhere what they are.)"""
+may lie arbitrarily close to the real line. (Sine and cosine look alike everywhere.)"""
 MANY = 1000
 """Terms and factors of a system from which on softened distances count as distances: to enclose all of them
 would take more time than their motion."""
 STEEP, HIGH = 4, 8
-"""Powers of large coordinates: from the first one on, what falls so fast, and from the second one on, what
-grows so fast, may be nothing to the last bit where a step begins. Gravity and rotation are below."""
+"""Powers of large coordinates: terms that fall faster than the first one, or grow faster than the second one,
+may be 0 to the last bit where a step begins. Gravity and rotation are below."""
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def is_distance(base: Node, variables: int) -> bool:
 
 
 def is_square(node: Node, variables: int) -> bool:
-    """Whether it is one of something that is linear in what moves."""
+    """Whether it is a power of an expression that is linear in moving quantities."""
     if node.kind is not Kind.PRODUCT:
         return False
     return all(
@@ -117,7 +117,7 @@ def is_square(node: Node, variables: int) -> bool:
 
 
 def growth(nodes: list[Node]) -> dict[Node, float]:
-    """Of each node the power of large coordinates that it grows with, at most; arguments come first."""
+    """For each node, the power of large coordinates with which it grows at most; arguments come first."""
     found: dict[Node, float] = {}
     for node in nodes:
         each = [found[argument] for argument in node.arguments]

@@ -20,8 +20,8 @@ TURNS = {"z": (0, 1), "x": (1, 2), "y": (2, 0)}
 
 @dataclass(frozen=True)
 class Trial:
-    """A displacement of all particles: what it may conserve, in a formula, and how it is done, or why that is
-    conserved. It may be worth saying only if it is ``new``: no function of what is known."""
+    """A displacement of all particles: the quantity that it may conserve, as a formula, and a description of
+    it, or the reason. It may be reported only if it is ``new``: no function of known quantities."""
 
     name: str
     change: Change

@@ -19,7 +19,7 @@ Component = tuple[str, int]
 MOST_AT_ONCE = 3
 """Equations of so many coordinates are solved by Cramer's rule."""
 QUATERNION = 4
-"""Of so many coordinates every change is tried that is linear in them."""
+"""Up to this many coordinates, all linear changes of them are tried."""
 
 
 @dataclass(frozen=True)

@@ -106,13 +106,13 @@ class Energetics:
 
     @cached_property
     def forces(self) -> tuple[Node, ...]:
-        """Q_k of everything that L does not hold: ``applied`` forces and those of constraint."""
+        """Q_k of all forces outside L: ``applied`` ones and those of constraint."""
         bound = Constraints(self.model).forces
         return tuple(given + force for given, force in zip(self.applied, bound))
 
     @cached_property
     def applied(self) -> tuple[Node, ...]:
-        """Of these, F_i . dr_i/dq_k, generalized forces, and -dD/dq_dot_k."""
+        """Their parts: F_i . dr_i/dq_k, generalized forces, and -dD/dq_dot_k."""
         model, graph = self.model, self._graph
         found = [
             [(given, 1.0), (graph.diff(model.dissipation, v), -1.0)]
@@ -136,7 +136,7 @@ class Energetics:
 
     @property
     def torques(self) -> tuple[Node, ...]:
-        """dL/dq_k + Q_k: what dp_k/dt must equal."""
+        """dL/dq_k + Q_k, which equals dp_k/dt."""
         return tuple(self.lagrangian_rate(q) + force for q, force in zip(self.model.q, self.forces))
 
     @property

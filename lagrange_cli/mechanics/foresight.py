@@ -15,7 +15,7 @@ from lagrange_cli.mechanics.variables import graph_of, variables
 from lagrange_cli.model.model import Model
 
 GROWTH = 4
-"""The slopes may take so many times what the potential takes: small systems are not looked at."""
+"""The slopes may take so many times what the potential takes: small systems are not examined."""
 
 
 def least_convolutions(model: Model[Node], most: int) -> int:

@@ -51,8 +51,8 @@ def euler_lagrange(
 def gyroscopic(model: Model[Node], graph: Graph, lagrangian: Node, residual: list[Node]) -> list[Node] | None:
     """``residual`` of ``euler_lagrange`` with the rates of b_k(q, t) written out; None if there are none.
 
-    These are the momenta at rest, from terms b_k q_dot_k of L: a field's, or a total time derivative's. What
-    is left of their rates is sum_j (db_k/dq_j - db_j/dq_k) q_dot_j + ..., often far less.
+    These are the momenta at rest, from terms b_k q_dot_k of L: a field's, or a total time derivative's. The
+    remainder of their rates is sum_j (db_k/dq_j - db_j/dq_k) q_dot_j + ..., often far less.
     """
     moving, found = variables(model), list(residual)
     at_rest = dict.fromkeys(model.v, graph.zero)

@@ -28,9 +28,9 @@ Form = Mapping[int, Node]
 
 DRAWS, TRIES = 3, 20
 VANISHING = 1e-9
-"""What is smaller, relative to its terms, is 0."""
+"""Sums smaller than this, relative to their terms, are 0."""
 MOST = 60
-"""Coordinates and time, up to which this is looked into."""
+"""The number of coordinates and time up to which this is examined."""
 
 
 @dataclass(frozen=True)

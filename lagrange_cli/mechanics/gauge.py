@@ -1,7 +1,8 @@
-"""Total time derivatives in L, which act on nothing: L and L + dF/dt(q, t) give the same motion.
+"""Total time derivatives in L, which have no effect: L and L + dF/dt(q, t) give the same motion.
 
 (Landau and Lifshitz, Mechanics, 3rd ed., eq. 2.8.) The terms of dF/dt cancel in the equations of motion.
-Where F is steep they are large, and what rounding leaves of them would act. So they are left out before.
+Where F is steep
+they are large, and their rounding errors would act as forces. So they are removed beforehand.
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from lagrange_cli.mechanics.variables import variables
 from lagrange_cli.model.model import Model
 
 MOST_COORDINATES, MOST_TERMS = 30, 60
-"""In more coordinates, or in more terms, none are looked for."""
+"""None are looked for in more coordinates, or in more terms."""
 POINTS = 3
 """Random states at which terms must cancel before it is proven that they do."""
 LEAST = 1e-300

@@ -1,4 +1,4 @@
-"""What is conserved and quadratic in the velocities, which no change of coordinates and time alone explains.
+"""Conserved quantities that are quadratic in the velocities and belong to no change of coordinates and time.
 
 Of one particle, or of two that move relative to each other, the sums
 

@@ -43,8 +43,8 @@ def at_a_held_state(residual: Residual, nodes: Sequence[Node]) -> tuple[Unknowns
 
 
 def may_depend_on_modes(residual: Residual, node: Node) -> bool:
-    """Whether a node has accelerations or multipliers, or jumps itself. What is continuous does not depend
-    on what holds the motion."""
+    """Whether a node has accelerations or multipliers, or jumps itself. Continuous nodes do not depend on
+    what holds the motion."""
     if has_rates(node) or any(node.symbols & one.symbols for one in residual.multipliers):
         return True
     graph = residual.graph

@@ -1,7 +1,7 @@
 """Values of parameters with which an energy jumps: whether there may be such ones, and which members of an
 ensemble may have them.
 
-``jumps`` decides for one set of values; what is here spares it those of which it need not be asked.
+``jumps`` decides for one set of values; this module finds the sets for which that is unnecessary.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ Array = npt.NDArray[np.float64]
 Mask = npt.NDArray[np.bool_]
 Columns = Mapping[str, "Array | float"]
 TOGETHER = 4096
-"""Members that are looked at together."""
+"""Members that are examined together."""
 
 
 def jumps_may_depend_on(model: Model[Node], names: Collection[str]) -> bool:

@@ -26,7 +26,7 @@ from lagrange_cli.records import dataclass
 ROUNDING = 1e-9
 """A jump this small beside the terms that it is the difference of is rounding."""
 NEVER_ZERO = Kind.NUMBER, Kind.SYMBOL, Kind.PRODUCT
-"""What parameters make that is 0 only if one of them is."""
+"""Products of parameters, which are 0 only if one of them is."""
 POINTS = 5
 """Random arguments at which there must be a jump."""
 PLAIN, NEARBY = 1e-6, 1e-7
@@ -76,7 +76,7 @@ def refuse_jumps(model: Model[Node]) -> None:
 
 
 def continuous(model: Model[Node]) -> Iterator[Continuous]:
-    """What must not jump."""
+    """The expressions that must not jump."""
     graph, by_place, at_any_time = graph_of(model), [*model.q, *model.v], [*model.q, model.time]
     given = model.lagrangian
     key, energy = ("potential", model.potential) if given is None else ("lagrangian", given)
@@ -114,7 +114,7 @@ def switching(nodes: Sequence[Node]) -> bool:
 
 
 def parts(graph: Graph, node: Node) -> dict[Node, Node]:
-    """What decides in the switches below a node, each with the terms of the node that change with it."""
+    """The arguments of the switches below a node, each with the terms of the node that change with it."""
     found: dict[Node, list[tuple[Node, float]]] = {}
     for term, coefficient in addends(graph, node):
         for u in arguments(term):
@@ -210,7 +210,7 @@ def rushes(part: Node, u: Node, time: Node) -> bool:
 
 
 def arguments(node: Node) -> list[Node]:
-    """What decides in the switches below a node."""
+    """The arguments of the switches below a node."""
     return list(dict.fromkeys(one.arguments[0] for one in reachable([node]) if one.kind is Kind.SWITCH))
 
 

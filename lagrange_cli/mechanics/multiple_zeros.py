@@ -59,7 +59,7 @@ def collected(graph: Graph, node: Node) -> Node:
 
 
 def _ratio(root: Node, other: Node) -> Any:
-    """``root`` over ``other`` where that is a number but for rounding, so that (x - a)**2 and a root x - b
+    """``root`` over ``other`` where that is a number up to rounding, so that (x - a)**2 and a root x - b
     that was found have one zero and not two."""
     if not root.kind is other.kind is Kind.SUM or root.arguments != other.arguments:
         return None

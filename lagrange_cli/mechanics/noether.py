@@ -1,4 +1,5 @@
-"""Noether's theorem: what is conserved if a change of coordinates and time leaves the equations as they are.
+"""Noether's theorem: the quantity conserved if a change of coordinates and time leaves the equations
+unchanged.
 
 With q_k -> q_k + e xi_k(q, t) and t -> t + e tau(t),
 
@@ -77,7 +78,8 @@ class Noether:
 
     @cached_property
     def _deciding(self) -> list[Node]:
-        """What decides on branches of functions in L and the forces, of whose jumps no derivative tells."""
+        """The arguments that decide branches of functions in L and the forces, whose jumps derivatives do not
+        show."""
         model = self.model
         given = [model.potential, *(u for one in model.particles for u in one.velocity)]
         given = given if model.lagrangian is None else [model.lagrangian]
@@ -148,7 +150,7 @@ class Noether:
         return self._graph.sum(terms + ([(change.gain, -1.0)] if change.gain is not None else []))
 
     def conditions(self, change: Change) -> tuple[Node, ...]:
-        """What has to vanish: linear functions of the change, and as many for every change."""
+        """The expressions that must vanish: linear functions of the change, and as many for every change."""
         graph, model, energetics = self._graph, self.model, self.energetics
         terms: list[tuple[Node, float]] = []
         rates = {k: self.rate(xi) for k, xi in change.directions.items()}

@@ -106,7 +106,7 @@ class Reactions:
 
     @cached_property
     def _forces(self) -> tuple[Mapping[Component, Node], Mapping[str, str]]:
-        """What is applied to each component of each particle, and where that is not known."""
+        """The applied force on each component of each particle, and where it is not known."""
         model, graph = self.model, self._graph
         assert model.spec is not None
         scope, moving = InSpace(model.spec, model.algebra), variables(model)

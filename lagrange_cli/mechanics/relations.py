@@ -16,7 +16,7 @@ from lagrange_cli.expression.graph import Graph
 from lagrange_cli.expression.node import Kind, Node, reachable
 
 NEGLIGIBLE = 1e-8
-"""What is left of a column by elimination, relative to its size, if it is a combination of others."""
+"""The remainder of a column after elimination, relative to its size, if it is a combination of others."""
 LARGEST = 12
 """Numerators and denominators of coefficients are not larger."""
 DECIMAL = 1000
@@ -28,7 +28,7 @@ SPARE, TRIES = 3, 4
 SCALE = 1.7
 """A parameter is multiplied with this, to see what power of it a coefficient is proportional to."""
 ENOUGH = 8
-"""Random arguments that are looked at in any case, where the last few of them have told nothing new."""
+"""The least number of random arguments; the last few of them must have brought nothing new."""
 VALUES_EACH, PRODUCTS = 2, 16
 """Steps of work of the value of a node; and how many products are one."""
 
@@ -126,7 +126,7 @@ class Relations:
         return made
 
     def _parameters(self, names: Iterable[str], scaled: Mapping[str, float]) -> dict[str, float]:
-        """Values of parameters, the same whenever they are asked for."""
+        """Values of parameters, the same at every call."""
         values = {}
         for name in names:
             value = random.Random(name).uniform(0.6, 1.6)

@@ -54,13 +54,12 @@ class Residual:
 
     ``residual[k]`` is R_k with ``ddt`` nodes; ``mass_matrix[j][k]`` = dR_j/dq_ddot_k in q, q_dot, t. Behind
     the coordinates are the constraints and their ``multipliers``, which the equations are linear in, too;
-    ``cyclic_momenta`` take the places of velocities: known from where a motion begins,
-    the same ever after.
+    ``cyclic_momenta`` take the places of velocities: known from the start of a motion, and constant.
     ``inertias`` are what the equations were divided by: where one is 0, so is the determinant of the masses.
     ``definite`` tells that the matrix is symmetric and positive (a kinetic energy of masses).
     ``formulation`` names the form that was chosen and ``costs`` the convolutions that each form takes
     per order.
-    ``cyclic`` names the coordinates that L does not contain, ``conserved`` what every motion keeps (between
+    ``cyclic`` names the coordinates that L does not contain, ``conserved`` the conserved quantities (between
     events). Coordinates that are ``weightless`` have no inertia of their own. The multipliers of ``contacts``
     stand in the equations like accelerations. Forces that depend on multipliers have ``pushed`` the matrix
     out of its symmetry; without these forces the equations are ``quiet``, where they are not linear in
@@ -105,7 +104,7 @@ class Residual:
 
     @cached_property
     def unpushed(self) -> Residual:
-        """The same with the matrix without what multipliers do in forces: of the shortest ways to the
+        """The same with the matrix without forces that depend on multipliers: for projections onto the
         constraints, and of impulses."""
         if not self.pushed:
             return self

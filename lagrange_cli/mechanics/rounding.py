@@ -1,4 +1,4 @@
-"""How large the numbers are that an expression is computed from: what its rounding is measured by."""
+"""The size of the numbers from which an expression is computed: the measure of its rounding error."""
 
 from __future__ import annotations
 
@@ -7,9 +7,9 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 
 
 def size_of(graph: Graph, node: Node) -> Node:
-    """A bound on what rounding changes, in units of the last place, but for a factor: of a sum that of its
-    terms, and what is carried through factors and functions by their slopes (N. J. Higham, Accuracy and
-    Stability of Numerical Algorithms, 2nd ed., sec. 3.1)."""
+    """A bound on the rounding error, in units of the last place, up to a factor: of a sum that of its terms,
+    and what is carried through factors and functions by their slopes (N. J. Higham, Accuracy and Stability of
+    Numerical Algorithms, 2nd ed., sec. 3.1)."""
     made: dict[Node, Node] = {}
     for one in reachable([node]):
         inner = [made[argument] for argument in one.arguments]

@@ -120,7 +120,7 @@ def gathered(graph: Graph, node: Node, moving: int) -> Node:
 
 
 def divisors(nodes: Sequence[Node], moving: int) -> set[Node]:
-    """What moves and stands under a fraction line in ``nodes``."""
+    """The denominators in ``nodes`` that change along the motion."""
     found: set[Node] = set()
     for node in reachable(nodes):
         if node.kind is Kind.PRODUCT:

@@ -1,6 +1,6 @@
 """Exponentials that overflow although nothing else would: 1/cosh(u)^2, 1/(1 + e^u).
 
-Their arguments are held where the expression no longer changes by them: where e^u has become e^80."""
+Their arguments are bounded where the expression no longer changes with them: where e^u reaches e^80."""
 
 from __future__ import annotations
 
@@ -101,7 +101,8 @@ def degrees_of(
     roots: Sequence[Node], growing: Sequence[Node], users: Mapping[Node, Sequence[Node]]
 ) -> Iterator[float]:
     """How ``roots`` grow with exponentials of one argument, as powers of these; infinity where there is no
-    such power. Only what uses them, directly or not, is looked at."""
+    such power. Only nodes that use
+    them, directly or not, are examined."""
     degrees = dict.fromkeys(growing, 1.0)
     for node in above(growing, users):
         if node not in degrees:

@@ -1,4 +1,4 @@
-"""Systems that fall into parts: each part whose coordinates are in terms of L of its own keeps its energy."""
+"""Separable systems: a part whose coordinates share no term of L with others conserves its own energy."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def separate_energies(model: Model[Node], momenta: Collection[str]) -> list[tupl
     """The coordinates of each part, and its conserved energy sum v_k p_k - L.
 
     Parts with nothing but coordinates whose ``momenta`` (names) are conserved are left out, and those whose
-    forces of constraint do work. Nothing is said of a single part.
+    forces of constraint do work. A single part gives nothing.
     """
     if len(model.q) < 2:
         return []
@@ -60,7 +60,8 @@ def _own(model: Model[Node]) -> list[int]:
 
 
 def _masks(model: Model[Node], terms: Sequence[Term]) -> list[int]:
-    """The bits of what stands together: in ``terms`` of L, along with a force, and in constraints."""
+    """The bits of coordinates that occur together: in ``terms`` of L, along with a force, and in
+    constraints."""
     masks = [term.symbols for term, _ in terms]
     bound = {one.multiplier.symbols: one.expression.symbols for one in (*model.constraints, *model.redundant)}
     for force, bits in zip(Energetics(model).applied, _own(model)):
@@ -79,8 +80,8 @@ def _terms_of(model: Model[Node]) -> list[Term]:
 
 
 def terms_of_sum(node: Node, sign: float) -> list[Term]:
-    """Those of one sum, products with sums multiplied out, but for a constant: up to ``MOST`` terms. Of more,
-    some are left as they are."""
+    """Those of one sum, with products expanded, except a constant: up to ``MOST`` terms. Of more, some
+    are left as they are."""
     found: list[Term] = []
     pending, left = [(node, sign)], MOST
     while pending:

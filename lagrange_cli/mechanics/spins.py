@@ -13,7 +13,7 @@ from lagrange_cli.model.model import Model, Particle
 from lagrange_cli.model.orientation import cross
 
 MOST_BODIES = 10
-"""Of so many bodies at most this is tried."""
+"""This is tried for at most so many bodies."""
 
 Turn = tuple[str, Change, str, str]
 """What it may conserve, the change of the coordinates, a formula, and how it is done."""

@@ -1,5 +1,5 @@
-"""What a system is made of although its file does not say so: combinations of coordinates that are cyclic,
-and parts that do not act on each other."""
+"""Structure that a file does not state: combinations of coordinates that are cyclic, and parts that do not
+act on each other."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Switches that stand together: one in place of several by the same argument.
+"""Merging of switches: several with the same argument become one.
 
 Terms of a sum, or factors of a product, may jump where their sum or product does not. And a power of a switch
 is a switch between powers, each of which has a series where it is taken."""
@@ -12,7 +12,7 @@ from lagrange_cli.expression.node import Kind, Node, reachable
 from lagrange_cli.mechanics.substitution import rebuilt, substituted
 
 ROUNDED = 2.0**-45
-"""What is left of constants that cancel but for rounding is at most so large a part of them."""
+"""Constants that cancel up to rounding leave at most this fraction of their size."""
 
 
 def switches(nodes: Iterable[Node], moving: int) -> list[Node]:

@@ -1,8 +1,8 @@
-"""What is conserved although no coordinate is cyclic: found by Noether's theorem, and proven.
+"""Conserved quantities that belong to no cyclic coordinate: found by Noether's theorem, and proven.
 
-Tried are displacements of all particles (translations, rotations, Galilean boosts), and combinations of what
-changes coordinates by constants, by t, or linearly, in time or along nonholonomic constraints. Combinations
-are guessed from values at random states (``relations``). Nothing is said that is not proven (``noether``).
+The candidates are displacements of all particles (translations, rotations, Galilean boosts), and combinations
+of changes of coordinates by constants, by t, or linear ones, in time or along nonholonomic constraints.
+Combinations are guessed from values at random states (``relations``). All results are proven (``noether``).
 Polynomials of a higher degree in the velocities come from no such change (``hidden``, ``tops``,
 ``polynomial_integrals``).
 """
@@ -79,7 +79,7 @@ def symmetries(model: Model[Node], known: Sequence[Conserved] = ()) -> tuple[Sym
 
 
 class _Search:
-    """What has been found so far."""
+    """The quantities found so far."""
 
     def __init__(self, model: Model[Node], known: Sequence[Conserved]) -> None:
         self.model, self.noether, self.graph = model, Noether(model), graph_of(model)
@@ -114,8 +114,8 @@ class _Search:
         self.found.append(Symmetry(each, node))
 
     def _outlasts(self, node: Node, change: Change) -> bool:
-        """Whether no event changes a current, although events change those that it is a sum of: the total
-        momentum in a collision."""
+        """Whether no event changes a current, although events change its parts: the total momentum in a
+        collision."""
         if len(self.lasting) == len(self.kept):
             return False
         changes = changes_of(self.model)
@@ -227,8 +227,8 @@ class _Search:
         return [(sign * self.graph.product([(factor, 1), *common]), change) for factor, change in parts]
 
     def _is_trivial(self, change: Change, node: Node) -> bool:
-        """Whether a current says nothing new: that a coordinate grows linearly, or that the momentum of a
-        constant force does; and where it is no momentum, what follows from other currents."""
+        """Whether a current is trivial: a coordinate grows linearly, or the momentum of a constant force
+        does; and where it is no momentum, what follows from other currents."""
         model = self.model
         time, places = model.time.symbols, 0
         for q in model.q:
@@ -264,7 +264,7 @@ class _Search:
     # ------------------------------------------------------------------ hidden symmetries
 
     def hidden(self) -> None:
-        """What is quadratic in velocities, of one particle or two."""
+        """Conserved quantities that are quadratic in velocities, for one particle or two."""
         given = candidates(self.model, self.noether) if "h" in self.names else []
         number, before = 0, len(self.found)
         for relation in self.relations.relations([[one.rate] for one in given]):
@@ -280,7 +280,7 @@ class _Search:
         self.found[before:] = sorted(self.found[before:], key=lambda one: one.conserved.quantity)
 
     def tops(self) -> None:
-        """What no symmetry explains of a heavy top."""
+        """The integral of a heavy top that belongs to no symmetry."""
         if self.model.spec is None or not self.model.spec.bodies or "h" not in self.names:
             return
         from lagrange_cli.mechanics.tops import kovalevskaya  # and all about bodies
@@ -309,8 +309,9 @@ class _Search:
     # ------------------------------------------------------------------ total time derivatives in L
 
     def acting(self) -> None:
-        """What L conserves without its terms that are a total time derivative dF/dt, which act on nothing: in
-        place of h that is h + dF/dt, in place of p_k it is p_k - dF/dq_k (partial derivatives)."""
+        """The quantities that L conserves without its terms that are a total time derivative dF/dt, which
+        have no effect: in place of h that is h + dF/dt, in place of p_k it is p_k - dF/dq_k (partial
+        derivatives)."""
         model, given = self.model, self.model.lagrangian
         lagrangian = -model.potential if given is None else given
         left = acting(model, self.graph, lagrangian)
@@ -354,7 +355,7 @@ class _Search:
 
 
 def _factors(node: Node) -> list[tuple[Node, float]]:
-    """The factors of a product with their exponents, but for a number."""
+    """The factors of a product with their exponents, without a number."""
     if node.kind is Kind.SUM and len(node.arguments) == 1 and node.data[0] == 0:
         return _factors(node.arguments[0])
     return [*zip(node.arguments, node.data)] if node.kind is Kind.PRODUCT else []

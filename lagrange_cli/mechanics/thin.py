@@ -1,8 +1,8 @@
-"""Thin rods, which have no moment of inertia about their own axis: what determines how they turn about it?
+"""Thin rods, which have no moment of inertia about their own axis: what determines their rotation about it?
 
-An orientation that turns a rod about its axis only has no effect. Who writes one has another axis in mind.
-Angles that only point a rod leave nothing open. A quaternion, or three angles, do: there the matrix of masses
-and constraints is singular in every state, unless a constraint says more.
+An orientation that turns a rod about its own axis only has no effect: another axis is meant. Angles that only
+give the direction of a rod leave nothing undetermined. A quaternion, or three angles, do: there the matrix of
+masses and constraints is singular in every state, unless a further constraint determines the rotation.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.model.scope import Scope
 
 NOTHING = 1e-10
-"""What is left of a row is 0 if it is this small beside the row."""
+"""The remainder of a row is 0 if it is this small relative to the row."""
 
 
 def refuse_spinning(residual: Residual) -> None:

@@ -40,7 +40,7 @@ from lagrange_cli.spec.bodies.norms import norm_name
 ROUNDED = 2.0**-48
 """Numbers that differ by so small a part of them do so by rounding."""
 MOST_PARTICLES = 20
-"""That are fixed to the body."""
+"""Axes that are fixed to the body."""
 ANGLES, QUATERNION = 3, 4
 """Coordinates of a body with a fixed point."""
 
@@ -88,14 +88,14 @@ def kovalevskaya(model: Model[Node], noether: Noether) -> tuple[Conserved, Node]
 
 
 def are_equal(one: Node, other: Node) -> bool:
-    """Whether two moments are the same, be it but for rounding of the numbers of the file."""
+    """Whether two moments are equal, at least up to rounding of the numbers of the file."""
     if one.kind is other.kind is Kind.NUMBER:
         return math.isclose(one.data, other.data, rel_tol=ROUNDED)
     return is_zero(one - other)
 
 
 def because(k: int) -> str:
-    """Why."""
+    """The reason, in words."""
     return (
         "Kovalevskaya's top: two moments of inertia about the fixed point are equal and twice the third, and "
         f"the centre of mass lies in the plane perpendicular to axis {k + 1}"
@@ -221,7 +221,7 @@ def field_of(
 
 
 def are_moving(model: Model[Node], scope: InSpace, nodes: Iterable[Node]) -> bool:
-    """Whether one of these depends on the motion, be it by a velocity or an angular velocity."""
+    """Whether one of these depends on the motion, also by a velocity or an angular velocity."""
     actual = substituted(graph_of(model), [*nodes], scope.actual)
     return any(one.symbols & variables(model) for one in actual)
 

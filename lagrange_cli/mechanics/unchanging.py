@@ -1,4 +1,4 @@
-"""Events whose expression is the same at all states, although states are written in it: x - (x - 1)."""
+"""Events whose expression is the same at all states, although it contains coordinates: x - (x - 1)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What moves and what does not, and sums arranged accordingly."""
+"""Which nodes change along the motion and which are constant, and sums arranged accordingly."""
 
 from __future__ import annotations
 

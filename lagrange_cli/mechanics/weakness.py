@@ -1,8 +1,8 @@
-"""Singularities so weak that a step may pass one unfelt: those of a coordinate or a distance, which are felt
-from far away otherwise (see ``mechanics.defect``).
+"""Singularities so weak that a step may pass over one: those of a coordinate or a distance, which otherwise
+affect the series from far away (see ``mechanics.defect``).
 
 A pole k/u^n at the distance d adds to coefficient m of a step of h the part k d^-n (h/d)^m. A step that leads
-beyond it, h > d, is refused if this is more than the tolerance of what moves.
+beyond it, h > d, is refused if this is more than the tolerance of the moving coordinates.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ def terms_of(node: Node) -> Iterator[Node]:
 
 
 def singular(term: Node, moving: int) -> Iterator[Node]:
-    """What may become 0, or reach the end of a domain, in a term."""
+    """The arguments in a term that may become 0 or reach the end of a domain."""
     known: dict[Node, Sign] = {}
     for node in reachable([term], lambda one: bool(one.symbols & moving)):
         if node.kind is Kind.FUNCTION and node.data in BOUNDED:

@@ -87,12 +87,12 @@ def never_changes(spec: Spec, name: str) -> SpecError:
 
 
 def action_of(scope: Scope[E]) -> Action[E]:
-    """All that acts besides the potential."""
+    """All forces besides the potential."""
     return added(scope, (FORCES[key].act(scope, given) for key, given in scope.spec.forces.items()))
 
 
 def added(scope: Scope[E], actions: Iterable[Action[E]]) -> Action[E]:
-    """All that acts, together."""
+    """The sum of all forces."""
     on_particles: dict[str, tuple[E, ...]] = {}
     torques: dict[str, tuple[E, ...]] = {}
     generalized: dict[str, E] = {}

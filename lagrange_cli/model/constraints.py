@@ -39,7 +39,7 @@ def _built(
     *,
     holonomic: bool,
 ) -> Constraint[E]:
-    """One of them; ``state`` has the symbols of coordinates, and of velocities. What is wrong is noted."""
+    """One of them; ``state`` has the symbols of coordinates, and of velocities. Mistakes are reported."""
     expression = scope.scalar(written)
     symbols = {*scope.algebra.symbols(expression)}
     moves, turns = (not symbols.isdisjoint(some) for some in state)

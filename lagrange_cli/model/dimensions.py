@@ -51,7 +51,7 @@ from lagrange_cli.model.unit import ONE
 class Walk:
     """The quantities of trees: ``values`` has those of names, particles' as tuples of components.
 
-    ``note`` is told of every contradiction, and where in the text it is.
+    ``note`` gets every contradiction, and its place in the text.
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class Walk:
         return made if isinstance(one, tuple) else made[0]
 
     def _compared(self, condition: Tree) -> None:
-        """Look for what cannot be compared."""
+        """Report values that cannot be compared."""
         if isinstance(condition, Logic):
             for operand in condition.operands:
                 self._compared(operand)

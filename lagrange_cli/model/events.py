@@ -1,4 +1,4 @@
-"""What events mean for the quantities of a system."""
+"""The effect of events on the conserved quantities of a system."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ def action_of(stops: bool, changes: Mapping[str, object]) -> str:
 def changes_of(model: Model[E]) -> dict[str, dict[E, E]]:
     """What each event sets: the new values by the symbols that they replace.
 
-    Where it sets something that is a function of other coordinates, these change in a way that is not solved
-    for: x + x + 1 stands for it, which leaves no function of x as it is that physics knows.
+    Where it sets something that is a function of other coordinates, the change of these is not solved for. It
+    is replaced by x -> 2 x + 1, which leaves no relevant function of x unchanged.
     """
     symbols = dict(zip(model.coordinates, model.q)) | dict(model.parameters)
     symbols |= {velocity_name(name): v for name, v in zip(model.coordinates, model.v)}

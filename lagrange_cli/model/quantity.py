@@ -1,7 +1,7 @@
 """``Quantity``: what is known of the unit of an expression, and arithmetic over it.
 
-Nothing is said that might be false: a parameter without a unit has an unknown one, and a number such as 9.81,
-which may stand for a quantity, has one too. Only numbers that are plain factors in formulas, 2 or 0.5, are
+Only certain units are used: a parameter without a unit has an unknown one, and so has a number such as 9.81,
+which may stand for a quantity. Only numbers that are plain factors in formulas, 2 or 0.5, are
 pure.
 """
 
@@ -149,7 +149,7 @@ def total(terms: Sequence[Quantity], what: str = "added") -> Quantity:
 
 
 class QuantityAlgebra:
-    """``Algebra[Quantity]`` but for derivatives."""
+    """``Algebra[Quantity]`` except derivatives."""
 
     def function(self, name: str, arguments: Sequence[Quantity]) -> Quantity:
         """Raises ``Contradiction`` where an argument that must be a number has a unit."""

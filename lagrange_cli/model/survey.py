@@ -92,10 +92,10 @@ class Survey:
         velocities = self.velocity_constraints.items()
         return found | {name: self.energy / (quantity * self.time) for name, quantity in velocities}
 
-    # What expressions come to
+    # Quantities of expressions
 
     def value(self, expression: Expression, where: str) -> Value:
-        """The quantity of an expression; what contradicts in it is noted."""
+        """The quantity of an expression; contradictions in it are reported."""
 
         def note(error: Contradiction, span: Span) -> None:
             self._note(expression.at(span), f"{error} in {where}", error)
@@ -229,7 +229,7 @@ class Survey:
         return replace(energy, loose=False)
 
     def _spinning(self, kinetic: Quantity, masses: Mapping[str, Quantity]) -> Quantity:
-        """``kinetic``, or what the energies of rotation say of it: moments of inertia over the square of a
+        """``kinetic``, or its unit by the energies of rotation: moments of inertia over the square of a
         time."""
         for name, bodies in by_family(self.spec.bodies.items()).items():
             inertia = bodies[0].inertia
@@ -241,7 +241,7 @@ class Survey:
         return kinetic
 
     def _forces(self) -> None:
-        """Forces say nothing new, but may contradict."""
+        """Forces give no new units, but may contradict known ones."""
         if not self.spec.forces:
             return
         from lagrange_cli.model.forces.table import FORCES  # which a short run without forces does not need
@@ -257,7 +257,7 @@ class Survey:
                         self.agree(expected, named(value), expression.place, message)
 
     def _events(self) -> None:
-        """What is set keeps its unit; what is 0 at an event may have any."""
+        """A quantity that an action sets keeps its unit; the expression of an event may have any unit."""
         for name, several in by_family(self.spec.events.items()).items():
             for when in distinct([event.when for event in several]):
                 self.scalar(when, f"event '{name}'")

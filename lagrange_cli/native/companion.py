@@ -17,7 +17,7 @@ from lagrange_cli.native.observation import write_prepare
 from lagrange_cli.native.recurrences.evaluation import Constants
 
 ONCE, LONG = "prepare_once", "prepare_long"
-"""The functions that compute the constants as the run does, and to many digits."""
+"""The functions that compute the constants: as in the run, and to many digits."""
 
 
 def prepare_beside(constants: Constants, given: Mapping[str, Node], factor: int) -> tuple[str, int]:

@@ -33,8 +33,8 @@ def events_of(
 ) -> tuple[tuple[tuple[int, int, int], ...], tuple[tuple[int, int], ...]]:
     """The model's events as ``Interface`` has them, and which arguments simple actions change.
 
-    An action is simple if nothing but events may have to be chosen anew, and not its own, and no mass has to
-    be looked at, nor the state be moved back to constraints.
+    An action is simple if it can change the side of other events only, affects no mass, and does not violate
+    constraints.
     """
     rests = {one.event: one.auxiliary for one in smooth.rests}
     few = not rests and not smooth.guards and parts == 1 and len(model.events) <= FEW_EVENTS
@@ -78,8 +78,8 @@ def changes_of(model: Model[Node]) -> tuple[tuple[tuple[int, int], ...], list[No
 
 
 def sizes_of(model: Model[Node]) -> list[Node]:
-    """How large the terms of each event's argument are, and those of its rate but for accelerations: what
-    their rounding is measured by. (Multipliers of constraints are not known there, and count as 0.)"""
+    """The size of the terms of each event's argument, and of its rate without accelerations: what their
+    rounding is measured by. (Multipliers of constraints are not known there, and count as 0.)"""
     graph, found = graph_of(model), list[Node]()
     known = {*model.q, *model.v, model.time, *model.parameters.values()}
     for event in model.events:

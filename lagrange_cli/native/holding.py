@@ -31,7 +31,8 @@ def hold(
 ) -> None:
     """Add accelerations, multipliers and modes to what is ``known`` of a state; ``modes`` is memory for them.
 
-    All switches are held that can be. That whose multiplier is too large by most is let go, again and again.
+    All switches are held at first. Then the one whose multiplier exceeds its bound most is released,
+    repeatedly.
     """
     holders, count = unknowns.holders, len(unknowns.holders)
     able = [(i, one) for i, one in enumerate(holders) if one.multiplier is not None]
@@ -94,7 +95,7 @@ def side_of(kind: Written[V], value: V | None) -> V:
 
 
 def size_of(kind: Written[V], node: Node, known: Values[V]) -> V | None:
-    """How large the terms of a sum are; 0 of anything else, whose sign is known to the last bit."""
+    """The size of the terms of a sum; 0 for anything else, whose sign is known to the last bit."""
     if node.kind is not Kind.SUM:
         return None
     constant, coefficients = node.data

@@ -1,4 +1,5 @@
-"""``Interface``: all that running a compiled program takes to know of it, and what both sides agree on."""
+"""``Interface``: everything that the callers of a compiled program must know, and what both sides agree
+on."""
 
 from __future__ import annotations
 
@@ -27,14 +28,14 @@ DIRECTION, PATIENCE = 3, 4
 SECTION, STROBE = "where", "every"
 """Kinds of sections: crossings of a surface, states after multiples of a period."""
 LANE_NUMBERS = "time", "time_low", "previous", "steps", "usual", "uneven", "reached"
-"""What each lane has behind its state and the state's low parts, 0 of each in a new motion."""
+"""The counters of each lane behind its state and the state's low parts, all 0 in a new motion."""
 OWN_NUMBERS = {"": (), SECTION: ("side", "since"), STROBE: ("period",)}
-"""What it has besides in a section of a kind; ``LANE_COUNTERS`` follow."""
+"""Its further numbers in each kind of section; ``LANE_COUNTERS`` follow."""
 LANE_COUNTERS = "member", "active", "finishing"
 
 
 def low(name: str) -> str:
-    """What the low part of an observed quantity is called."""
+    """The name of the low part of an observed quantity."""
     return f"low {name}"
 
 
@@ -130,7 +131,7 @@ class Interface:
 
     @cached_property
     def state(self) -> StateLayout:
-        """Where a state has its parts, for those who do not step."""
+        """The places of the parts of a state, outside the stepping code."""
         return StateLayout(self.degrees, len(self.integrals) - self.stored, self.stored)
 
     @cached_property
@@ -153,7 +154,7 @@ class Interface:
 
     @cached_property
     def rows_of_guards(self) -> GuardRows:
-        """Where that state has what guards need: those of switches, events and contacts."""
+        """The places of the data of guards in that state: of switches, events and contacts."""
         degrees = self.degrees + self.auxiliary
 
         def multiplier(auxiliary: int) -> int:

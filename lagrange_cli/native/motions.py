@@ -33,7 +33,8 @@ SOLVED = 3
 
 @dataclass(frozen=True)
 class Equations:
-    """What a motion follows: series, their order, the tolerance of steps, and whether these are proven."""
+    """The specification of a motion: series, their order, the tolerance of steps, and whether these are
+    proven."""
 
     residual: Residual
     series: SeriesProgram
@@ -50,7 +51,7 @@ class Equations:
     arguments: Sequence[Node]
     """The arguments of guards, likewise."""
     emitter: Callable[[], Emitter]
-    """What is written with, where numbers are doubles."""
+    """The writers for doubles."""
     in_two: bool
     """Whether steps to roots are (see ``stepping.guards``)."""
     collocated: bool = False
@@ -88,13 +89,13 @@ def motion_of(equations: Equations, parts: int) -> Motion:
 
 
 def proving_of(equations: Equations) -> tuple[Residual, Defect, Constants] | None:
-    """What steps are proven by, if they are."""
+    """The proof of steps, if they are proven."""
     residual = equations.residual
     return (residual, defect(residual), equations.constants) if equations.proven else None
 
 
 def proof_of(equations: Equations, nodes: Sequence[Node]) -> tuple[Residual, Defect, Constants] | None:
-    """What integrals of ``nodes`` are proven by, if there are any."""
+    """The proof of integrals of ``nodes``, if there are any."""
     residual = equations.residual
     if not nodes:
         return None
@@ -109,7 +110,7 @@ def provings_of(equations: Equations) -> Sequence[tuple[Residual, Defect, Consta
 
 
 def given_of(equations: Equations, work: int, project: str = "") -> Given:
-    """What steps are made from; they work on so many doubles."""
+    """The code for steps, which work on so many doubles."""
     from lagrange_cli.native.stepping.motion import Given
 
     state, proving, multipliers = equations.state, provings_of(equations), equations.multipliers

@@ -40,7 +40,7 @@ class Program(Interface):
     hiding: bool
     """Whether steps are proven, of the motion or of its integrals."""
     tables: int = 0
-    """How much of the text are tables, which take hardly any time to compile."""
+    """The length of tables in the text, which take hardly any time to compile."""
 
 
 def write_program(
@@ -89,7 +89,7 @@ def write_program(
     masses = masses_of(model) if stepping else {}
     closes = stepping and bool(changes) and bool(observing.multipliers)
     hides = proven or may_hide(residual) or may_hide(residual, smooth.integrands.values())
-    # Newton's method does not tell how far multipliers may be off
+    # Newton's method gives no bound for the error of multipliers
     provable = stepping and not (residual.bent or unproven)
     hiding = provable and hides
     proven = provable and (proven or may_hide(residual))

@@ -17,8 +17,8 @@ LANES = 8
 CHANGES = 64.0
 """If so many modes change while t hardly does, the motion is held there, or ends."""
 BRIEF, NOWHERE = 2.0**-38, 2.0**-50
-"""A step that is so small a part of the one before it, or of t, leads nowhere: what was 0, but for rounding,
-still is."""
+"""A step that is so small a fraction of the one before it, or of t, changes nothing: what was 0 up to
+rounding, still is."""
 CARRIED_COUNT = 2
 """The place of the number of evaluations among what a method carries."""
 CLOCK = 2 * LANES
@@ -56,7 +56,7 @@ class Clock(IntEnum):
 
 
 BEGINNING = Clock.STEP, Clock.GAP, Clock.USUAL_STEP, Clock.LEAVING, Clock.NARROW_FAILURES
-"""What is forgotten where other equations begin to hold."""
+"""The parts of the clock that are reset where other equations begin to hold."""
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,7 @@ class StateLayout:
 
     @property
     def rates(self) -> slice[int, int, None]:
-        """What has a rate of its own: all but q."""
+        """The rows with rates of their own: all but q."""
         return slice(self.degrees, self.rows)
 
     @cached_property
@@ -140,7 +140,7 @@ class StateLayout:
 
     @property
     def remembered(self) -> slice[int, int, None]:
-        """The clock but for the time."""
+        """The clock except the time."""
         return slice(self.at(Clock.STEP), self.clock.stop)
 
     @cached_property
@@ -150,7 +150,7 @@ class StateLayout:
 
     @cached_property
     def settings(self) -> slice[int, int, None]:
-        """What is changed between steps only."""
+        """The values that change between steps only."""
         return slice(self.third + self.width, self.third + self.width + self.set)
 
     @cached_property

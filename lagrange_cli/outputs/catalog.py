@@ -270,6 +270,6 @@ OUTPUTS = {
 """The outputs by name, in the order of their datasets in the file. Sample times ``t`` are always written."""
 
 DEFAULT_OUTPUTS = tuple(row.name for row in OUTPUTS.values() if row.default and not row.section)
-"""What is written of every system."""
+"""The outputs that every system has by default."""
 PARTICLE_OUTPUTS = frozenset(row.name for row in OUTPUTS.values() if row.of_particles)
-"""What a system has only if it is given by particles, not by a Lagrangian."""
+"""The outputs of systems that are given by particles, not by a Lagrangian."""

@@ -20,7 +20,7 @@ from lagrange_cli.records import dataclass
 
 
 class OutputModule(Protocol):
-    """What a module of ``outputs.datasets`` offers."""
+    """The interface of a module of ``outputs.datasets``."""
 
     def plan(self, planner: Planner) -> None:
         """Add the output's datasets, and what they are made of.

@@ -44,7 +44,7 @@ class Planner:
         return self.residual.model
 
     def further(self) -> Sequence[tuple[Conserved, Node]]:
-        """What is conserved besides h and momenta of cyclic coordinates."""
+        """Conserved quantities besides h and momenta of cyclic coordinates."""
         from lagrange_cli.mechanics.symmetries import symmetries
 
         found = symmetries(self.model, self.residual.conserved)

@@ -25,7 +25,7 @@ UNNAMED_TIME = Unit(((UNNAMED, WHOLE),))
 
 @dataclass(frozen=True)
 class Units:
-    """The units of a system's quantities, as texts, by the path of their dataset; and what contradicts."""
+    """The units of a system's quantities, as texts, by the path of their dataset; and contradictions."""
 
     texts: Mapping[str, str] = field(default_factory=dict)
     conflicts: tuple[Conflict, ...] = ()

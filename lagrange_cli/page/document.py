@@ -46,7 +46,7 @@ def document(data: Mapping[str, Any], equations: str) -> str:
     page = asset(TEMPLATE)
     first, *others = page.split("{{")
     found = [first]
-    for other in others:  # in one pass: what is put in is not looked at again
+    for other in others:  # in one pass: inserted text is not scanned again
         name, _, rest = other.partition("}}")
         found += [parts[name], rest]
     return "".join(found)

@@ -104,11 +104,11 @@ def array_sizes(program: Interface) -> dict[str, int]:
 
 
 NOTHING = {"rows": 0, "inner": 0, "outer": [], "room": 0, "observed": [], "acted": 0, "records": 0}
-"""What a page that replays needs to know of a program."""
+"""The description of a program for a page that replays."""
 
 
 def layout(spec: Spec, program: Interface) -> dict[str, Any]:
-    """Where a state has its parts, and what the rows of arrays are."""
+    """The places of the parts of a state, and the rows of arrays."""
     inner = program.inner
     cyclic = inner.cyclic_momenta
     return {
@@ -131,7 +131,7 @@ def layout(spec: Spec, program: Interface) -> dict[str, Any]:
 
 
 def guards(spec: Spec, program: Interface) -> dict[str, Any]:
-    """What settling modes and acting at events takes."""
+    """The data for settling modes and for actions at events."""
     rows, inner = program.rows_of_guards, program.inner
     rests = iter([j for j, one in enumerate(rows.guards) if one.role is Role.REST])
     motion = 2 * program.degrees

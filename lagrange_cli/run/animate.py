@@ -196,7 +196,7 @@ def find_folder(name: str, *, force: bool, origin: Origin | None = None) -> Targ
 
 
 def told(reel: Reel, made: Made) -> str:
-    """What there is to say of a film: ``600 pictures, 20 s, t goes at 3 d a second``."""
+    """The description of a film: ``600 pictures, 20 s, t goes at 3 d a second``."""
     unit = f" {reel.unit}" if reel.unit else ""
     real = reel.speed == 1 and reel.unit in ("", "s")
     pace = "in real time" if real else f"t advances by {reel.speed:g}{unit} a second"

@@ -1,4 +1,4 @@
-"""What the file of a run says: its datasets, what made it, how the run ended, and warnings about that."""
+"""The attributes of an output: its datasets, its origin, how the run ended, and warnings."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from lagrange_cli.store.layout import Series
 
 WORTH_A_WORD, LOOSELY = 1e-6, 1e4
-"""A drift of h, relative to its size, that rounding does not explain, and how many tolerances are."""
+"""A drift of h that rounding does not explain, relative to its size, and in units of the tolerance."""
 
 MOST_NAMES = 4
 """Quantities that a warning names."""
@@ -110,7 +110,8 @@ def final_state(outcome: Outcome) -> dict[str, Any] | None:
 
 
 def doubt(outcome: Outcome, settings: Settings) -> str | None:
-    """The warnings about the result: a drift of h, forces that may have been missed, what has no value."""
+    """The warnings about the result: a drift of h, forces that may have been missed, values that are not
+    finite."""
     drifts = not_finite(outcome), drifting(outcome, settings.tolerance)
     unknown = {path: f"at t = {t:.9g}" for path, t in outcome.unknown.items()}
     return joined(*drifts, *missed(outcome, settings), without_value(unknown))
@@ -129,7 +130,7 @@ def some(names: Sequence[str]) -> str:
 
 
 def doubt_of_all(outcome: EnsembleOutcome, settings: Settings) -> str | None:
-    """The same for an ensemble, without large drifts: what these are measured by is not known."""
+    """The same for an ensemble, without large drifts, whose scale is not known."""
     alone = len(outcome.endings) == 1
     unknown = {
         path: f"{'' if alone else f'in member {member} '}at t = {t:.9g}"
@@ -144,7 +145,7 @@ def joined(*warnings: str | None) -> str | None:
 
 
 def missed(outcome: Outcome | EnsembleOutcome, settings: Settings) -> list[str]:
-    """The warnings for what the method may pass over."""
+    """The warnings about features that the method may miss."""
     return [UNDETECTED[one].format(settings.method) for one in outcome.undetected]
 
 
@@ -189,8 +190,7 @@ def finite(content: Any) -> Any:
 def units_of(spec: Spec, tell: Callable[[str], None] | None = None) -> Mapping[str, str]:
     """The units of datasets by path; a file without any unit does not even import what finds them.
 
-    ``tell`` is given a line if they contradict each other: sin(theta) with theta in degrees is no number that
-    anybody wants.
+    ``tell`` gets a line if they contradict each other, as in sin(theta) with theta in degrees.
     """
     if not has_units(spec):
         return {}

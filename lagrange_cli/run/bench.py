@@ -29,20 +29,20 @@ if TYPE_CHECKING:
     from lagrange_cli.work_precision.trajectory import Followed
 
 Tell = Callable[[int, int, object], None]
-"""Told how many of how many measurements are done, and what is measured next."""
+"""Gets the number of measurements done, their total number, and the next one."""
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 MOST_WITH_JACOBIAN = 32
 """Coordinates up to which implicit methods run unasked: a larger dense Jacobian takes long to compile."""
 
 BETTER = 100
-"""By how much the reference is to be better than the error wanted."""
+"""How much more accurate the reference must be than the wanted error."""
 PATIENCE = 5
 """Budgets that each of the reference's runs may take: its steps are several times as short."""
 
 
 def ignore(done: int, count: int, what: object) -> None:
-    """Nobody watches."""
+    """Shows nothing."""
 
 
 def never() -> bool:

@@ -1,6 +1,6 @@
 """Why a motion ended: which expression of the system file has no value beyond that place.
 
-All expressions that the equations are made of are looked through for quotients, roots, logarithms and the
+All expressions in the equations are searched for quotients, roots, logarithms and the
 like. The arguments of these are evaluated where the motion ended, with their first two derivatives along it.
 If an argument follows c (T - t)^alpha, then alpha = 1/(1 - u u''/u'^2) and T = t - alpha u/u'.
 """
@@ -40,9 +40,9 @@ SOON = 2.0**-28
 NEARING = 2.0**-12
 """The same where steps become shorter without end, of which there are too many farther away."""
 ALIKE = 4.0
-"""Of arguments that reach it so nearly at once, the first one counts."""
+"""Among arguments that reach their ends almost at the same time, the first one counts."""
 MOST = 10_000
-"""Arguments that are looked at."""
+"""The largest number of arguments that are examined."""
 ALPHA = 0.125, 8.0
 """Powers of the time that is left that an argument may follow."""
 
@@ -97,9 +97,8 @@ def along(spec: Spec, parameters: Mapping[str, float], end: End) -> dict[str, Du
 
 
 def reached(spec: Spec, values: Mapping[str, Dual], *, staying: bool = False) -> Iterator[tuple[float, str]]:
-    """How long it takes until arguments reach their ends, and what is to be said of each.
-
-    Those that are there and stay end no motion, unless it could not begin: with ``staying`` they count.
+    """The time until arguments reach their ends, and a message for each. Arguments that stay at their ends
+    end no motion, unless it could not begin: with ``staying`` they count.
     """
     for expression, border, indices, built in arguments(spec, values):
         for one in border.ends or [nearest_pole(built.value[0])]:
@@ -111,7 +110,7 @@ def reached(spec: Spec, values: Mapping[str, Dual], *, staying: bool = False) ->
 
 
 def outside(spec: Spec, values: Mapping[str, Dual]) -> Iterator[str]:
-    """What is to be said of arguments that are beyond the domain of their function."""
+    """The messages for arguments beyond the domain of their function."""
     for expression, border, indices, built in arguments(spec, values):
         value = float(built.value[0])
         if isinstance(border.whole, Call) and border.ends:
@@ -197,7 +196,7 @@ def time_left(argument: Dual, end: float) -> float | None:
 
 
 def sentence(expression: Expression, border: Border, end: float, indices: Indices) -> str:
-    """What is said of an argument that reaches its end."""
+    """The message for an argument that reaches its end."""
     argument = text(expression, border.argument)
     if isinstance(border.whole, Binary) and border.whole.operator == "/":
         return f"the denominator {argument} reaches 0{place(expression, border, indices)}"
@@ -219,7 +218,7 @@ def text(expression: Expression, tree: Tree) -> str:
 
 
 def escapes(spec: Spec, values: Mapping[str, Dual]) -> Iterator[tuple[float, str]]:
-    """How long it takes until coordinates or velocities are infinite, and what is to be said of each."""
+    """The time until coordinates or velocities are infinite, and a message for each."""
     from lagrange_cli.symbolic.direct import power
 
     for one in spec.coordinates:

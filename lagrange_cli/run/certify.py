@@ -1,4 +1,4 @@
-"""Runs with a certificate: what is demanded of it, and the companions that it takes."""
+"""Runs with a certificate: its requirements, and its companions."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def as_text(found: Classification, *, verbose: bool) -> str:
 
 
 def constraints_object(found: Classification) -> dict[str, Any]:
-    """What is known of constraints, for ``--json``."""
+    """The properties of constraints, for ``--json``."""
     names = found.spec.all_constraints
     if not names:
         return {}

@@ -1,6 +1,6 @@
 """From the content of a system file to its ``Spec``, and to its equations of motion.
 
-What is wrong with any of it is shown at its place in the file.
+Every mistake is shown at its place in the file.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from lagrange_cli.spec.spec import Place, Spec
 
 FEW = 30
-"""Coordinates up to which fractions take no time that anyone would notice."""
+"""The number of coordinates up to which fractions take no noticeable time."""
 Numbers = TypeVar("Numbers")
 Examine: TypeAlias = "Callable[[bytes, str, Mapping[str, str] | None], tuple[Spec, Problems]]"
 """Reads a file, as ``spec.read.examine`` does."""
@@ -54,7 +54,7 @@ def read_run(
 
     Raises:
         SpecError: all problems of the file, of its ``solve`` section, and those that ``numbers`` adds.
-        UsageError: the file is right, and what is asked of it is not.
+        UsageError: the file is right, but the request is not.
     """
     from lagrange_cli.spec.defaults import with_times
 
@@ -122,8 +122,8 @@ def derive_system(
 
 def keeps_decimals(spec: Spec) -> bool:
     """Whether the numbers in energies and forces should not be rounded before all is derived. The terms of a
-    total time derivative cancel in the equations of motion only if products of decimals like 0.1 are what
-    they are; and (x - 0.1)/0.3 is 0 at the same place in every power and slope (see ``ExactGraph``)."""
+    total time derivative cancel in the equations of motion only if products of decimals like 0.1 are exact;
+    and (x - 0.1)/0.3 is 0 at the same place in every power and slope (see ``ExactGraph``)."""
     from lagrange_cli.expression.syntax import has_decimals
 
     if len(spec.coordinates) > FEW:

@@ -1,7 +1,7 @@
 """Initial states at which an energy has no value, as a logarithm of a negative number.
 
-The force that follows from log(u) has u'/u in it, which goes on where there is no energy. So such a motion
-is refused where it begins. (Other functions have no derivatives where they have no values.)
+The force of an energy log(u) contains u'/u, which has values where the energy has none. So such a motion is
+refused at its start. (Other functions have no derivatives where they have no values.)
 """
 
 from __future__ import annotations
@@ -72,7 +72,7 @@ def without_value(
 
 
 def refusal(spec: Spec, values: Values, t: float) -> SpecError:
-    """What is said of such a state, at the first place where that can be seen."""
+    """The message for such a state, at the first place that shows it."""
     from lagrange_cli.expression.syntax import Call
     from lagrange_cli.run.causes import arguments, text
     from lagrange_cli.spec.source import Source

@@ -74,7 +74,7 @@ class Draws:
             raise UsageError("the system and the table cannot both come from standard input")
 
     def as_data(self) -> dict[str, Any]:
-        """What the output says of it, in terms of JSON."""
+        """Its description in the output, in terms of JSON."""
         seed = self.seed if self.random else None
         over = {name: given if isinstance(given, str) else in_words(given) for name, given in self.over}
         table = self.table if isinstance(self.table, str) or self.table is None else ",".join(self.table)
@@ -170,7 +170,7 @@ def name_of(spec: Spec, name: str, asked: str) -> str:
 
 
 def refuse_repeated(names: Sequence[str]) -> None:
-    """Nothing may be given twice."""
+    """Refuse a name that is given twice."""
     for name in names:
         if names.count(name) > 1:
             raise UsageError(f"'{name}' is given more than once among --set, --over, --random and --table")
@@ -248,5 +248,5 @@ def number(text: str, asked: str, hint: str = "") -> float:
 
 
 def refuse_name(name: str) -> float:
-    """Numbers here are made of numbers and pi."""
+    """Names in numbers: there is only pi."""
     raise LookupError(name)

@@ -239,7 +239,7 @@ def import_the_rest() -> None:
 
 
 def alone(ensemble: Ensemble, request: Request) -> Method:
-    """What follows one of the motions by itself."""
+    """The method that follows one of the motions alone."""
     return prepare_run(ensemble.spec, ensemble.settings, cached=request.cache).follower
 
 

@@ -1,4 +1,4 @@
-"""``equations``: the equations of motion as people read them, and their comparison with the compiled ones."""
+"""``equations``: the printed equations of motion, and their comparison with the compiled ones."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def derive(
     most: float = math.inf,
     coordinates: str = "",
 ) -> Derived:
-    """Derive the equations of motion, to be read; ``overrides`` are values by name, as ``--set`` has them.
+    """Derive the equations of motion for printing; ``overrides`` are values by name, as ``--set`` has them.
     It takes ``most`` steps of work (``limits.Work``). They are in the ``coordinates`` of a transformation of
     the file if one is named.
 
@@ -125,7 +125,8 @@ def derive_in(coordinates: str, spec: Spec, stage: Stage, overrides: Mapping[str
 
 
 def further_conserved(model: Model[Node], equations: Equations) -> list[Conserved]:
-    """What is conserved besides h and momenta of cyclic coordinates; ``model`` is that of the equations."""
+    """Conserved quantities besides h and momenta of cyclic coordinates; ``model`` is that of the
+    equations."""
     from lagrange_cli.mechanics.conservation import conservation
     from lagrange_cli.mechanics.symmetries import symmetries
     from lagrange_cli.symbolic.equations import Conserved

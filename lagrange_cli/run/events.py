@@ -1,4 +1,4 @@
-"""Events in the output of a run: the groups of the file, and what happened in all."""
+"""Events in the output of a run: the groups of the file, and a summary."""
 
 from __future__ import annotations
 
@@ -83,8 +83,8 @@ def counts(prepared: Prepared, happened: Sequence[Happened]) -> list[int]:
 
 
 def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
-    """What a user should know of the events at the end of a run: what never happened, and what may be
-    otherwise than it seems."""
+    """Messages about the events at the end of a run: those that never happened, and those that rounding may
+    have decided."""
     from lagrange_cli.spec.spec import grouped
 
     found = []
@@ -104,7 +104,7 @@ def notes(spec: Spec, happened: Mapping[str, Happened]) -> list[str]:
 
 
 def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:
-    """The same of what may be otherwise than it seems, of the first member of an ensemble for each event."""
+    """Messages about events that rounding may have decided, in the first such member of an ensemble."""
     return [
         f"event '{name}', in member {member}: {text}"
         for name, (member, one) in doubtful.items()
@@ -113,7 +113,7 @@ def notes_of_members(doubtful: Mapping[str, tuple[int, Happened]]) -> list[str]:
 
 
 def doubts(one: Happened) -> Iterator[str]:
-    """What rounding may have decided."""
+    """Messages about zeros that rounding may have decided."""
     if one.grazes is not None and not one.accumulations:  # impacts before their end are as weak as can be
         times = "" if one.grazing == 1 else f", the first of {one.grazing} such times"
         yield (

@@ -1,4 +1,4 @@
-"""Interrupts that are asked about between two chunks of work instead of falling in the middle of one."""
+"""Interrupts that take effect between two chunks of work instead of in the middle of one."""
 
 from __future__ import annotations
 
@@ -9,15 +9,15 @@ from typing import Any
 
 ENDS = ("SIGTERM", "SIGHUP", "SIGALRM", "SIGBREAK")
 ENDING = tuple(getattr(signal, name) for name in ENDS if hasattr(signal, name))
-"""Signals besides that of Ctrl-C that ask a process to end; they do what it does. Not every platform has all:
+"""Other signals that ask a process to end; they have the same effect as Ctrl-C. Not every platform has all:
 SIGALRM is that of ``limits``, SIGBREAK that of Ctrl-Break on Windows."""
 
 
 class Interrupts:
     """A context within which Ctrl-C (or SIGTERM, SIGHUP) makes calling this object return True.
 
-    A second one is raised as ``KeyboardInterrupt``, for when nobody asks. In a program that is not ours only
-    Ctrl-C is heeded (``alone``), and only where it would raise ``KeyboardInterrupt``.
+    A second one is raised as ``KeyboardInterrupt``, in case this object is not called. In a program that is
+    not ours only Ctrl-C is heeded (``alone``), and only where it would raise ``KeyboardInterrupt``.
     """
 
     def __init__(self, *, alone: bool = False) -> None:

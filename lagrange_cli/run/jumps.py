@@ -54,7 +54,7 @@ def check_members(spec: Spec, values: EnsembleValues) -> None:
 
 
 def with_actions_judged(spec: Spec, prepared: Prepared) -> Prepared:
-    """What is prepared to end a motion before an action that sets parameters with which an energy jumps."""
+    """A check that ends a motion before an action that sets parameters with which an energy jumps."""
     given = {one.name for one in spec.parameters}
     names = {name for event in spec.events.values() for name in event.changes if name in given}
     if not names or not may_switch(spec):

@@ -1,4 +1,4 @@
-"""Checkpoints of many motions: the members that have ended are in the file, and are not followed again."""
+"""Checkpoints of many motions: members that have ended are in the file, and are not followed again."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""``Monitor``: what a run tells whoever has asked for it while it works, and how it is interrupted."""
+"""``Monitor``: the progress and messages of a run for its caller, and how it is interrupted."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Progress(Protocol):
 
 
 class Silence:
-    """``Progress`` that nobody watches."""
+    """``Progress`` that is not shown."""
 
     def show(self, reached: float, /) -> None:
         """Nothing is shown."""
@@ -45,11 +45,11 @@ def uninterrupted() -> AbstractContextManager[Interrupted]:
 
 
 def ignore(message: str) -> None:
-    """A message that nobody reads."""
+    """A message that is not shown."""
 
 
 def watched(progress: Progress, interrupted: Interrupted) -> Callable[[float], bool]:
-    """What is told how far a run has come, and says whether to stop."""
+    """Receives the progress of a run, and decides whether to stop."""
 
     def report(reached: float) -> bool:
         progress.show(reached)
@@ -73,4 +73,4 @@ class Monitor:
 
 
 SILENT = Monitor()
-"""For runs that nobody watches."""
+"""For runs whose progress is not shown."""

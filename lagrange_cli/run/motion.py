@@ -45,7 +45,7 @@ class Motion:
     begin: Begin = NOTHING
 
     def cause(self, end: End) -> Cause | None:
-        """What in the system ended the motion, if it could not go on."""
+        """The reason in the system for the end of the motion, if it could not go on."""
         from lagrange_cli.integrate.ending import Ending
 
         if self.spec.bodies:

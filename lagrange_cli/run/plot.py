@@ -1,4 +1,4 @@
-"""``plot``: what a physicist looks at first, of outputs of ``solve``, ``sweep`` and ``section``."""
+"""``plot``: the usual plots of outputs of ``solve``, ``sweep`` and ``section``."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ WORDS: dict[str, tuple[dict[str, What], tuple[str, ...]]] = {
     "sweep": (sweeps.WHAT, sweeps.USUAL),
     "section": (sections.WHAT, sections.USUAL),
 }
-"""Of each kind of output the words of ``--what``, and those that are drawn unless others are asked for."""
+"""For each kind of output the words of ``--what``, and those that are drawn by default."""
 ALL_WORDS = tuple(dict.fromkeys(word for words, _ in WORDS.values() for word in words))
 MOST_PANELS = 40
 SMOOTH = 4001
-"""Samples of a plotted motion: some hundred oscillations are curves, and no polygons."""
+"""Samples of a plotted motion: some hundred oscillations appear as smooth curves."""
 MOST_NUMBERS = 1_000_000
 """Values of coordinates of a plotted motion, up to which it has more samples than its file asks for."""
 SAME = 1e-12
@@ -48,7 +48,7 @@ SAME = 1e-12
 
 @dataclass(frozen=True)
 class Asked:
-    """What is to be drawn: words of ``--what``, or ``y`` over ``x``; nothing means the usual."""
+    """The requested plots: words of ``--what``, or ``y`` over ``x``; by default the usual ones."""
 
     what: tuple[str, ...] = ()
     x: str | None = None
@@ -66,7 +66,7 @@ def outputs_for(asked: Asked, *, has_particles: bool) -> tuple[str, ...]:
 
 def finely_sampled(motion: Motion, request: Request) -> Request:
     """The request of a motion for a plot: a file that asks for few samples is sampled more finely, so that
-    curves are curves. The samples of the file are among them. What ``request`` says itself is kept."""
+    curves are smooth. The samples of the file are among them. What ``request`` says itself is kept."""
     asked, settings = request.options, motion.settings
     coordinates = max(1, len(motion.spec.coordinates))
     wanted = min(SMOOTH, MOST_NUMBERS // coordinates)
@@ -149,7 +149,7 @@ def worded(runs: Sequence[Run], what: Sequence[str], option: str = "--what") -> 
 
 
 def at_rest(panel: Panel) -> bool:
-    """Whether nothing moves in a phase portrait or a path, but for rounding."""
+    """Whether a phase portrait or a path is a single point, up to rounding."""
     curves = [one for one in panel.items if isinstance(one, Curve)]
     if not curves or len(curves) < len(panel.items) or any(one.points for one in curves):
         return False
@@ -168,7 +168,7 @@ def constant(values: np.ndarray) -> bool:
 
 
 def missing(run: Run, word: str, what: What, option: str) -> str:
-    """What to ask for where an output does not hold what a plot needs."""
+    """The hint where an output lacks datasets for a plot."""
     if word == "error":
         return f"{option} error: {run.result.name} has no estimated errors: solve again with --certify"
     needed = ",".join(what.outputs)

@@ -20,7 +20,7 @@ HEADER = ("method", "tolerance", "steps", "evaluations", "ms", "error", "drift o
 
 
 def as_text(ranking: Ranking) -> str:
-    """The table, what errors are held against, and the recommendation."""
+    """The table, the reference for errors, and the recommendation."""
     reference = ranking.reference
     times = reference.times
     lines = [

@@ -1,4 +1,4 @@
-"""The forces of constraint on particles, to be read."""
+"""The forces of constraint on particles, for printing."""
 
 from __future__ import annotations
 

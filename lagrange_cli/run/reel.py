@@ -43,7 +43,7 @@ PANELS = (
 )  # fmt: skip
 """Words of ``plot --what`` that are for side panels, too."""
 PIECE = 4096
-"""Samples whose places are looked at together."""
+"""Samples whose places are found together."""
 FPS = {".gif": 25.0}
 """Pictures a second, where it is not ``USUAL_FPS``; a GIF counts in hundredths of a second."""
 USUAL_FPS = 30.0
@@ -51,11 +51,11 @@ USUAL_FPS = 30.0
 
 @dataclass(frozen=True)
 class Asked:
-    """What is asked for of a film.
+    """The request for a film.
 
     ``speed`` is in units of t a second, ``fps`` are the pictures a second. The film goes from t = ``begin``
     to ``end``, a trail lasts for the time ``trail``. ``panels`` are words for panels beside the drawing,
-    ``size`` is in pixels. None stands for what is usual.
+    ``size`` is in pixels. None stands for the default.
     """
 
     fps: float

@@ -124,7 +124,7 @@ def check_member(path: Path, found: Made, member: int) -> None:
 
 @dataclass(frozen=True)
 class Member:
-    """What one member of a sweep is computed again from: the text of the system file, sizes, and values of
+    """The inputs for computing one member of a sweep again: the text of the system file, sizes, and values of
     parameters and of the initial state by name; from ``start`` to ``stop``, as texts."""
 
     content: bytes
@@ -163,5 +163,5 @@ def families(spec: Spec) -> list[str]:
 
 
 def without_times(spec: Spec) -> Spec:
-    """The system without defaults of its own: the output says what was done."""
+    """The system without defaults of its own, since the output has the values of the run."""
     return replace(spec, solve=SolveDefaults())

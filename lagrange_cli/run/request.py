@@ -1,4 +1,4 @@
-"""``Request``: what is asked of a run, whatever the system."""
+"""``Request``: the options of a run, for any system."""
 
 from __future__ import annotations
 
@@ -29,14 +29,14 @@ OTHERS = frozenset(
 )  # fmt: skip
 """Endings of formats that are not written. Any other ending is taken to be that of an HDF5 file."""
 TIMES = ("start", "stop", "step")
-"""What may be given as an expression."""
+"""The times that may be given as expressions."""
 SECONDS, COUNT = 10.0, 10**8
 """Seconds, and steps or members, between two checkpoints."""
 
 
 @dataclass(frozen=True)
 class Request:
-    """What is asked of a run: what it leaves open is said by the system file, or has a default.
+    """The options of a run: those left open follow from the system file, or have a default.
 
     ``times`` (``start``, ``stop``, ``step``), ``overrides`` (parameters and initial values) and ``sizes`` are
     texts by name: numbers, or expressions in parameters. With ``cache``, the code compiled by an earlier run

@@ -105,7 +105,7 @@ def within(
 
 
 class Ordered(Sequence[float]):
-    """Numbers of which a few are looked at, for ``bisect``."""
+    """A sequence of which only a few numbers are read, for ``bisect``."""
 
     def __init__(self, number: Callable[[int], float], count: int) -> None:
         self._number, self._count = number, count

@@ -134,7 +134,8 @@ def prepare(ensemble: Ensemble, request: Request, monitor: Monitor) -> Prepared:
 def method_of(
     prepared: Prepared, alone: Callable[[], Method], checkpointing: Checkpointing[Kept] | None
 ) -> EnsembleMethod:
-    """What follows the motions: eight at once, or each by itself; the only one may be kept on its way."""
+    """The method that follows the motions: eight at once, or each alone; a single one may have
+    checkpoints."""
     if prepared.machine.follow is not None:
         from lagrange_cli.integrate.ensemble.lanes import LanesMethod
 
@@ -224,7 +225,7 @@ def file_of(
 
 
 def sentence(ensemble: Ensemble, outcome: EnsembleOutcome, crossings: int, fewer: int) -> str:
-    """What was found, and how motions ended that have fewer crossings than were asked for."""
+    """The crossings found, and how motions ended that have fewer than requested."""
     assert ensemble.cut is not None
     members, many = ensemble.values.members, is_many(ensemble)
     found = f"{crossings} crossing{'' if crossings == 1 else 's'}" + (

@@ -1,4 +1,4 @@
-"""The files of sections: of many motions, of one, and of one as a table; and what they are continued from."""
+"""The files of sections: of many motions, of one, and of one as a table; and their checkpoints."""
 
 from __future__ import annotations
 
@@ -34,13 +34,14 @@ class SectionFile(Protocol):
 
     @property
     def output(self) -> AbstractContextManager[Any]:
-        """What is entered before the motions are followed."""
+        """The context in which the motions are followed."""
 
     def of_motion(self, schedule: Schedule) -> Checkpointing[Kept] | None:
-        """How the only motion is kept on its way, if it is."""
+        """The checkpoints of the only motion, if there are any."""
 
     def of_members(self, schedule: Schedule) -> Checkpointing[EnsembleOutcome] | None:
-        """How those of many motions are kept that have ended, if they are. Raises ``Unusable``."""
+        """The checkpoints of many motions, which keep those that have ended, if there are any. Raises
+        ``Unusable``."""
 
     def write(self, index: np.ndarray, values: Mapping[str, Any]) -> None:
         """Write what members ``index`` (b,) have given."""

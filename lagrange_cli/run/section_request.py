@@ -1,4 +1,4 @@
-"""``Asked``: what ``section`` is asked for, and the motions and settings that follow from it."""
+"""``Asked``: the request for a section, and the motions and settings that follow from it."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ if TYPE_CHECKING:
 
 DIRECTIONS = {"rising": 1, "falling": -1, "either": 0}
 CROSSINGS = 1000
-"""Crossings of each motion that are kept, where nobody says how many."""
+"""The number of crossings of each motion, by default."""
 FAR = 1e300
 """A stop time that no motion reaches, for what needs a number."""
 
 
 @dataclass(frozen=True)
 class Asked:
-    """What a section is to be: the surface ``where``, or the period ``every``, as expressions; the
+    """The request for a section: the surface ``where``, or the period ``every``, as expressions; the
     ``direction`` in which the surface is crossed; and how many ``crossings`` of each motion are kept."""
 
     where: str = ""

@@ -1,4 +1,4 @@
-"""Where constraints come to depend on each other along a motion, and what is said of it."""
+"""Places where constraints become dependent along a motion, and the messages about them."""
 
 from __future__ import annotations
 
@@ -79,5 +79,5 @@ def dependent(spec: Spec, parameters: Mapping[str, float], end: End) -> tuple[st
 
 
 def in_words(spec: Spec, sentence: str) -> str:
-    """How a member of an ensemble ended, in words that are true where there are constraints."""
+    """How a member of an ensemble ended, in words that also fit systems with constraints."""
     return sentence.replace(Ending.SINGULAR_MASS_MATRIX.value, MATRIX) if spec.all_constraints else sentence

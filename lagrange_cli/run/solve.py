@@ -34,7 +34,7 @@ class Solved:
     """A motion that was followed: how the run started, and how it ended.
 
     ``start`` has the target that was written. ``outcome`` is None if an earlier run had ``finished`` (see
-    ``start``), or if nobody reads the table any more. ``cached`` tells that the compiled code is that of an
+    ``start``), or if the reader of the table has gone. ``cached`` tells that the compiled code is that of an
     earlier run.
     """
 
@@ -88,7 +88,7 @@ def integrate_and_write(
     demand: Demand | None,
     stream: BinaryIO | None,
 ) -> tuple[Outcome | None, Target]:
-    """Integrate chunk by chunk into the output, however the motion ends; None if nobody reads it any more.
+    """Integrate chunk by chunk into the output, however the motion ends; None if its reader has gone.
 
     The output may have another name than that of the start (see ``Target.publish``).
     """

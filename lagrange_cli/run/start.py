@@ -1,4 +1,4 @@
-"""Where a motion begins: a state that satisfies the constraints, and what had to be done to find it."""
+"""The start of a motion: a state that satisfies the constraints, and how it was found."""
 
 from __future__ import annotations
 
@@ -159,7 +159,7 @@ def with_state(values: Values, found: Start) -> Values:
 
 
 def begin_of(found: Start) -> Begin:
-    """What was done, for the user."""
+    """The messages about it."""
     return Begin(
         {one.name: (one.given, one.value, one.by) for one in found.changed if one.given is not None},
         {one.name: one.value for one in found.changed if one.given is None},
@@ -244,7 +244,7 @@ def consistent_ensemble(
 
 
 def notes_of_members(begins: Collection[Begin]) -> Iterator[str]:
-    """What the user is told of the starts of many motions."""
+    """The messages about the starts of many motions."""
     if len(begins) == 1:
         yield from notes(next(iter(begins)))
         return
@@ -272,7 +272,7 @@ def members(count: int) -> str:
 
 
 def notes(begin: Begin) -> Iterator[str]:
-    """What the user is told of the start."""
+    """The messages about the start."""
     if begin.normalized:
         lengths = [f"{body} (its length was {length:.9g})" for body, length in begin.normalized.items()]
         noun, rates = ("quaternion", "its rates") if len(lengths) == 1 else ("quaternions", "their rates")

@@ -1,4 +1,4 @@
-"""Whether the steps of a run must be proven because a singularity is so weak that it would not be felt."""
+"""Whether the steps of a run must be proven because a singularity is so weak that a step might miss it."""
 
 from __future__ import annotations
 
@@ -65,5 +65,5 @@ def is_weak(spec: Spec, start: float, values: Values) -> bool:
         state |= {one.name: q, velocity_name(one.name): v}
     try:
         return has_weak_singularity(build_model(spec, KnownParameters(values.parameters)), state)
-    except SpecError:  # what has no value with these parameters is said elsewhere
+    except SpecError:  # expressions without a value for these parameters are reported elsewhere
         return False

@@ -78,7 +78,7 @@ def read_columns(file: TextIO, shown: str) -> dict[str, NDArray[np.float64]]:
 
 
 def lines_of(file: TextIO, shown: str) -> Iterator[str]:
-    """The lines, none of them longer than memory bears."""
+    """The lines, of bounded length."""
     while line := file.readline(LONGEST + 1):
         if len(line) > LONGEST:
             raise UsageError(f"{shown} is not a table: a line has more than {LONGEST} characters")

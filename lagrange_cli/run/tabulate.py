@@ -28,7 +28,7 @@ def tabulate(
     demand: Demand | None,
     stream: BinaryIO | None,
 ) -> tuple[Outcome | None, Target]:
-    """Integrate chunk by chunk into the table, whatever way the motion ends; None where it was streamed to a
+    """Integrate chunk by chunk into the table, however the motion ends; None where it was streamed to a
     reader that has hung up."""
     values, times, stage = ready.motion.values, ready.times, monitor.stage
     progress = monitor.progress()

@@ -12,7 +12,7 @@ STAGES = ("import", "parse", "derive", "compile", "cache", "integrate", "write")
 """In the order of the pipeline; ``cache`` is looking for a compiled program there, and keeping a new one."""
 
 PARTS = {"program": "derive"}
-"""What is a stage to those who wait, and a part of another in the account."""
+"""A stage that is shown while it runs, but counted as a part of another one."""
 
 
 class Stopwatch:

@@ -1,4 +1,4 @@
-"""What the file of a run is made of: its layout, its checkpoints, and how it is completed."""
+"""The file of a run: its layout, its checkpoints, and its completion."""
 
 from __future__ import annotations
 

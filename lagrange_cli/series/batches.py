@@ -1,8 +1,8 @@
-"""Series of one kind, side by side: what members of a family have in common is said once.
+"""Series of one kind, side by side: the common operations of a family's members are written once.
 
 A *batch* is a set of series with the same operation on operands of the same kinds: the differences
 x[i] - x[j] of all pairs of bodies, the sines of all angles. They are found in the finished series, not in the
-text: so a system that is written out member by member has the same ones. They are the coarsest partition that
+text: so an expanded system has the same ones. They are the coarsest partition that
 is stable: all members of a batch have operands in the same batches (J. E. Hopcroft 1971, for automata).
 """
 
@@ -123,7 +123,7 @@ def _operand_kinds(one: Series, kind: Sequence[int]) -> tuple[int, ...]:
 
 
 def _own_key(one: Series, rank: int, state: bool, variables: int) -> object:
-    """What a series shares with those that are computed with it, apart from its operands."""
+    """The common properties of series that are computed together, apart from their operands."""
     shape = one.op, rank, one.level, one.order, one.degree, state
     if one.op is Op.COORDINATE:
         assert one.node is not None

@@ -1,4 +1,4 @@
-"""In which order to multiply: products of many factors through such of two as occur more than once.
+"""The order of multiplication: products of many factors are built from pairs that occur more than once.
 
 Each product of two series is a convolution, and so is a reciprocal; any other power takes two.
 """
@@ -23,10 +23,9 @@ Pair = tuple[Node, Node]
 
 
 def associate(graph: Graph, products: Iterable[Node]) -> dict[Node, Pair]:
-    """Products, and parts of them, as products of two.
-
-    What is multiplied first is, again and again, the pair that most of the products have in common. The
-    work of that grows with the cube of the number of factors: products of very many are halved instead.
+    """Products, and parts of them, as products of two. Each time, the pair is multiplied first that most of
+    the products have in common. The work of that grows with the cube of the number of factors: products of
+    very many are halved instead.
     """
     factors = {product: factors_of(graph, product) for product in products}
     comparisons, long = 0, []
@@ -126,7 +125,7 @@ def pairs(factors: Counter[Node]) -> list[Pair]:
 
 
 def reciprocals(products: Iterable[Node]) -> set[Node]:
-    """What is divided by in such powers that they cost least as products of the reciprocal."""
+    """The denominators, in powers that cost least as products of the reciprocal."""
     exponents: dict[Node, set[int]] = {}
     for product in products:
         for argument, exponent in zip(product.arguments, product.data):

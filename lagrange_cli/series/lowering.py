@@ -29,7 +29,7 @@ def lower(
     """The series program of the equations ``residual`` and the quadratures of ``integrands``.
 
     The first ``own`` of these belong to the motion; it is computed as without the others. Where series are
-    computed side by side (``apart``), what is asked for earlier alone would change roundings.
+    computed side by side (``apart``), requesting some earlier would change roundings.
     """
     builder = _Builder(graph, variables)
     builder.by_node[t] = builder.add(Series(Op.TIME, node=t, degree=1))
@@ -87,7 +87,7 @@ class _Builder:
     pairs: dict[Node, tuple[Node, Node]] = field(default_factory=dict)
     """Which two parts a product is multiplied from."""
     inverted: set[Node] = field(default_factory=set)
-    """What has its whole negative powers made from its reciprocal."""
+    """The nodes whose negative integer powers are made from their reciprocal."""
     pending: list[Node] = field(default_factory=list)
     sums: dict[Terms, int] = field(default_factory=dict)
     """Series of sums without a constant, by their terms."""
@@ -109,7 +109,7 @@ class _Builder:
         return self.add(Series(Op.PRIMITIVE, (rate,), order=order if order > 0 else FREE))
 
     def lower_all(self, roots: Iterable[Node]) -> None:
-        """Lower ``roots`` and, until nothing is left, the partial derivatives that they call for."""
+        """Lower ``roots`` and, until none is left, the partial derivatives that they need."""
         self.pending = list(roots)
         finished = len(self.unfinished)
         while self.pending:
@@ -161,7 +161,8 @@ class _Builder:
         return self.compose(node)
 
     def switch(self, node: Node) -> int:
-        """One branch or the other: by a constant, or by the sign of what moves where the step begins."""
+        """One branch or the other: by a constant, or by the sign of a moving argument at the start of the
+        step."""
         u, above, below = node.arguments
         first, second = (
             self.by_node[a] if a.symbols & self.variables else self.linear(a, []) for a in (above, below)

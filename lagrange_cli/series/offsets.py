@@ -32,11 +32,11 @@ def set_levels(series: list[Series], starts: Iterable[tuple[Iterable[int], int]]
 
 
 def set_levels_beside(series: list[Series], integrals: Iterable[int], apart: bool) -> None:
-    """Set the levels of what ``integrals`` alone need, at the end of a motion whose levels are set.
+    """Set the levels of series that ``integrals`` alone need, after those of the motion.
 
-    What the motion needs, too, but at a later stage, is copied: else its numbers would be rounded otherwise
-    than without the integrals. That is so where a series would depend on the accelerations of its stage or,
-    if convolutions are summed side by side (``apart``), wherever it has any.
+    Series that the motion needs, too, but at a later stage, are copied: else they would be rounded
+    differently than without the integrals. That is so where a series would depend on the accelerations of its
+    stage or, if convolutions are summed side by side (``apart``), wherever it has any.
     """
     settled = [one.level for one in series]
     products = [one.level for one in series if one.op in (Op.MULTIPLY, Op.POWER) and one.level > FREE]
@@ -76,7 +76,7 @@ def set_levels_beside(series: list[Series], integrals: Iterable[int], apart: boo
 
 
 def check_order(series: Iterable[Series]) -> None:
-    """Raise ``ValueError`` where more is asked for than can be solved."""
+    """Raise ``ValueError`` where the equations cannot be solved in this way."""
     for one in series:
         if one.order >= 0 and one.level > FREE and one.level + one.order > 2:
             raise ValueError("the equations hold more than two time derivatives of a coordinate")
@@ -92,8 +92,8 @@ def sort(
     own: int,
     motion: Iterable[int],
 ) -> SeriesProgram:
-    """Drop what nothing needs and order the rest so that same-stage operands come first, and what belongs to
-    the ``motion`` before all else, with the first ``own`` integrals."""
+    """Drop unused series and order the rest so that same-stage operands come first, and those of the
+    ``motion`` before all else, with the first ``own`` integrals."""
     order: list[int] = []
     done: set[int] = set()
     first = [*coordinates, *velocities, *multipliers, *roots, *integrals[:own], *motion]

@@ -1,4 +1,4 @@
-"""What an equation becomes in Taylor space: a list of operations on power series.
+"""An equation in Taylor space: a list of operations on power series.
 
 Every node of the graph becomes one of eight operations on Taylor coefficients x[k] (Jorba and Zou,
 Experimental Mathematics 14, 2005, sec. 2). ``lowering`` makes the list, ``offsets`` says at which index

@@ -16,7 +16,7 @@ from lagrange_cli.spec.source import WHOLE_FILE, Place
 from lagrange_cli.spec.spec import Expression, SolveDefaults, Spec
 
 TIMES = ("start", "stop", "step")
-"""What may be an expression in parameters."""
+"""The times that may be expressions in parameters."""
 
 
 def solve_defaults(draft: Draft, names: Names, problems: Problems) -> SolveDefaults:
@@ -26,7 +26,7 @@ def solve_defaults(draft: Draft, names: Names, problems: Problems) -> SolveDefau
     times = {key: given.pop(key) for key in TIMES if key in given}
     given |= numbers_of(times, names, problems)
     times = {key: time for key, time in times.items() if key not in given and problems.trusts(time.tree)}
-    whole = draft.places.get("solve", WHOLE_FILE)  # for a key that is misspelt, which has been noted
+    whole = draft.places.get("solve", WHOLE_FILE)  # for a misspelt key, which has been reported
     places = dict.fromkeys(draft.solve, whole) | dict(draft.solve_places)
     solve = SolveDefaults(**given, places=places, times=times)
     judge(solve, problems)
@@ -34,7 +34,7 @@ def solve_defaults(draft: Draft, names: Names, problems: Problems) -> SolveDefau
 
 
 def judge(solve: SolveDefaults, problems: Problems) -> None:
-    """Note what is wrong with the numbers, as far as they are known; what has been noted is not repeated."""
+    """Report mistakes in the numbers that are known, each once."""
     places = solve.places
     start = 0.0 if solve.start is None else solve.start
     if solve.stop == start and "start" not in solve.pending:
@@ -62,7 +62,7 @@ def judge(solve: SolveDefaults, problems: Problems) -> None:
 
 
 def numbers_of(times: Mapping[str, Expression], known: Names, problems: Problems) -> dict[str, float]:
-    """The values of those that depend on no parameter; what is wrong with any of them is noted."""
+    """The values of those that depend on no parameter; mistakes in them are reported."""
     found = {}
     for key, time in times.items():
         where = f"{key} of solve"
@@ -76,14 +76,14 @@ def numbers_of(times: Mapping[str, Expression], known: Names, problems: Problems
 
 
 def with_times(spec: Spec, times: Mapping[str, float], problems: Problems) -> Spec:
-    """The system with the values of the times that depend on parameters; what is wrong with them is noted."""
+    """The system with the values of the times that depend on parameters; mistakes in them are reported."""
     solve = replace(spec.solve, **times)
     judge(solve, problems)
     return replace(spec, solve=solve)
 
 
 def place_of(key: str, draft: Draft) -> Place:
-    """Where a key of the section is given. One that is misspelt has been noted where it stands."""
+    """The place of a key of the section. A misspelt one has been reported there."""
     return draft.solve_places.get(key, draft.places.get("solve", WHOLE_FILE))
 
 

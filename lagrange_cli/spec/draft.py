@@ -1,4 +1,4 @@
-"""``Draft``: what a system file says, section by section, before any name has been looked up."""
+"""``Draft``: the content of a system file, section by section, before any name has been looked up."""
 
 from __future__ import annotations
 

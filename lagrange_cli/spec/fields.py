@@ -136,7 +136,7 @@ def _tree(scalar: Scalar, where: str, offset: int) -> tuple[Tree, list[Expressio
 
 
 def unreadable(place: Place, problems: Problems) -> Expression:
-    """What stands for a value that could not be read: it is not missing."""
+    """Stands for a value that could not be read: it is not missing."""
     expression = Expression("0", Number("0", Span(0, 1)), place)
     problems.distrust(expression.tree)
     return expression

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 
 class Unsound(Exception):
-    """Raised where an expression uses something that is wrong: nothing more is said of it."""
+    """Raised where an expression uses a name with a mistake, which has been reported: nothing more is."""
 
 
 class Meanings:
@@ -101,7 +101,8 @@ class Meanings:
         self.bound[constraint] = Meaning(Kind.MULTIPLIER, kinds, scalar(), place, family)
 
     def settle(self, name: str, kinds: frozenset[Kind], value: Any) -> None:
-        """Say what a declared definition or particle, or a member of a family of them, came to."""
+        """Set the kinds and bounds of a declared definition or particle, or of a member of a family of
+        them."""
         base = family_name(name)
         self.values[name] = value
         known = self.table[base]
@@ -137,7 +138,7 @@ class Meanings:
             return scalar()
         known = COMPONENTS + VELOCITY_COMPONENTS
         if component not in known or known.index(component) % 3 >= len(value):
-            raise Unsound  # not looked at, as another member of the family is wrong
+            raise Unsound  # not checked, as another member of the family is wrong
         return value[known.index(component) % 3]
 
     def alike(self, name: str) -> Any:

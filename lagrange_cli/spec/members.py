@@ -15,7 +15,7 @@ from lagrange_cli.spec.spec import Expression
 
 
 class Table(Protocol):
-    """What is asked of the table of names (``spec.names``)."""
+    """The interface of the table of names (``spec.names``)."""
 
     table: dict[str, Meaning]
     values: dict[str, Any]

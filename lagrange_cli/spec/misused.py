@@ -1,4 +1,4 @@
-"""What is wrong with a name that exists: where it stands, its indices, its component."""
+"""Mistakes in the use of a known name: its place, its indices, its component."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from lagrange_cli.expression.many_bounds import BoundsBuilder
 
 MANY = 100
-"""Terms of a sum from which on they are looked at together."""
+"""The number of terms of a sum from which on they are checked together."""
 
 
 class Names(Meanings):
@@ -66,9 +66,8 @@ class Names(Meanings):
         return found
 
     def check(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], Any]:
-        """What ``expression`` comes down to, and its bounds (None where something in it is wrong).
-
-        Every unknown or forbidden name is reported; the shapes are looked at only if there is none. Of the
+        """The kinds of names that ``expression`` depends on, and its bounds (None where it has a mistake).
+        Every unknown or forbidden name is reported; the shapes are checked only if there is none. Of the
         members of a family, which have one tree, the first that is wrong is reported.
         """
         key = id(expression.tree), section
@@ -93,7 +92,7 @@ class Names(Meanings):
 
     @cached_property
     def many(self) -> BoundsBuilder:
-        """What finds the bounds of all terms of a sum, or of all members of a family, together: one for the
+        """The builder of bounds for all terms of a sum, or all members of a family, together: one for the
         file, which counts them."""
         from lagrange_cli.expression.many_bounds import BoundsBuilder
         from lagrange_cli.spec.members import bounds_of
@@ -114,7 +113,7 @@ class Names(Meanings):
         return self._of_siblings[key]
 
     def _look_up_all(self, expression: Expression, section: str, where: str) -> tuple[frozenset[Kind], bool]:
-        """What the names of an expression come down to, and whether each of them may stand there."""
+        """The kinds of the names of an expression; names that are not allowed there are reported."""
         kinds: frozenset[Kind] = frozenset()
         sound = self.problems.trusts(expression.tree)
         sound = sound and not plain_names(expression.tree) & self.problems.broken

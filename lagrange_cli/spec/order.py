@@ -60,7 +60,7 @@ def on_demand(names: Iterable[str], compute: Callable[[str], None]) -> tuple[lis
                     walked = list(path)
                     cycles.append([*walked[walked.index(needed.name) :], needed.name])
                     path = {}
-                elif needed.name in seen:  # it came to nothing, and so does all that waits for it
+                elif needed.name in seen:  # it could not be computed, and neither can what waits for it
                     path = {}
                 else:
                     path[needed.name] = None
@@ -71,13 +71,13 @@ def on_demand(names: Iterable[str], compute: Callable[[str], None]) -> tuple[lis
 
 
 def chain(cycle: list[str], most: int = 10) -> str:
-    """``a -> b -> a``, shortened where nobody would follow it."""
+    """``a -> b -> a``, shortened if it is long."""
     shown = cycle if len(cycle) <= most else [*cycle[: most - 2], "...", cycle[-1]]
     return " -> ".join(shown)
 
 
 def _cycles(stuck: Mapping[str, set[str]]) -> list[list[str]]:
-    """Follow what is stuck until a name comes again: every such walk ends in a cycle."""
+    """Follow the dependencies of a stuck name until a name comes again: every such walk ends in a cycle."""
     cycles: list[list[str]] = []
     seen: set[str] = set()
     for name in stuck:

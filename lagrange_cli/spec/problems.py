@@ -8,7 +8,7 @@ from lagrange_cli.spec.source import Place, Source
 from lagrange_cli.spec.spec import Expression
 
 MOST = 50
-"""After this many a reader has enough to do, and the rest is likely to follow from them."""
+"""The largest number of problems that are shown; further ones are likely to follow from them."""
 
 
 class Problems:
@@ -42,7 +42,7 @@ class Problems:
             self.stop_if_any()
 
     def add_once(self, place: Place, message: str, hint: str = "") -> None:
-        """Note what may be wrong with every member of a family, but only for the first."""
+        """Report a problem that every member of a family may have, but only for the first one."""
         if not self.at(place):
             self.add(place, message, hint)
 

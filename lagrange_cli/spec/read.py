@@ -38,10 +38,10 @@ def read_spec(text: bytes | str, filename: str, sizes: Mapping[str, str] | None 
 def examine(
     text: bytes | str, filename: str, sizes: Mapping[str, str] | None = None
 ) -> tuple[Spec, Problems]:
-    """The same with all problems found; where there are any, the spec is what could be made out of the file.
+    """The same with all problems found; if there are any, the spec has the parts that could be read.
 
     Raises:
-        SpecError: where the file is not YAML, or so wrong that nothing else can be said of it.
+        SpecError: where the file is not YAML, or too wrong to be read any further.
         UsageError: as ``read_spec``.
     """
     source = decode(text, filename)
@@ -52,7 +52,7 @@ def examine(
 
 
 def read_draft(root: Node, problems: Problems) -> Draft:
-    """The sections of the file; whatever is wrong with their form is added to ``problems``."""
+    """The sections of the file; mistakes in their form are added to ``problems``."""
     if not isinstance(root, nodes.Mapping):
         problems.add(
             root.place,

@@ -1,6 +1,6 @@
 """The readers of sections whose values are expressions: to entries by name.
 
-Only the form is judged: what names mean, and whether they exist, is ``spec.check``'s business.
+Only the form is checked here. ``spec.check`` looks up the names.
 """
 
 from __future__ import annotations

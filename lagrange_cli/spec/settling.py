@@ -1,4 +1,4 @@
-"""What parameters and definitions come to, each after those that it uses."""
+"""The kinds and bounds of parameters and definitions, each after those that it uses."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from lagrange_cli.spec.spec import Expression, Family, distinct
 
 
 def check_scalar(names: Names, expression: Expression, section: str, where: str) -> frozenset[Kind]:
-    """Check an expression that must be a scalar; what its names come down to."""
+    """Check an expression that must be a scalar. Returns the kinds of its names."""
     kinds, bounds = names.check(expression, section, where)
     if isinstance(bounds, tuple):
         names.problems.add_once(
@@ -37,7 +37,7 @@ def vector_hint(known: Names, expression: Expression) -> str:
     vectors = [one for one in plain_names(tree) if isinstance(known.values.get(one), tuple)]
     for one in sorted(vectors):
         components = any(name.identifier.startswith(f"{one}.") for name in names(tree))
-        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first is meant as a mass
+        if components and known.table[one].what is Kind.PARTICLE:  # m1*g*m1.y: the first m1 should be a mass
             return f"{shown(one)} is a position: write its mass as a parameter M, with 'masses: {{{one}: M}}'"
     hint = f"take a component, as in {min(vectors, default='bead')}.x, or norm() or dot()"
     return f"{shown(vectors[0])} is a vector: {hint}" if len(vectors) == 1 else hint
@@ -109,7 +109,7 @@ class Settling:
             self.settle(entry.name, what, kinds, bounds)
 
     def settle(self, name: str, what: Kind, kinds: frozenset[Kind], value: Any) -> None:
-        """Say what one came to; the kinds of a family are those of all its members."""
+        """Set the kinds and bounds of one; the kinds of a family are those of all its members."""
         meaning = self.names.table.get(family_name(name))
         if meaning is not None and meaning.what is what:
             if meaning.family is not None and meaning.value is not None:

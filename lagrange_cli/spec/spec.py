@@ -54,7 +54,7 @@ class Family:
         return member_name(self.name, "ijklmn"[: len(self.shape)]) if self.shape else self.name
 
     def hint(self, name: str) -> str:
-        """Where its members are, for one who looked for another."""
+        """The range of its members, as a hint where another was used."""
         if "-" in name:
             return "indices count from 0; write u[(i - 1) % N] for a ring"
         first, last = self.members[0], self.members[-1]

@@ -1,4 +1,4 @@
-"""What of a system shapes its equations of motion: all of it but the numbers of a run."""
+"""The structure of a system, from which its equations follow: everything except the numbers of a run."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 from lagrange_cli.spec.spec import Body, Event, Expression, Family, Inertia, Orientation, Spec
 
 NUMBERS = frozenset({"parameters", "coordinates"})
-"""Of these only the names count: parameters and the initial state are given to compiled code as it runs."""
+"""Only the names of these count: their values are passed to compiled code as it runs."""
 OUTSIDE = frozenset(
     {"filename", "text", "name", "description", "solve", "time_unit", "draw", "transformations"}
 )

@@ -22,7 +22,7 @@ from lagrange_cli.spec.source import Passage, Source
 from lagrange_cli.spec.spec import SURFACE, Event, Expression, Spec, grouped
 
 KEYS = re.compile(r"'(when|direction): ([^']*)'")
-"""What a hint says of keys of the file, where options are meant."""
+"""Keys of the file in a hint, where options are meant."""
 
 
 def with_surface(spec: Spec, text: str, direction: int = 0) -> Spec:
@@ -80,7 +80,7 @@ def names_of(spec: Spec, problems: Problems) -> Names:
 
 
 def settle(names: Names, name: str, what: Kind, expression: Expression, section: str) -> None:
-    """Say what a definition or a particle comes to."""
+    """Set the kinds and bounds of a definition or a particle."""
     kinds, bounds = names.check(expression, section, "")
     if what in (Kind.PARTICLE, Kind.BODY):
         kinds, bounds = comes_to(what), bounds if isinstance(bounds, tuple) else (bounds,)

@@ -147,7 +147,8 @@ def read_table(node: nodes.Mapping, table: Table, where: str, problems: Problems
 def _unknown_key(
     key: Scalar, value: Node, table: Table, where: str, written: Collection[str], problems: Problems
 ) -> str:
-    """Note an unknown key; the key that was meant, or nothing. ``written`` are the keys that there are."""
+    """Report an unknown key. Returns the key that was meant, or nothing. ``written`` are the keys that there
+    are."""
     text = key.text
     name, equals, rest = (part.strip() for part in text.partition("="))
     if text.isdecimal() and isinstance(value, Scalar) and value.text == "":

@@ -67,7 +67,7 @@ def read_transformations(node: Node, where: str, problems: Problems) -> tuple[Wr
 
 
 def check_transformations(draft: Draft, known: Names, problems: Problems) -> dict[str, Transformation]:
-    """The transformations by name; what is wrong is added to ``problems``."""
+    """The transformations by name; mistakes are added to ``problems``."""
     coordinates = [one.name for one in draft.declared("coordinates")]
     return {
         one.name: _Checker(one, known.copy(), problems).checked(coordinates) for one in draft.transformations

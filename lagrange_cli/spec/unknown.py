@@ -1,4 +1,4 @@
-"""What somebody who wrote an unknown name probably meant, as a hint."""
+"""The probable meaning of an unknown name, as a hint."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Unknown:
     indices: Mapping[str, int]
 
     def report(self, name: str) -> tuple[str, str]:
-        """What is wrong with a name, and a hint."""
+        """The message for an unknown name, and a hint."""
         message = f"unknown name {shown(name)}"
         if name in self.indices or name in CONSTANTS:
             return f"'{name}' is a number: it takes no index and has no components", f"write {name}"
@@ -140,7 +140,7 @@ class Unknown:
             )
             splits[stop] = min(ways, key=len, default=None)
         found = splits[-1] or []
-        return found if len({*found}) == len(found) > 1 else []  # nobody writes mm for a square
+        return found if len({*found}) == len(found) > 1 else []  # mm is no square
 
     def _words(self) -> list[str]:
         """All names that may be used, as they are written: families with an index."""

@@ -16,7 +16,7 @@ from lagrange_cli.spec.spec import Spec
 class Values:
     """Parameters by name, and the initial state: ``q`` and ``v`` in the order of the coordinates.
 
-    Those that nobody gives are 0 until they are found from constraints (``left_open`` has their names).
+    Values that are not given are 0 until they are found from constraints (``left_open`` has their names).
     ``times`` are those of ``solve`` that depend on parameters. ``remainder`` is the rest of numbers that are
     known to more digits than a double has, and None otherwise.
     """

@@ -1,4 +1,4 @@
-"""Expressions that stay 0, and equations that were written in place of them."""
+"""Expressions that stay 0, and equations written in their place."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ WALL = "a wall is a potential such as k*max(0, x - l)**2/2, or an event that set
 
 
 def read_vanishing(node: Node, where: str, problems: Problems) -> Expression | None:
-    """A scalar that stays 0. An equation is none, but shows which was meant."""
+    """A scalar that stays 0. An equation is a mistake, but shows which scalar was meant."""
     sides = EQUALS.split(node.text) if isinstance(node, Scalar) else []
     if not isinstance(node, Scalar) or not all(map(is_side, sides)):
         return read_scalar(node, where, problems)

@@ -1,4 +1,4 @@
-"""What YAML's parser says of a text that is not YAML, with the place of the mistake and a way out."""
+"""The messages for text that is not YAML, with the place of the mistake and a way out."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _KEY = re.compile(
     r"(?P<indentation> *)(?P<name>\w+)(?:(?P<colon>:)(?=\s|$)|\s*[=:])?"
     r"\s*(?P<value>[^#]*?)\s*(?:#.*)?$"
 )
-"""A line with a key, or with what somebody may have meant as one."""
+"""A line with a key, or with a possible key."""
 _LONGEST = 200
-"""Characters of a line in which it is looked for."""
+"""The number of characters of a line that are searched for it."""
 _HINTS: tuple[tuple[str, str], ...] = (
     ("tab character", _SPACES),
     ("'\\t'", _SPACES),

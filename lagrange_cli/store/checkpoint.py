@@ -35,7 +35,7 @@ KINDS = ("f8", "i8", "i1")
 
 
 class Unusable(FileError):
-    """What should be a checkpoint, or what it leads to, is damaged or was never one."""
+    """A checkpoint, or a file that it refers to, is damaged, or was never one."""
 
 
 @dataclass(frozen=True)
@@ -55,7 +55,7 @@ class Checkpoint:
 
     @classmethod
     def unpack(cls, content: bytes | bytearray, shown: str) -> Checkpoint:
-        """What ``pack`` gave; raises ``Unusable`` where it is not that, to the last bit."""
+        """The arguments of ``pack``; raises ``Unusable`` for anything else."""
         from lagrange_cli.store.contents import sound
 
         start = len(MAGIC) + DIGEST
@@ -91,7 +91,7 @@ def damaged(shown: str) -> Unusable:
 def write_whole(path: Path, content: bytes) -> None:
     """Put ``content`` into the file, or leave it as it was; raises ``OSError``."""
     part = path.with_name(f"{path.name}.new")  # as in ``Target.longest``
-    with suppress(OSError):  # what was left behind, or put there to lead elsewhere
+    with suppress(OSError):  # a leftover file, or a link that was put there
         part.unlink(missing_ok=True)
     try:
         with open(part, "xb") as file:

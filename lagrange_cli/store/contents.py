@@ -18,7 +18,7 @@ from lagrange_cli.store.target import PARTS
 Check = Callable[[Any], bool]
 
 MOST = 2**53
-"""Of what is counted."""
+"""The largest count."""
 STATUSES = ("complete", "stopped", "failed", "interrupted")
 """How a run may have ended."""
 
@@ -49,7 +49,7 @@ def nothing(value: Any) -> bool:
 
 
 def either(*checks: Check) -> Check:
-    """What one of them passes."""
+    """A value that one of these checks accepts."""
     return lambda value: any(check(value) for check in checks)
 
 
@@ -99,7 +99,7 @@ def written(check: Check) -> Check:
 
 
 def shown(value: Any) -> bool:
-    """A text that goes to a terminal: without control characters, but for line ends and tabs."""
+    """A text that goes to a terminal: without control characters, except line ends and tabs."""
     return text(value) and not control_character(value)
 
 
@@ -122,9 +122,9 @@ told: dict[str, Check] = {
     "final": either(nothing, written(either(nothing, state_of(either(number, nothing))))),
     "events": either(nothing, written(either(table(happened), table(happened_in_all)))),
 }  # fmt: skip
-"""What is told of a run that has ended."""
+"""The status and messages of a run that has ended."""
 made_by = table(either(text, number, lambda value: type(value) is list and all(map(text, value))))
-"""What makes a run; of the machine it is a list."""
+"""The attributes that identify a run; that of the machine is a list."""
 
 event = count, instant, count, instant, count, instant, finite, instant
 """What happened at an event, in the order of ``integrate.events.Happened``."""

@@ -36,7 +36,7 @@ PREFIXES = {
     "observables/": "",
     "q/": "",
 }
-"""What columns are called instead of the beginnings of their datasets' paths."""
+"""The names of columns in place of the beginnings of their datasets' paths."""
 
 
 class CsvFile:
@@ -120,7 +120,7 @@ def column_names(series: Sequence[Series]) -> list[str]:
 
 
 def short_name(path: str) -> str:
-    """What a series is called in a table: ``theta_dot`` for ``v/theta``."""
+    """The name of a series in a table: ``theta_dot`` for ``v/theta``."""
     for prefix, instead in PREFIXES.items():
         if path.startswith(prefix):
             return instead + short_name(path.removeprefix(prefix))

@@ -157,7 +157,7 @@ class EnsembleWriter(Output):
         return size
 
     def regions(self, ended: NDArray[np.bool_]) -> dict[str, list[int]]:
-        """Of each dataset its place in the file, and a checksum of the rows of the members that have
+        """For each dataset, its place in the file, and a checksum of the rows of the members that have
         ``ended``; from now on they are in the file."""
         self.file.flush()
         self.check()
@@ -230,7 +230,7 @@ class EnsembleWriter(Output):
 
 
 def name_dimensions(layout: Layout, dimensions: Sequence[Dimension]) -> tuple[str, ...]:
-    """What the dimensions are called in the file, and behind them what numbers the members: their names, with
+    """The names of the dimensions in the file, then the name of the numbers of members, with
     underscores behind those that something else has."""
     taken = taken_names(layout, dimensions)
     names: list[str] = []
@@ -240,7 +240,7 @@ def name_dimensions(layout: Layout, dimensions: Sequence[Dimension]) -> tuple[st
 
 
 def taken_names(layout: Layout, dimensions: Sequence[Dimension]) -> set[str]:
-    """What no dimension can be called."""
+    """Names that no dimension can have."""
     groups = {part for one in dimensions for part in one.path.split("/")[:-1]}
     taken = replace(layout, events=()).taken() | groups | {TIME, MESSAGE, CHECKPOINT}
     taken |= {one.group.partition("/")[0] for one in layout.events}

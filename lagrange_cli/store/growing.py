@@ -42,7 +42,7 @@ class Growing:
         self._datasets[path].id.set_extent((self.written + filled, *rows.shape[1:]))
 
     def pieces(self) -> dict[str, np.ndarray]:
-        """Of each series the places of its chunks with their checksums (chunks, 2)."""
+        """For each series, the places of its chunks with their checksums (chunks, 2)."""
         return {
             f"places/{path}": np.array([places, self._sums[path]], dtype="i8").T.reshape(-1, 2)
             for path, places in self._places.items()

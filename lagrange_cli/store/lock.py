@@ -1,4 +1,4 @@
-"""A lock that one process at a time holds, and that ends with it however it ends."""
+"""A lock that one process at a time holds, and that is released however the process ends."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def lock(place: Path) -> int | None:
         if not _locked(held):
             os.close(held)
             return None
-        with suppress(FileNotFoundError):  # the one who held it has removed it meanwhile: once more
+        with suppress(FileNotFoundError):  # its holder has removed it in the meantime: once more
             if os.path.samestat(os.fstat(held), os.stat(place)):
                 return held
         os.close(held)
@@ -48,7 +48,7 @@ def _locked(held: int) -> bool:
 
 
 def unlock(place: Path, held: int) -> None:
-    """Remove the file and let others lock it anew."""
+    """Remove the file, so that others can lock it again."""
     if fcntl is None:  # on Windows, what is open cannot be removed; if another has it by now, it stays
         os.close(held)
     with suppress(OSError):

@@ -1,7 +1,7 @@
-"""Finished outputs, read for those who show them: what made them, and some of their samples.
+"""Finished outputs, read for plots, films and pages: their origin, and some of their samples.
 
-Nothing is read but what is asked for: of a long motion some samples, evenly spaced, of a sweep the values
-that its members begin with. ``Result`` sees to it that only what this program has written is read.
+Only the requested parts are read: some samples of a long motion, evenly spaced, or the initial values of the
+members of a sweep. ``Result`` ensures that only data written by this program are read.
 """
 
 from __future__ import annotations

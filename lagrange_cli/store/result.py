@@ -22,10 +22,10 @@ from lagrange_cli.store.trusted import read_record
 
 MOST_NAMES = 100_000
 LARGEST_CHUNK = 2**28
-"""Bounds of what is looked at: datasets, and bytes of a chunk."""
+"""Bounds on what is read: datasets, and bytes of a chunk."""
 KINDS = "fiuSOU"
 HIDDEN = ("checkpoint",)
-"""What is not for readers."""
+"""Datasets that are not for readers."""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""``Earlier``: what an interrupted run has left, and whether it can be continued."""
+"""``Earlier``: the files of an interrupted run, and whether it can be continued."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ DIFFERENT = {
     "run": "with another initial state, or with another --stop, --samples, --step or --outputs",
     "machine": "on another processor or with another version of LLVM, so that the last digits would differ",
 }
-"""What a message says of an earlier run whose attribute differs from that of this run."""
+"""The words of the message for an earlier run with another attribute."""
 
 
 @dataclass(frozen=True)
@@ -193,7 +193,7 @@ def runs_before(target: Target) -> tuple[Attributes, ...]:
 
 
 def check_same(shown: str, earlier: Any, run: Attributes) -> None:
-    """Raise ``FileError`` unless ``earlier`` says what ``run`` says."""
+    """Raise ``FileError`` unless ``earlier`` has the attributes of ``run``."""
     name = difference(earlier, run)
     if name == "generator" and (not isinstance(earlier, Mapping) or name not in earlier):
         raise FileError(f"{shown} is not an output of lagrange: --force replaces it, --output names another")
@@ -205,7 +205,7 @@ def check_same(shown: str, earlier: Any, run: Attributes) -> None:
 
 
 def difference(earlier: Any, run: Attributes) -> str | None:
-    """The first attribute that only one of ``run`` and ``earlier`` has, or that they have otherwise."""
+    """The first attribute that only one of ``run`` and ``earlier`` has, or that differs between them."""
     if not isinstance(earlier, Mapping):
         return "generator"
     missing = [name for name in DIFFERENT if name in earlier and name not in run]

@@ -1,4 +1,4 @@
-"""Reading an existing output that may not be ours: only the record that this program put into it is trusted.
+"""Reading an existing output of unknown origin: only the record that this program has written is trusted.
 
 The file may come from anyone, and the HDF5 library is not safe for such files: links may lead to other files
 or to pipes, a chunk may ask for any amount of memory, and damaged structures can make it hang. So an existing

@@ -136,7 +136,7 @@ class Writer(Output):
         return {**self.pieces(), **rest, **crossings}
 
     def pieces(self) -> dict[str, np.ndarray]:
-        """Of each series the places of its chunks with their checksums (chunks, 2)."""
+        """For each series, the places of its chunks with their checksums (chunks, 2)."""
         return {path: one for table in (self._samples, *self._events) for path, one in table.pieces().items()}
 
     def close(

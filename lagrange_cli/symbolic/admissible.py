@@ -1,4 +1,4 @@
-"""The state next to a given one that satisfies the constraints."""
+"""The state nearest to a given one that satisfies the constraints."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ DEPENDENT = 1e-9
 
 
 def admissible(spec: Spec, state: State) -> State | None:
-    """``state`` with coordinates, then velocities, moved by the shortest way to where the constraints of
-    ``spec`` hold; None where there is no such state that Newton's method finds."""
+    """``state`` with coordinates, then velocities, projected onto the constraints of ``spec``; None where
+    there is no such state that Newton's method finds."""
     if not spec.all_constraints:
         return state
     q, v = np.array(state.q), np.array(state.v)

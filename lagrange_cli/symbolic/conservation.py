@@ -16,7 +16,7 @@ from lagrange_cli.symbolic.grouping import tidy
 from lagrange_cli.symbolic.order import Order
 
 Energies = tuple[sympy.Expr | None, sympy.Expr | None, sympy.Expr, sympy.Expr]
-"""T, U (None each where L is given), L, h."""
+"""T, U (None where L is given), L, h."""
 
 SINGLE_VALUED = (sympy.sin, sympy.cos, sympy.tan, sympy.exp, sympy.sinh, sympy.cosh, sympy.tanh)
 
@@ -130,7 +130,7 @@ def describe_energy(model: Model[sympy.Expr], energies: Energies, order: Order) 
 
 
 def branches_on(expression: sympy.Expr, symbol: sympy.Expr, order: Order) -> bool:
-    """Whether ``symbol`` may decide which branch of a function counts: no derivative tells of a jump."""
+    """Whether ``symbol`` may decide the branch of a function: a derivative does not show a jump."""
     arguments = [
         inner
         for node in expression.atoms(sympy.Pow, sympy.Function)

@@ -27,7 +27,7 @@ LARGEST_BLOCK = 8
 LONGEST = 250
 """Terms and factors of the longest such solution that is printed."""
 PATIENCE = 3_000_000
-"""Steps of work after which no solution is looked for any more."""
+"""Steps of work after which the search for a solution ends."""
 
 TOO_LONG = "too long to print"
 DEPENDENT = "the equations do not determine the multipliers: the constraints depend on one another"
@@ -169,5 +169,5 @@ def explicit(
 def attempt(
     function: Callable[[], tuple[sympy.Expr, ...] | None],
 ) -> tuple[sympy.Expr, ...] | None:
-    """What ``function`` returns, or None where that takes too much work."""
+    """The result of ``function``, or None where it takes too much work."""
     return function() if COUNTER.work is None else COUNTER.work.attempt(PATIENCE, function)

@@ -49,7 +49,7 @@ class Constraint:
     linear: bool = True
 
     def column(self, k: int) -> sympy.Expr:
-        """What the multiplier is multiplied with in the equation of coordinate k."""
+        """The factor of the multiplier in the equation of coordinate k."""
         return self.slopes[k] + self.pushes[k] if self.pushes else self.slopes[k]
 
 
@@ -75,7 +75,7 @@ class Changing:
 
 @dataclass(frozen=True)
 class Event:
-    """What happens where ``when`` becomes 0, as in ``model.model.Event``; ``changes`` are by name."""
+    """An event where ``when`` becomes 0, as in ``model.model.Event``; ``changes`` are by name."""
 
     name: str
     when: sympy.Expr

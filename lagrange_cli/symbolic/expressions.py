@@ -1,4 +1,4 @@
-"""The equations of motion as objects of sympy, for those who calculate with them."""
+"""The equations of motion as sympy objects, for further calculations."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ LONGEST = 5000
 MOST_FACTORED, HIGHEST_FACTORED = 60, 12
 """Terms and degree of the largest polynomials of parameters that are factored."""
 STEPS_TO_FACTOR = 200
-"""What that takes at most, for each term and degree."""
+"""The largest work for that, for each term and degree."""
 
 
 def tidy(expression: sympy.Expr, order: Order) -> sympy.Expr:

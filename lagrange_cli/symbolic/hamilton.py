@@ -15,7 +15,7 @@ from lagrange_cli.symbolic.order import Order, Role
 
 @dataclass(frozen=True)
 class Hamiltonian:
-    """H and the canonical equations, in q, ``p`` and t; all of length n, but for the ``constraints``.
+    """H and the canonical equations, in q, ``p`` and t; all of length n, except the ``constraints``.
 
     dq_k/dt = dH/dp_k (``velocities``) and dp_k/dt = -dH/dq_k + Q_k (``rates``), where Q_k has the forces of
     constraint, too. Where it is not ``solved``, velocities are too long to print: they are symbols, which

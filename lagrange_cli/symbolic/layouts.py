@@ -13,7 +13,7 @@ from lagrange_cli.symbolic.work import charge
 WIDTH = 100
 """The column at which a sum is continued on the next line."""
 FAR = 1000
-"""Characters in which a sign of the outermost sum is looked for."""
+"""The number of characters that are searched for a sign of the outermost sum."""
 CHARACTERS_A_STEP = 5
 
 

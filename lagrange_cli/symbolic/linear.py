@@ -31,7 +31,7 @@ LARGEST_FRACTION = 40
 HIGHEST_FRACTION = 16
 """The highest degree of these: the time that it takes grows suddenly, to minutes, where degrees are high."""
 STEPS_TO_CANCEL = 100
-"""What that takes at most, for each term and degree."""
+"""The largest work for that, for each term and degree."""
 
 Matrix = Sequence[Sequence[Terms]]
 

@@ -14,7 +14,7 @@ from lagrange_cli.symbolic.statements import Statement
 
 FUNCTIONS = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "log": "ln", "sign": "sgn"}
 APPLY, TIMES = "<mo>&#x2061;</mo>", "<mo>&#x2062;</mo>"
-"""What stands between a function and its argument, and between factors: nothing that is seen."""
+"""The invisible operators between a function and its argument, and between factors."""
 NUMBER = re.compile(r"<mn>[^<]*</mn>")
 BETWEEN = re.compile(r"(<[^>]*>[^<]*</m[ion]>|<[^>]*>)|([^<\s]+)")
 LONGEST = 100_000

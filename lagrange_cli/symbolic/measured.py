@@ -68,7 +68,7 @@ SLOPES: dict[str, Callable[[Any], Any]] = {
 
 
 def real(one: Measured) -> Any:
-    """Its value, which is to be compared; raises ArithmeticError if it is complex."""
+    """Its value for a comparison; raises ArithmeticError if it is complex."""
     if mpmath.im(one.value) != 0:
         raise ArithmeticError("complex numbers are not compared")
     return mpmath.re(one.value)

@@ -256,7 +256,7 @@ class Unicode(Text):
 
 
 def multiplied(factors: Sequence[str], dot: str) -> str:
-    """A product without signs, but for a ``dot`` before a digit: 3 2^x would look like 32^x."""
+    """A product without signs, except a ``dot`` before a digit: 3 2^x would look like 32^x."""
     return "".join(
         (dot if one[:1].isdigit() else " ") * bool(number) + one for number, one in enumerate(factors)
     )

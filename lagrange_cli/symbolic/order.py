@@ -16,7 +16,7 @@ from lagrange_cli.records import dataclass, field
 from lagrange_cli.symbolic.work import charge, folded, size_of
 
 STEPS_A_KEY = 5
-"""What a factor takes to be put in order."""
+"""The work of sorting a factor."""
 LONG = 200
 """Terms and factors of an expression beyond which it is sorted by a digest."""
 

@@ -22,7 +22,7 @@ from lagrange_cli.symbolic.notations import Text
 from lagrange_cli.symbolic.render import render
 
 MOST, SETTLED = 300, 1e-30
-"""How often multipliers are computed anew from forces that are not linear in them, until they stay."""
+"""Iterations for multipliers in forces that are not linear in them: at most so many, and the last change."""
 
 Named = list[tuple[str, Measured]]
 """Quantities by name."""
@@ -162,7 +162,7 @@ def evaluate(equations: Equations, printed: Printed, known: Mapping[str, Measure
     names = [each.name for each in equations.constraints]
     momenta = [*map(value, printed.momenta)]
     moving = sum(abs(known[str(v)].value) * p.scale for v, p in zip(equations.v, momenta, strict=True))
-    momenta = [  # a component that is 0 but for rounding is measured by all that moves
+    momenta = [  # a component that is 0 up to rounding is measured by all that moves
         Measured(p.value, max(p.scale, mpmath.sqrt(row[k].scale * moving)))
         for k, (p, row) in enumerate(zip(momenta, rows, strict=True))
     ]
@@ -194,7 +194,7 @@ def by_norm(
     unknowns: Sequence[Measured],
 ) -> list[Measured]:
     """The accelerations with at least the scales that g = |f| + |A^T lambda| allows them by Schwarz's
-    inequality, (M^-1)_kk^(1/2) (g^T M^-1 g)^(1/2): one may be 0 but for rounding, as others cancel in it.
+    inequality, (M^-1)_kk^(1/2) (g^T M^-1 g)^(1/2): one may be 0 up to rounding, as others cancel in it.
     As they are where M is singular."""
     n = len(force)
     acting = [

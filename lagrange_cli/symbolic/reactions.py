@@ -1,7 +1,7 @@
 """Forces of constraint on particles in textbook form: R = m a - F in components of space.
 
 Where the components are a common factor times a direction, as for the tension of a pendulum, they are written
-so, and the factor is the size of R but for its sign.
+so, and the factor is the size of R except for its sign.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""An expression as a line of text: one walk for every notation, in the order of a textbook."""
+"""An expression as a line of text, in the order of a textbook: one walk for every notation."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from lagrange_cli.symbolic.order import Order, base_and_exponent, is_negative
 from lagrange_cli.symbolic.work import charge
 
 STEPS_A_PIECE = 10
-"""What a term or factor takes to be written."""
+"""The work of writing a term or factor."""
 
 
 class Level(IntEnum):

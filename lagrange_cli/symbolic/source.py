@@ -185,7 +185,7 @@ def as_python(equations: Equations, form: str, parameters: Mapping[str, float]) 
 
 
 def constraint_functions(equations: Equations, writer: ModuleWriter) -> list[str]:
-    """What is 0, what follows for the accelerations, and the multipliers where they are explicit."""
+    """The constraints, their accelerations, and the multipliers where they are explicit."""
     each = equations.constraints
     found = [
         writer.vector(
@@ -205,7 +205,7 @@ def constraint_functions(equations: Equations, writer: ModuleWriter) -> list[str
 
 
 def event_functions(equations: Equations, writer: ModuleWriter) -> list[str]:
-    """What becomes 0 at the events, and for each that sets something the state after it."""
+    """The expressions of the events, and for each that sets something the state after it."""
     arguments = [each.when for each in equations.events]
     found = [writer.vector("events", "What becomes 0 at each of EVENTS, in one of DIRECTIONS.", arguments)]
     names = identifiers(each.name for each in equations.events)

@@ -1,4 +1,4 @@
-"""What pages are made of: sections of statements, in some notation."""
+"""The content of pages: sections of statements, in some notation."""
 
 from __future__ import annotations
 
@@ -13,10 +13,10 @@ from lagrange_cli.symbolic.order import Order
 from lagrange_cli.symbolic.render import Level, Notation, Renderer
 
 KINDS = {True: "", False: ", nonholonomic"}
-"""What is said of a constraint, by whether it is holonomic."""
+"""The remark for a constraint, by whether it is holonomic."""
 
 REDUNDANT = "which depends on the others"
-"""What is said of a constraint that is left out."""
+"""The remark for a constraint that is left out."""
 
 _NAME = re.compile(r"[^\W\d]\w*(?:\[[^\]]*\])?")
 

@@ -1,4 +1,5 @@
-"""Where equations are compared: near the start, along the motion, and on both sides of every branch."""
+"""Where equations are compared: near the start, along the motion, and on both sides of every switch and
+pole."""
 
 from __future__ import annotations
 
@@ -14,9 +15,9 @@ from lagrange_cli.model.model import Model
 from lagrange_cli.records import dataclass
 
 MOST_BORDERS, MOST_SYMBOLS = 12, 4
-"""How many borders are looked for, and in the directions of how many symbols."""
+"""The number of switches and poles that are looked for, and of symbols along which the search goes."""
 DISTANCES = [0.1 * 2.0**k for k in range(14)]
-"""How far from a state the other side of a border is looked for, in units of the state's scale."""
+"""Distances from a state at which the other side of one is looked for, in units of the state's scale."""
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,7 @@ def near(state: State, source: random.Random, *, varied: bool = True) -> State:
 
 
 def scale(x: float) -> float:
-    """What a step away from a value is measured with."""
+    """The scale of a value, by which steps away from it are measured."""
     return abs(x) or 1.0
 
 
@@ -68,7 +69,7 @@ def sides(
 
 
 def borders(model: Model[Node]) -> list[Node]:
-    """What changes its sign where the system is not analytic."""
+    """The expressions that change their signs where the system is not analytic."""
     given = [model.potential, model.dissipation, *model.generalized_forces]
     given += [] if model.lagrangian is None else [model.lagrangian]
     given += [one.expression for one in model.constraints]
@@ -106,7 +107,7 @@ def across(
             for distance in DISTANCES:
                 there = {**here, name: here[name] + sense * distance * scale(here[name])}
                 if sign(there) * sign(before) < 0:
-                    pair = ((before, "before a branch"), (there, "beyond a branch"))
+                    pair = ((before, "before a switch or pole"), (there, "beyond a switch or pole"))
                     found = []
                     for values, where in pair:
                         own = admissible(placed(values, state, where))

@@ -1,4 +1,4 @@
-"""What Hamilton's principle gives where it is applied to L + sum_j mu_j g_j, with constraints g_j = 0 on
+"""Hamilton's principle applied to L + sum_j mu_j g_j, with constraints g_j = 0 on
 velocities.
 
 These are not the equations of motion. They contain mu_j (d/dt dg_j/dq_dot_k - dg_j/dq_k), and d'Alembert's
@@ -38,7 +38,8 @@ class Vakonomic:
 
 
 def vakonomic_form(equations: Equations) -> Vakonomic:
-    """What the motion is not. Raises ``UsageError`` where no constraint is nonholonomic."""
+    """The vakonomic equations, which do not describe the motion. Raises ``UsageError`` where no constraint is
+    nonholonomic."""
     given = [each for each in equations.constraints if not each.holonomic]
     if not given:
         reason = "it applies Hamilton's principle to nonholonomic constraints, and this system has none"

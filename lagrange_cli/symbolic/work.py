@@ -1,4 +1,4 @@
-"""How much work ``equations`` may do: what sympy makes is counted, and how large expressions get.
+"""The limit on the work of ``equations``: it counts sympy's objects and bounds the size of expressions.
 
 sympy has no bounds of its own, and an expression of a few lines may multiply into millions of terms. While
 ``counting`` lasts, every object that sympy makes is counted (all go through ``Basic.__new__``), and every
@@ -25,7 +25,7 @@ from lagrange_cli.limits import Work, way_out, whole
 T = TypeVar("T")
 
 STEPS_AN_OBJECT, STEPS_AN_ARGUMENT = 40, 10
-"""What sympy takes to make an expression and to sort an argument into it."""
+"""The work of making an expression in sympy, and of sorting an argument into it."""
 VISITS = (
     (Basic, "free_symbols", 1),
     (Basic, "compare", 2),
@@ -38,12 +38,12 @@ VISITS = (
 )
 """Where sympy visits one node in the course of a walk, and the steps that this takes."""
 STEPS_A_LOOK = 20
-"""What is done with an expression however small it is."""
+"""The work for an expression of any size."""
 ADVICE = "'check' and 'solve' may work nevertheless, "
 
 
 class Counter:
-    """What has been counted: ``work`` while counting lasts, and results that come again."""
+    """The counters: ``work`` while counting lasts, and repeated results."""
 
     def __init__(self) -> None:
         self.work: Work | None = None
@@ -103,7 +103,7 @@ def charge(steps: int) -> None:
 
 
 def check_size(expression: sympy.Expr) -> sympy.Expr:
-    """The expression itself; raises ``TooLarge`` where nobody could read it, nor sympy walk over it."""
+    """The expression itself; raises ``TooLarge`` where it is too long to be read or to be walked by sympy."""
     size = size_of(expression)
     charge(STEPS_A_LOOK + size)
     if size > whole("printed"):
@@ -120,7 +120,7 @@ def size_of(expression: sympy.Expr) -> int:
 
 
 def folded(expression: sympy.Expr, combine: Callable[[sympy.Expr, list[T]], T]) -> T:
-    """What ``combine`` makes of an expression and of what it has made of the arguments, each part once."""
+    """The result of ``combine`` for an expression, from its results for the arguments, each part once."""
     made: dict[int, T] = {}
     pending = [expression]
     while pending:

@@ -291,7 +291,7 @@ def test_three_routes_agree_at_states_that_satisfy_the_constraints(text):
 
 def test_branches_are_looked_at_on_both_sides():
     found = verify_system(derive(spec_of(ROLLING_UPHILL)), {})
-    assert found.counted["before a branch"] and found.counted["beyond a branch"]
+    assert found.counted["before a switch or pole"] and found.counted["beyond a switch or pole"]
 
 
 def test_dependent_constraints_are_no_difference():

@@ -151,7 +151,7 @@ def test_states_lie_on_both_sides_of_a_branch(kink):
     start = State({"k": 1000.0}, 0.0, (0.3,), (0.1,))
     found = sides(model_of(text), [start])
     assert any(state.q[0] < 5 for state in found) and any(state.q[0] > 5 for state in found)
-    assert {state.where for state in found} == {"before a branch", "beyond a branch"}
+    assert {state.where for state in found} == {"before a switch or pole", "beyond a switch or pole"}
 
 
 @pytest.mark.parametrize("kink", KINKS)

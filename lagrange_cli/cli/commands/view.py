@@ -141,8 +141,8 @@ def view_one(file: str, asked: Asked) -> int:
     if asked.given.as_json:
         emit_json(report)
     elif not asked.given.quiet:
-        how = "computes in the browser" if page.live else page.why.rstrip(".")
-        emit(f"{name}: {target.shown}, {size / 1000:.0f} kB, {how}{replaced(target)}")
+        how = ", computes in the browser" if page.live else f". {page.why.rstrip('.')}"
+        emit(f"{name}: {target.shown}, {size / 1000:.0f} kB{how}{replaced(target)}")
     if asked.opening:
         show(target.path)
     return 0

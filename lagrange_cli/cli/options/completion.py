@@ -1,7 +1,7 @@
 """What the shell offers when a user presses Tab: files, words of comma lists, names in a system file.
 
-The shell runs the command with ``_LAGRANGE_COMPLETE`` set, at every Tab: so little is imported, and nothing
-that goes wrong is said.
+The shell runs the command with ``_LAGRANGE_COMPLETE`` set, at every Tab: so little is imported, and errors
+are not reported.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 SYSTEMS = ("yaml", "yml")
 """The endings of system files."""
 LARGEST = 200_000
-"""Bytes of a system file in which names are still looked for."""
+"""The largest system file, in bytes, that is searched for names."""
 
 Complete = Callable[[click.Context, click.Parameter, str], "list[CompletionItem[str]]"]
 
@@ -35,7 +35,7 @@ def item(value: str) -> CompletionItem[str]:
 
 
 def files(*endings: str) -> Complete:
-    """Files with these endings, and directories; all files where there are no such ones."""
+    """Files with these endings, and directories; all files if there are none of these."""
 
     def complete(
         context: click.Context, parameter: click.Parameter, incomplete: str

@@ -1,4 +1,4 @@
-"""What is said of many motions that have ended: the summary, and the object for ``--json``."""
+"""The report of many motions: the summary, and the object for ``--json``."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def say_swept(
 
 
 def warn(ensemble: Ensemble, outcome: EnsembleOutcome, asked: Invocation) -> None:
-    """Say what is doubtful about the result."""
+    """Print the warnings about the result."""
     warning = doubt_of_all(outcome, ensemble.settings)
     if warning is not None and not asked.quiet:
         complain(f"{ensemble.spec.name}: warning: {warning}")
@@ -67,7 +67,7 @@ def as_object(swept: Swept, outcome: EnsembleOutcome, seconds: Seconds) -> dict[
 
 
 def figures(ensemble: Ensemble, start: Start, outcome: EnsembleOutcome, message: str) -> dict[str, Any]:
-    """What is said of any ensemble in the object for ``--json``."""
+    """The part of the object for ``--json`` that all ensembles share."""
     return {
         "name": ensemble.spec.name,
         "output": start.target.shown,

@@ -1,4 +1,4 @@
-"""What is said of a motion that has ended: the summary, and the object for ``--json``."""
+"""The report of a motion: the summary, and the object for ``--json``."""
 
 from __future__ import annotations
 
@@ -119,7 +119,7 @@ def as_object(solved: Solved, outcome: Outcome, seconds: Seconds) -> dict[str, A
 
 
 def constraints_told(solved: Solved, outcome: Outcome) -> dict[str, Any]:
-    """What constraints did, for ``--json``."""
+    """The effects of constraints, for ``--json``."""
     moved = {"projections": outcome.projections, "singular": list(outcome.singular)}
     return {"initial": solved.motion.begin.as_data(), **moved}
 
@@ -168,7 +168,7 @@ def events_shown(events: Mapping[str, Any]) -> list[str]:
 
 
 def ended(outcome: Outcome) -> str:
-    """How the motion ended; why, if it did not reach the end, is said on standard error."""
+    """How the motion ended; if it did not reach the end, the reason is on standard error."""
     status: str = outcome.ending.status
     return outcome.message if status in DONE else f"{status}; the results so far are written"
 
@@ -194,7 +194,7 @@ def as_text(solved: Solved, outcome: Outcome, seconds: Seconds, demand: Demand |
 
 
 def estimated(outcome: Outcome) -> dict[str, Any]:
-    """The error estimate for ``--json``, None where none was asked for."""
+    """The error estimate for ``--json``, or None."""
     names = "trusted_until", "error", "trusted_until_as_run", "error_as_run"
     return {name: None if outcome.estimated is None else getattr(outcome.estimated, name) for name in names}
 

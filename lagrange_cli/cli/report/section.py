@@ -1,4 +1,4 @@
-"""What is said of a section that was taken: the summary, and the object for ``--json``."""
+"""The report of a section: the summary, and the object for ``--json``."""
 
 from __future__ import annotations
 

@@ -30,12 +30,12 @@ BEFORE = 1 / 32
 """The estimate is at least this part of the earlier differences, reduced in proportion if all of them are
 smaller now: the error is not zero where motions cross by chance."""
 APART = 0.25
-"""Once motions are apart by this part of their size, their distance is no longer in proportion to the
+"""Once the distance of motions exceeds this fraction of their size, it is no longer proportional to the
 rounding errors of their inputs."""
 SMALL = 0.1
 """The roundings of inputs prevail if the error without them is smaller than this part."""
 STILL = 0.3
-"""A motion has not left its beginning if it has come less than this part as far as another one."""
+"""A motion has not left its start if its displacement is less than this fraction of that of another one."""
 
 
 class Certificate:
@@ -45,8 +45,9 @@ class Certificate:
     the problem as it is ``written``, and as it is ``run``, with its inputs rounded to doubles. ``missed`` is
     the first sample time at which the former may exceed ``target``, for a coordinate relative to its largest
     value so far (None: there is none). ``rounded`` names the parameters, coordinates and velocities whose
-    values are not exactly those that are written; ``prevailing`` tells that their roundings are what costs
-    the ``digits`` wanted, and ``staying`` that they make a motion leave an equilibrium."""
+    values are not exactly those that are written; ``prevailing``
+    tells that their rounding limits the ``digits``, and ``staying`` that it makes a motion leave an
+    equilibrium."""
 
     def __init__(
         self,
@@ -144,8 +145,7 @@ class Certificate:
         return self._recording.series(rows[: self._state], (), observed, {})
 
     def _stays(self, written: Array, run: Array) -> bool:
-        """Whether the motion as it is written has not left where it begins at rest, and that of the run
-        has."""
+        """Whether the motion as written is still at its start, at rest, and that of the run is not."""
         begin = np.array(self._values.q)
         found = np.max(np.abs(written - begin)) < STILL * np.max(np.abs(run - begin))
         return bool(found) and not any(self._values.v)
@@ -173,7 +173,7 @@ class Estimate:
         self.trusted_until, self.error = start, 0.0
 
     def judge(self, times: Array, relative: Array) -> int | None:
-        """Take note of relative errors (c,) at ``times``; returns the sample at which the trust is lost."""
+        """Record relative errors (c,) at ``times``; returns the first sample that cannot be trusted."""
         count, trusting = len(times), self._trusting
         trusted = first(~(relative <= self._wanted), count) if trusting else 0
         if trusted:
@@ -199,7 +199,7 @@ class Estimate:
 
 
 def differences(run: Array, beside: Sequence[Array]) -> Array:
-    """How far a run is from its last companion, which has the same inputs if there is more than one; inf
+    """The distance of a run from its last companion, which has the same inputs if there is more than one; inf
     where that has no sample."""
     found = np.abs(run - beside[-1])
     found[np.isnan(found)] = np.inf
@@ -207,10 +207,9 @@ def differences(run: Array, beside: Sequence[Array]) -> Array:
 
 
 def typical_difference(motions: Sequence[Array]) -> Array:
-    """The distance of two motions (rows, c), or the middle one of the three distances of three.
-
-    The middle one is not small just because two motions meet by chance or have the same rounding errors. It
-    is inf where a companion has no sample."""
+    """The distance of two motions (rows, c), or the median of the three distances of three. The median is not
+    small just because two motions meet by chance or have the same rounding errors. It is inf where a
+    companion has no sample."""
     run, beside, *others = motions
     pairs = [(run, beside), *((one, other) for one in others for other in (run, beside))]
     distances = [np.abs(one - other) for one, other in pairs]

@@ -1,5 +1,5 @@
 """``Companion``: the same motion integrated with another order, and therefore with other steps and rounding
-errors; and with inputs that are rounded otherwise (see ``native.numbers.beside``)."""
+errors; and with inputs that are rounded differently (see ``native.numbers.beside``)."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ INPUTS = 8
 FACTORS = INPUTS, 0
 """What they are multiplied by in each companion; 0 for one that has the inputs of the run."""
 UNITS = 1.0, -1.0, 2.0, -2.0, 3.0
-"""Units in the last place by which numbers of a state are changed where something is observed: others for
+"""Units in the last place by which numbers of a state are changed where outputs are observed: others for
 neighbours, whose differences change with them."""
 LOOK = 0.5
 """Seconds between two checks whether the other side is still there."""
@@ -133,8 +133,8 @@ class Companion:
 
 
 def nudged(states: Array, motion: slice) -> Array:
-    """States (rows, c) with each number of ``motion`` some units in the last place away: so what is observed
-    there is rounded otherwise than in a run that has the same state."""
+    """States (rows, c) with each number of ``motion`` some units in the last place away: so quantities
+    observed there are rounded differently than in a run with the same state."""
     found: Array = states.copy()
     units = np.resize(UNITS, found[motion].shape[0])
     found[motion] += units[:, None] * np.spacing(np.abs(found[motion]))

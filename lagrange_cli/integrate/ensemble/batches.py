@@ -31,7 +31,7 @@ def joined(batches: Sequence[Batch], interrupted: bool = False) -> Batch:
 
 
 def unfinished(index: Index, width: int, samples: int | None, section: bool = False) -> Batch:
-    """Members that never came to an end: nan throughout."""
+    """Members that did not end: nan throughout."""
     count = len(index)
     return Batch(
         index=index,

@@ -29,9 +29,9 @@ if TYPE_CHECKING:
     Emit = Callable[[Index, dict[str, Any]], None]
 
 MEMORY = 16 * 2**20
-"""Bytes of initial values that are laid out at a time, and of what has ended before it is written."""
+"""Bytes of initial values that are laid out at a time, and of ended members that are written at a time."""
 OFTEN = 1.0
-"""Seconds after which what has ended is written, however little it is."""
+"""Seconds after which ended members are written, however few they are."""
 LOW_TIME = f"{LOW}t"
 """The low parts of the times of a section."""
 
@@ -51,7 +51,7 @@ class EnsembleDatasets:
         chosen: NDArray[np.bool_] | None = None,
     ) -> None:
         self._chosen = np.ones(members, dtype=np.bool_) if chosen is None else chosen
-        """Members that are not are left to others."""
+        """Members that are not ``chosen`` are left to others."""
         self._prepared, self._machine, self._recording = prepared, prepared.machine, prepared.recording
         self._start, self._emit = times.start, emit
         self._times = times.chunk(0, times.count) if sampled else None
@@ -70,7 +70,7 @@ class EnsembleDatasets:
         self._most = max(1, MEMORY // (8 * width * count))
 
     def restore(self, outcome: EnsembleOutcome) -> None:
-        """Go on where another run has come to."""
+        """Continue where another run has stopped."""
         self._endings, self._failed, self._steps = outcome.endings, outcome.failed, outcome.steps
         self._unknown, self._doubtful = dict(outcome.unknown), dict(outcome.doubtful)
         drifts = {f"p_{name}": drift for name, drift in outcome.p_drift.items()}
@@ -85,7 +85,7 @@ class EnsembleDatasets:
         self._gathered, self._due = 0, time.monotonic() + OFTEN
 
     def refuse(self, members: Sequence[int]) -> None:
-        """Take note of members that do not begin, as their initial values do not satisfy the constraints."""
+        """Record members that do not begin, as their initial values do not satisfy the constraints."""
         index = np.intersect1d(np.array(members, dtype=np.int64) - self._first, self._missing)
         if len(index):
             samples = None if self._times is None else len(self._times)
@@ -110,7 +110,7 @@ class EnsembleDatasets:
             self.flush()
 
     def close(self) -> None:
-        """Write what is still there, and nan for those that have not ended."""
+        """Write the remaining members, with nan for those that have not ended."""
         self.flush()
         missing = self.missing()[: 0 if self._partial else None]
         width, samples = self._states.shape[1], None if self._times is None else len(self._times)
@@ -121,7 +121,7 @@ class EnsembleDatasets:
             self._write(unfinished(some, width, samples, self._section is not None))
 
     def flush(self) -> None:
-        """Write what has ended."""
+        """Write the members that have ended."""
         self._due = time.monotonic() + OFTEN
         if self._batches:
             batch = joined(self._batches, self._alone)
@@ -245,7 +245,8 @@ class EnsembleDatasets:
         return crossing_datasets(self._prepared, gathered, [self._first + int(one) for one in members])
 
     def _observe(self, parameters: Array, times: Array, states: Array) -> Array:
-        """What is observed (b, names, n) of states (b, rows, n) at times (n,), or at each member's (b, n)."""
+        """The observed quantities (b, names, n) of states (b, rows, n) at times (n,), or at each member's (b,
+        n)."""
         machine, n = self._machine, states.shape[2]
         constants = aligned(max(1, machine.program.constants))
         parameters = with_modes(machine.program, parameters)
@@ -261,8 +262,8 @@ class EnsembleDatasets:
     def _with_changes(
         self, parameters: Array, changes: Sequence[Change], start: Array, times: Array, states: Array
     ) -> tuple[Array, Array]:
-        """What is observed of a member that actions have changed, and what each quantity is measured from:
-        (names, n)."""
+        """The observed quantities of a member that actions have changed, and their reference values: (names,
+        n)."""
         samples, n = Samples(self._prepared, parameters, lambda chunk: None), len(times)
         if self._times is None:  # the start comes before the crossings of a section, or the end
             section = self._section is not None
@@ -277,7 +278,7 @@ class EnsembleDatasets:
         return rows[0, :, -n:], rows[1, :, -n:]
 
     def outcome(self) -> EnsembleOutcome:
-        """What came of all members."""
+        """The outcome of all members."""
         momenta = {name.removeprefix("p_"): drift for name, drift in self._drift.items() if name != "h"}
         missed = self._recording.undetected
         return EnsembleOutcome(

@@ -43,14 +43,14 @@ def follow_ensemble(
 ) -> EnsembleOutcome:
     """Follow every member of ``values``; ``emit`` gets members (b,) and, by path, what they gave: (b, ...).
 
-    Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape)
-    if ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan.
-    ``families`` are those of the coordinates. ``interrupt`` is told how many members have ended, several
-    times a second; True stops them all. The arrays are valid during the call only. Datasets of crossings of
-    events have as many rows as there are, and say to which members they belong. With ``checkpointing``,
-    members that an earlier run has followed to their end are not followed again; only their start is emitted.
-    Samples are those of the ``section``, if there is one. If some members are ``chosen`` (members,), only
-    these are followed.
+    Each member is given its start once, and once all the rest: of the outputs all samples (b, n, *shape) if
+    ``sampled``, else their values at the end (b, *shape). A member that is interrupted gets nan. ``families``
+    are those of the coordinates. ``interrupt`` gets the number of members that have ended, several times a
+    second; True stops them all. The arrays are valid during the call only. Datasets of crossings of events
+    have as many rows as there are, and say to which members they belong. With ``checkpointing``, members that
+    an earlier run has followed to their end are not followed again; only their start is emitted. Samples are
+    those of the ``section``, if there is one. If some members are ``chosen`` (members,), only these are
+    followed.
     """
     program = prepared.machine.program
     datasets = EnsembleDatasets(

@@ -32,10 +32,9 @@ Seen = TypeVar("Seen", Starts, Batch)
 class LanesMethod:
     """Integrates motions by their Taylor series (``native.stepping.ensemble``).
 
-    Each is the same whatever runs beside it.
-    Those that lanes do not bring to their ends are followed by the method that ``alone`` makes. Code for
-    motions that are followed ``backward`` is of the reversed equations. The only motion of a section may be
-    kept on its way, by ``checkpointing``.
+    Each is the same whatever runs beside it. Those that lanes do not bring to their ends are followed by the
+    method that ``alone`` makes. Code for motions that are followed ``backward`` is of the reversed equations.
+    The only motion of a section may have checkpoints, by ``checkpointing``.
     """
 
     machine: Machine
@@ -75,7 +74,7 @@ class LanesMethod:
             accept(self._seen(batch))
         if stopped or not members.left:
             return not stopped
-        # What was kept of the lane is of no use to the method that follows the motion from its start.
+        # The snapshot of the lane is useless for the method that follows the motion from its start.
         afresh = None if checkpointing is None else checkpointing.from_the_start()
         return self._alone(np.sort(members.left), starts, accept, interrupt, threads, afresh)
 
@@ -110,7 +109,7 @@ class LanesMethod:
 
 
 def started(members: Members, count: int) -> list[threading.Thread]:
-    """So many threads at work."""
+    """The threads at work, ``count`` of them."""
     workers = [threading.Thread(target=members.work, daemon=True) for _ in range(count)]
     for worker in workers:
         worker.start()

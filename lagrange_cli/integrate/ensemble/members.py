@@ -1,4 +1,5 @@
-"""What threads share that follow members in lanes: arrays, the queue, and who has ended."""
+"""The shared data of threads that follow members in lanes: arrays, the queue, and which members have
+ended."""
 
 from __future__ import annotations
 
@@ -122,7 +123,7 @@ class Members:
         self._reasons[0] = self._queue[HALT] = 0
 
     def kept(self) -> Kept:
-        """What it can be continued from."""
+        """Its snapshot, from which it can be continued."""
         assert self._pack is not None and self._samples is not None
         reached = int(self._numbers()[self._places["reached"]])
         return {PACK: self._pack.copy(), "states": self._samples[0, :, :reached].copy()}
@@ -194,7 +195,7 @@ class Members:
 
 
 def close(t: float, times: Times) -> bool:
-    """Whether a motion has come to its stop time, but for rounding."""
+    """Whether a motion has reached its stop time, up to rounding."""
     return math.isclose(t, times.stop, rel_tol=1e-12, abs_tol=1e-12 * abs(times.start))
 
 

@@ -66,22 +66,22 @@ class Batch:
 
 Accept: TypeAlias = Callable[[Batch], None]
 Kept: TypeAlias = Mapping[str, Array]
-"""What the only motion of a section is continued from, to the same bits: arrays by name. The ``states``
-(rows, n) are those of its crossings so far."""
+"""The snapshot from which the only motion of a section is continued, to the same bits: arrays by name. The
+``states`` (rows, n) are those of its crossings so far."""
 
 
 def reached_in(kept: Kept) -> int:
-    """How many crossings a motion has that was kept."""
+    """The number of crossings in a snapshot."""
     return int(kept["states"].shape[1])
 
 
 @dataclass(frozen=True)
 class Section:
-    """What is kept of each motion of a section: its first ``count`` crossings of a surface, or its states
+    """The samples of each motion of a section: its first ``count`` crossings of a surface, or its states
     after as many multiples of its own of the ``periods`` (members,).
 
-    A crossing counts where it goes in the ``direction``: +1 rising, -1 falling, 0 either. A motion is given
-    up after ``patience`` steps without any.
+    A crossing counts where it goes in the ``direction``: +1 rising, -1 falling, 0 either. A motion ends after
+    ``patience`` steps without any.
     """
 
     count: int

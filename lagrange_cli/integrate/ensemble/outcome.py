@@ -19,7 +19,7 @@ ENDINGS = tuple(Ending)
 STATUS = f"S{max(len(ending.status) for ending in ENDINGS)}"
 """numpy's name for the type of a member's status."""
 UNFINISHED = ENDINGS.index(Ending.INTERRUPTED)
-"""The place of what is interrupted, or was never begun, in ``ENDINGS``."""
+"""The place in ``ENDINGS`` of members that were interrupted, or never begun."""
 
 
 @dataclass(frozen=True)
@@ -29,8 +29,8 @@ class EnsembleOutcome:
     ``endings`` (members,) are places in ``ENDINGS``, ``failed`` the first member that could not be followed
     to its end, and how that went; drifts are the largest of all members, and ``undetected`` what the method
     may pass over, as in ``Outcome``. ``unknown`` are the datasets with samples that are not finite: the first
-    member that has any, and the time of its first. ``doubtful`` are events of which something is to be said:
-    the first such member, and what happened to it.
+    member that has any, and the time of its first. ``doubtful`` are events with a warning: the first such
+    member, and what happened to it.
     """
 
     endings: NDArray[np.int8]

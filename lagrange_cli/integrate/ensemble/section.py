@@ -1,6 +1,6 @@
 """Sections of motions that are not followed in lanes: one after another, or one in each thread.
 
-The surface is the last event of the program, whose crossings are recorded; what other events do counts.
+The surface is the last event of the program, whose crossings are recorded; other events act as usual.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from lagrange_cli.integrate.times import Times
 from lagrange_cli.records import dataclass, replace
 
 EVERY = 256
-"""At multiples of so many steps it is asked whether a motion has crossed often enough."""
+"""Whether a motion has crossed often enough is checked at multiples of so many steps."""
 FAR = 2.0**40
 """A motion without a stop time ends here, and in units of its start."""
 
@@ -55,8 +55,8 @@ class SectionLog(MemberLog):
 
     @property
     def _asked(self) -> bool:
-        """Whether it is asked now if the motion goes on. Compiled code returns when some time has passed, so
-        the answer counts at some steps only: else the end would depend on the time."""
+        """Whether to check now if the motion goes on. Compiled code returns when some time has passed, so
+        this is checked at certain steps only: else the end would depend on the time."""
         return self._steps % EVERY == 0
 
     @property
@@ -70,7 +70,7 @@ class SectionLog(MemberLog):
         return self._asked and (self.enough or self._steps - self._since > self._section.patience)
 
     def kept(self) -> dict[str, Array]:
-        """What has been found so far."""
+        """The crossings found so far."""
         count = np.array([self._steps, self._since, self._seen], dtype=np.float64)
         found = {"t": np.zeros(0), "low": np.zeros(0), "states": np.zeros((0, 0))}
         if self.crossings:
@@ -108,7 +108,7 @@ class SectionLog(MemberLog):
 @dataclass(frozen=True)
 class SectionOneByOne(OneByOne):
     """Follows one member after another through a section. The last of ``events`` is the surface. The only
-    motion may be kept on its way, by ``checkpointing``."""
+    motion may have checkpoints, by ``checkpointing``."""
 
     checkpointing: Checkpointing[Kept] | None = None
 
@@ -194,7 +194,7 @@ class SectionOneByOne(OneByOne):
         return self._batch(member, end.ending, end.t, end.state, end.steps, when, samples[:, 1:], log)
 
     def _begun(self, begin: Kept | None, times: Times) -> Snapshot | None:
-        """Where a motion begins that was kept on its way; raises ``Unfit``."""
+        """The start of a motion from a checkpoint; raises ``Unfit``."""
         return None if begin is None else restored_snapshot(begin, times)
 
     def _batch(
@@ -282,7 +282,7 @@ def restored_changes(kept: Kept, rows: int) -> list[Change]:
 
 
 def until(times: Times) -> Times:
-    """The times of a motion that ends where none is asked for, too."""
+    """The times of a motion, also without a stop time."""
     stop = times.stop
     if math.isinf(stop):
         stop = times.start + math.copysign(FAR * max(1.0, abs(times.start)), stop)

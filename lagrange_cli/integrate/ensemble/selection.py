@@ -1,4 +1,4 @@
-"""What follows many motions on compiled equations."""
+"""The method that follows many motions on compiled equations."""
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ class Backward:
     """A method that follows motions backward; ``method`` follows those of the reversed equations, whose
     compiled ``program`` it is given, forward.
 
-    Signs are all that it changes, so that nothing is rounded.
+    It changes only signs, so that nothing is rounded.
     """
 
     method: Method
@@ -72,7 +72,7 @@ class Backward:
 
 
 class BackwardEvents(EventSink):
-    """Hands on what happens in reversed time."""
+    """Passes on the events of reversed time."""
 
     def __init__(self, program: Interface, sink: EventSink) -> None:
         self._program, self._sink = program, sink

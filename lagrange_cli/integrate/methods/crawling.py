@@ -1,10 +1,10 @@
-"""Motions whose steps become shorter without end, as those under the force sin(1/(t - a)) before t = a.
+"""Motions whose steps become shorter and shorter, as under the force sin(1/(t - a)) before t = a.
 
-A step is as long as the motion is smooth. Near a pole it is a part of the distance d from it, and some
-hundred steps come as near as numbers can. But where a motion oscillates faster and faster towards a place,
-steps are like d^2, so that after n of them d is like 1/n: it would never end. It is noted how far it has come
-after 2^k steps. With twice as many steps it comes twice as far, if it goes on as before; here half as far as
-the time before.
+The length of a step follows from the smoothness of the motion. Near a pole it is a fraction of the distance d
+from it, and some hundred steps come as near as numbers can. But where a motion oscillates faster and faster
+towards a place, steps are like d^2, so that after n of them d is like 1/n: it would never end. Therefore t is
+recorded after 2^k steps. Each doubling of the number of steps advances t twice as far as the one before in an
+ordinary motion; here half as far.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ FIRST, ENOUGH = 1 << 18, 1 << 21
 SHRINKS = 0.75
 """The progress with twice as many steps is at most this part of the one before, twice in a row."""
 LITTLE = 2.0**-12
-"""It is this part of the way so far, or less."""
+"""The progress is at most this fraction of the whole time so far."""
 CLOSE = 2.0**-6
-"""Where the motion is to end so close to the place, in terms of the progress, it would take very many
+"""If the stop time is so close to the limit, in terms of the progress, reaching it would take very many
 steps."""
 
 
@@ -33,7 +33,7 @@ def steps_to_mark(steps: int) -> int:
 
 
 def crawls(clock: Array, steps: int, elapsed: float, stop: float) -> bool:
-    """Mark how far a motion has come; whether it would not come to ``stop`` however many steps it took.
+    """Record how far a motion has come. Returns whether it would not reach ``stop`` with any number of steps.
 
     ``PROGRESS`` is negative where it is less than the one before.
     """

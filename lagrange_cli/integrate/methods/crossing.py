@@ -1,8 +1,8 @@
-"""The way across u = 0 where u has a power that has no series there, such as |u|^1.5 or |u|^0.25.
+"""The passage through u = 0 where a power such as |u|^1.5 or |u|^0.25 has no series.
 
-The motion is taken a short way from one side to the other. There the acceleration is that at the beginning,
-and a change that is added up by quadrature along the path which it would have without that change (a step of
-E. Picard's iteration). What is left out is the change of the change. With t = h s^6, a power of t such as
+The motion is taken a short way from one side to the other. There the acceleration is that at the beginning
+plus a change, which is integrated by quadrature along the path without that change (a step of
+E. Picard's iteration). The change of the change is neglected. With t = h s^6, a power of t such as
 t^0.1 is smooth enough in s for Gauss's rule.
 """
 
@@ -27,19 +27,19 @@ WAYS = [2.0**k for k in range(-40, -16, 4)], [2.0**k for k in range(-44, -84, -4
 """The ways across u = 0, as parts of the coordinates, in the order in which they are tried, in doubles and in
 double-double. (There the longest come first: proofs of steps know of u no more than a double.)"""
 NEAR = 2.0**-16
-"""Where u = 0 is farther away, in the same terms, it is not what stops the motion."""
+"""If u = 0 is farther away, in the same terms, something else stops the motion."""
 FELT = 2.0**-50, 2.0**-98
-"""The error of velocities that is not felt on such a way."""
+"""A negligible error of velocities for such a passage."""
 BRIEF = 2.0**-20
-"""What is a short part of all the time since t = 0."""
+"""A short fraction of the whole time since t = 0."""
 UNSURE = 2.0**-50, 2.0**-100
 """The part of the time, and of the time in which coordinates change by their size, in which rounding decides
 where u = 0 is."""
 FAR, GROWS, SEVERAL = 2.0**12, 4.0, 64.0
 """An acceleration grows without bound if, this much nearer to u = 0, it is so many times as large; a few
-times what is not felt may be rounding."""
+times a negligible error may be rounding."""
 LATER = [2.0**k for k in range(0, -28, -4)]
-"""Parts of the time after which it is looked for a force where none acts yet."""
+"""Fractions of the time after which a force is looked for where none acts yet."""
 NODES, POWER = 16, 6
 """Of Gauss's rule, and of s in the time."""
 QUADRATURE = 2.0**-46
@@ -53,12 +53,11 @@ class Crossing(Modes):
         super().__init__(machine, constants, memory, work)
         self._crossed: tuple[float, ...] = ()
         self.span = 0.0
-        """How long the motion is to take: what measures times where it begins at rest, at t = 0. (Nothing
-        much shorter can: coefficients of series would overflow.)"""
+        """The duration of the motion: the scale of times where it begins at rest, at t = 0. (Nothing much
+        shorter can: coefficients of series would overflow.)"""
 
     def cross(self) -> bool:
-        """Take the motion a little way across u = 0; whether that could be done with an error that is not
-        felt.
+        """Take the motion a little way across u = 0. Returns whether the error is negligible.
 
         It begins with the acceleration on the side from which the motion comes, or on that to which it goes
         if it begins at u = 0 where the force jumps.
@@ -166,9 +165,9 @@ class Crossing(Modes):
         self, start: Array, rates: Array, sides: Sequence[tuple[float, float, float]], j: int, least: float,
         scales: tuple[float, float],
     ) -> bool:  # fmt: skip
-        """Whether an acceleration grows without bound, as 1/sqrt(u) does: velocities get more than the
-        ``least`` that is felt while rounding decides where u = 0 is. A side is the time when u = 0, a mode,
-        and the sign of times on that side."""
+        """Whether an acceleration grows without bound, as 1/sqrt(u) does: velocities change by more than
+        ``least``, which is not negligible, while rounding decides where u = 0 is. A side is the time when u =
+        0, a mode, and the sign of times on that side."""
         layout = self._layout
         q, v = (np.max(np.abs(start[layout.part(0)][one])) for one in (layout.q, layout.v))
         v = max(v, self._speed(), scales[1])
@@ -184,7 +183,7 @@ class Crossing(Modes):
         return False
 
     def _accelerations(self, start: Array, rates: Array, t: float, mode: float, j: int) -> Array:
-        """What they are after the time t."""
+        """The accelerations after the time t."""
         self.memory[:] = start
         self._move(t, rates)
         self.modes[j] = mode
@@ -219,7 +218,7 @@ class Crossing(Modes):
         high[:] = total
 
     def _speed(self) -> float:
-        """The speed that the motion gets from rest on a way as long as its coordinates."""
+        """The speed that the motion gains from rest over a distance as large as its coordinates."""
         high, layout = self.memory[self._layout.part(0)], self._layout
         rows = range(layout.v.start, layout.v.stop)
         accelerations = np.abs([self._coefficients(row)[0] for row in rows])

@@ -17,7 +17,7 @@ class Singular(ArithmeticError):
 
 
 class NotFinite(ArithmeticError):
-    """The equations have no finite value here. (Some of scipy's solvers would go on for ever.)"""
+    """The equations have no finite value here. (Some of scipy's solvers would never end.)"""
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""What is done at events where compiled code leaves it to its caller: actions, rest, and the end of a run.
+"""Events that compiled code leaves to its caller: actions, rest, and the end of a run.
 
 After an action every event whose expression it has changed is on the side of that expression's sign. Where
 this is 0 it is on the side that the motion leads to: a zero that an action leaves is no event.
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.events import EventSink, Judge
 
 GRAZING = 2.0**-46
-"""An argument that goes beyond 0 by no more than this part of its terms may not do so at all."""
+"""An argument that goes beyond 0 by at most this fraction of its terms may not cross 0 at all."""
 FLAT = 2.0**-12
 """The zero of an argument whose rate is this part of what bends it along a step may be a multiple one."""
 ULP = {1: 2.0**-52, 2: 2.0**-104}
@@ -37,7 +37,7 @@ ALIKE, BLURRED = 8.0, 2.0**-37
 """Errors up to this ratio do not tell how many zeros there are in one; those up to this part of the time are
 of no account."""
 NO_TIME, AGAIN = 2.0**-50, 1000
-"""So many actions within this part of all time go on for ever."""
+"""So many actions within this fraction of the time count as infinitely many."""
 
 
 @dataclass(frozen=True)
@@ -94,7 +94,7 @@ class Happenings:
         return None
 
     def _changes_nothing(self, event: int, new: Array) -> bool:
-        """Whether an action sets what is already there."""
+        """Whether an action sets values that are already there."""
         own = [(i, place) for i, (e, place) in enumerate(self._program.changed) if e == event]
         there = np.concatenate([self._sides.state(self._sides.memory), self._sides.parameters()])
         motion, rows = 2 * self._program.degrees, self._program.rows * self._program.parts
@@ -102,7 +102,7 @@ class Happenings:
         return bool(own) and bool(np.array_equal(new[0, [i for i, _ in own]], there[places]))
 
     def state(self) -> tuple[float, ...]:
-        """What ``memory`` does not hold, to go on from."""
+        """The state besides ``memory`` that a continued run needs."""
         return (float(self._same), float(self._latest), *map(float, sorted(self._resting.released)))
 
     def restore(self, state: Sequence[float]) -> None:
@@ -130,7 +130,7 @@ class Happenings:
         return self._crossed(records[crossed], events, np.array(rates)[:, crossed])
 
     def happen(self, due: int, sample: int) -> Finished | None:
-        """Do what is to be done at the guard that is due, before the sample of that number."""
+        """Handle the guard that has changed its sign, before the sample of that number."""
         guard, event, sides = self._guards[due], due - self._sides.first, self._sides
         if guard.role is Role.REST:
             self._resting.release(due)
@@ -238,7 +238,7 @@ class Happenings:
         return next((f"the mass of {name!r} {mass:.6g}" for name, mass in masses if not mass > 0.0), "")
 
     def _recurs(self, event: int, now: float) -> Finished | None:
-        """Whether actions go on for ever while time does not."""
+        """Whether infinitely many actions happen at one time."""
         at_once = now - self._latest <= NO_TIME * max(abs(now), now - self._start)
         self._same, self._latest = self._same + 1 if at_once else 0, now
         return self._finished(Ending.RECURRING, event) if self._same >= AGAIN else None

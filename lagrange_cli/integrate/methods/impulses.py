@@ -1,8 +1,8 @@
-"""What forces of constraint do in no time: a state that an action has set, back to the constraints.
+"""Impulses of the forces of constraint: a state that an action has set is moved back to the constraints.
 
-What the action has set stays, the rest is moved by the shortest way in the metric of the masses. For
-velocities these are the impulses of the forces of constraint (E. T. Whittaker, Analytical Dynamics, 4th ed.
-1937, ch. IX): M dv = A^T lambda in all directions that the action has left free.
+The values that the action has set stay; the others change as little as possible in the metric of the masses.
+For velocities these are the impulses of the forces of constraint (E. T. Whittaker, Analytical Dynamics, 4th
+ed. 1937, ch. IX): M dv = A^T lambda in all directions that the action has left free.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from lagrange_cli.integrate.methods.settling import Settling
 
 MOST = 60
-"""So often a state is moved to the constraints by Newton's method, at most."""
+"""The largest number of steps of Newton's method that move a state to the constraints."""
 NEAR = 2.0**-40
-"""What is off by no more than this part of the state is left to ``@project``."""
+"""Deviations up to this fraction of the state are left to ``@project``."""
 
 
 class Impulses:

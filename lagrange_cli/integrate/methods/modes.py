@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from lagrange_cli.native.compilation.machine import Machine
 
 DERIVATIVES = 6
-"""Derivatives of arguments that are looked at."""
+"""The number of derivatives of arguments that are examined."""
 SMALLEST = 2.0**-1022
 
 
@@ -72,8 +72,7 @@ class Modes:
         return np.array([self._coefficients(self._rows.first + j)[0] for j in range(self.count)])
 
     def _coefficients(self, row: int) -> Array:
-        """The first derivatives of what a row is the quadrature of, divided by factorials, from the value
-        on."""
+        """The first Taylor coefficients of the integrand of a row, beginning with its value."""
         first, step, term = self.machine.program.series_at
         place = first + row * step
         orders = np.arange(1, DERIVATIVES + 2)
@@ -86,8 +85,8 @@ class Modes:
         return [self._coefficients(row) for row in rows]
 
     def scale(self) -> Array:
-        """The largest coefficients of each order among velocities: what rounding of a derivative is measured
-        by."""
+        """The largest coefficients of each order among velocities: the scale for rounding errors of a
+        derivative."""
         rows = range(self._layout.v.start, self._layout.v.stop)
         found: Array = np.max(np.abs([np.r_[0.0, self._coefficients(row)] for row in rows]), axis=0)
         return found

@@ -1,4 +1,4 @@
-"""The rounding of cyclic momenta, which are constants of the motion, made visible.
+"""The rounding error of cyclic momenta, which are constants of the motion, made visible to estimates.
 
 They are rounded once and are then the same in every step. Two runs share this error, and their difference
 does not show it. So a companion uses a value changed by one ulp.

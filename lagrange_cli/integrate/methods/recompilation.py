@@ -1,5 +1,4 @@
-"""Better code for runs that turn out to be long: compiled meanwhile, and with the same results to the last
-bit."""
+"""Better code for long runs: compiled in the background, with the same results to the last bit."""
 
 from __future__ import annotations
 

@@ -46,14 +46,14 @@ class Resting:
         """When each event has acted last."""
 
     def note(self, event: int) -> None:
-        """The event acts now."""
+        """Record that the event acts now."""
         self.times[event] = self._sides.now, self._low()
 
     def _low(self) -> float:
         return float(self._sides.memory[self._sides.layout.at(Clock.TIME_LOW)])
 
     def settle(self, impact: Impact) -> float | None:
-        """Let the motion rest if all further impacts together take no time that counts. Where these are
+        """Let the motion rest if all further impacts together take a negligible time. Where these are
         infinitely many, the time at which they end."""
         sides, event = self._sides, impact.event
         _, left, bend, *_ = map(float, sides.coefficients(event))

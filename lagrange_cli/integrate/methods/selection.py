@@ -1,4 +1,4 @@
-"""What follows one motion on compiled equations: the method by its name."""
+"""The method that follows one motion on compiled equations, by its name."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class MethodModule(Protocol):
-    """What a module named in ``METHODS`` offers."""
+    """The interface of a module named in ``METHODS``."""
 
     def follower(
         self, machine: Machine, compilation: Compilation, improve: Callable[[], Machine] | None

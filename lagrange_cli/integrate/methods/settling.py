@@ -22,13 +22,13 @@ if TYPE_CHECKING:
     from lagrange_cli.native.compilation.machine import Machine
 
 ROUNDING = 2.0**-44
-"""A derivative that is so small beside the terms of the others is rounding."""
+"""A derivative that is so small beside the terms of the others is a rounding error."""
 HELD = 1.0 + 2.0**-40
 """Multipliers up to this hold the motion: at the bound itself, rounding does not decide."""
 JUMP = 2.0**-20
 """An argument on the wrong side that is this part of its change in a step has not come through 0."""
 SOON = 2.0**-30
-"""What becomes 0 within this part of the time is brought to rest."""
+"""A velocity that becomes 0 within this fraction of the time is set to 0."""
 ROUNDED = 1e-16
 """The square of a jump that is this part of those of usual changes is rounding."""
 ATTEMPTS = 8
@@ -79,7 +79,7 @@ class Settling(Crossing):
         return stop in (Stop.UNDERFLOW, Stop.NOT_FINITE) and (self.rest() or self.cross())
 
     def begins_beyond(self) -> bool:
-        """Whether the motion begins at y = 0 and leads below, where an energy is another one at once."""
+        """Whether the motion begins at y = 0 and leads below, where an energy jumps."""
         return any(
             guard.role is Role.BREAK and self.marks[j] > 0.0 > self.modes[j] and self.breaks(j)
             for j, guard in enumerate(self._rows.guards[: self.count])

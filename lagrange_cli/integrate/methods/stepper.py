@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 POLL_SECONDS = 0.05
 """Seconds of machine code between two looks at the world outside, about."""
 HEEDED = 5
-"""So many times it is asked, after a signal, whether to stop."""
+"""The number of times that a stop is asked for after a signal."""
 FIRST_STEPS = 0.5, 0.8
 """Parts of their first step that companions take."""
 FIRST = 256
@@ -119,7 +119,7 @@ class Stepper:
         self.steps, self._every = 0, every
         self._start, self._marked = times.start, 0
         self._earlier: list[Array] = []
-        """What the memory was when compiled code was called, the last times."""
+        """The memory at the last calls of compiled code."""
         self.singular: tuple[float, ...] = ()
         """When the motion has passed singular configurations."""
 
@@ -272,7 +272,7 @@ class Stepper:
             )
 
     def _marks(self, steps: int) -> bool:
-        """Note how far the motion has come, if that is due; whether it crawls."""
+        """Record the progress of the motion, if that is due. Returns whether it crawls."""
         if steps == self._marked or steps_to_mark(steps - 1) != 1:
             return False
         self._marked = steps

@@ -12,7 +12,7 @@ from lagrange_cli.records import dataclass
 
 
 class Needs(Enum):
-    """What the program of a method has to offer."""
+    """What the program of a method must provide."""
 
     SERIES = "series"  # whole steps: Taylor series of q, with the control of their size
     STEPS = "steps"  # whole steps: polynomials through accelerations, with the control of their size

@@ -1,4 +1,4 @@
-"""What a key of the system file that gives forces must say: how its entries act, and what their unit is."""
+"""What a key of the system file for forces must provide: how its entries act, and their unit."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The values that constraints leave to coordinates whose initial values are not given: all that are found.
+"""The values that constraints allow for coordinates without initial values: all that are found.
 
 Newton's method is started from many places, the same ones in every run.
 """
@@ -21,7 +21,7 @@ MOST_CLOSURES = 8
 SAME = 1e-6
 """Closures that differ by less, relative to their size, are one."""
 ALMOST = 1e-5
-"""How far constraints may be off, relative to their terms, where given values are to be moved yet."""
+"""The largest residual of constraints, relative to their terms, if given values may still be moved."""
 TURN = 2 * math.pi
 STEPS = 50
 
@@ -135,7 +135,7 @@ def undetermined(surface: Surface, state: Sequence[float]) -> list[int]:
 
 
 def tidied(surface: Surface, state: list[float]) -> list[float]:
-    """0 in place of what rounding has left of it, and angles from -pi to pi."""
+    """0 in place of rounding errors, and angles from -pi to pi."""
     for k in surface.unknown:
         if abs(state[k]) <= NEAR * surface.scale[k] and satisfied(
             surface, [*state[:k], 0.0, *state[k + 1 :]]

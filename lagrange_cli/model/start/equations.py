@@ -139,7 +139,7 @@ class Equations:
 
 
 def inertia(model: Model[Sloped]) -> Sloped:
-    """L, or T without what does not depend on velocities: all that masses follow from."""
+    """L, or the terms of T that depend on velocities: they determine the masses."""
     if model.lagrangian is not None:
         return model.lagrangian
     half = model.algebra.number("0.5")
@@ -148,8 +148,8 @@ def inertia(model: Model[Sloped]) -> Sloped:
 
 
 def with_what_is_used(spec: Spec, expressions: Iterable[Expression]) -> Spec:
-    """The system without definitions and positions that have no part in the expressions, and without all that
-    neither moves nor binds."""
+    """The system without definitions and positions that the expressions do not use, and without potential,
+    forces, observables and events."""
     needed = used(spec, expressions)
     kept: dict[str, Any] = {
         section: {name: one for name, one in getattr(spec, section).items() if family_name(name) in needed}

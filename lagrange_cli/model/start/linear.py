@@ -1,5 +1,5 @@
-"""Linear algebra of constraints: which of them are independent, and the shortest way in the metric of the
-masses.
+"""Linear algebra of constraints: which of them are independent, and the smallest correction in the metric of
+the masses.
 
 Corrections are computed in doubles, whatever the numbers that they are added to: each round of corrections
 gives as many digits again as a double has.
@@ -61,7 +61,8 @@ def independent(
 ) -> list[int]:
     """The rows, in their order, that do not depend on earlier ones, with slopes by x_k/``scale[k]``.
 
-    A row that is nothing beside its ``typical`` steepness depends on any others. ``sine`` is that of the
+    A row that is
+    negligible beside its ``typical`` steepness depends on any others. ``sine`` is that of the
     angle below which one does.
     """
     scaled = [{k: float(a) * scale[k] for k, a in row.items()} for row in rows]

@@ -1,6 +1,6 @@
 """The nearest point of a surface f(x) = 0, in the metric of the masses.
 
-First Newton's method leads to the surface, each step by the shortest way; then the way as a whole is made the
+First Newton's method leads to the surface by steps of least length; then the whole displacement is made the
 shortest, M (x - x0) = A^T mu (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
 VII.2). f is evaluated with all digits, so that these corrections converge to all of them.
 """
@@ -21,7 +21,7 @@ ROUNDS = 80
 FAR = 0.5
 """A step is at most this part of the scale."""
 ROUND = 2.0**-52
-"""What rounding makes of values of their scale, in doubles."""
+"""The rounding error of values, relative to their scale, in doubles."""
 LONG_ROUND = 2.0**-106
 """The same of two doubles."""
 CONTRACTING = 0.5
@@ -88,7 +88,7 @@ class Surface:
         return self.descend(start, x)
 
     def descend(self, start: Sequence[Any], x: Sequence[Any]) -> list[Any]:
-        """The same along the surface, by steps that make the way shorter."""
+        """The same along the surface, by steps that reduce the distance."""
         found, part = list(x), 1.0
         slide, length = self.slide(start, found)
         for _ in range(DESCENTS):
@@ -106,7 +106,7 @@ class Surface:
         return found
 
     def slide(self, start: Sequence[Any], x: Sequence[Any]) -> tuple[Mapping[int, float], float]:
-        """The way towards ``start`` along the surface, and its size."""
+        """The displacement towards ``start`` along the surface, and its size."""
         pull = {k: float(one) for k, one in self.pull(start, x).items()}
         step, _ = self._shortest(self.at(x)[1]).solve(pull, [0.0] * len(self.kept))
         return step, self.size(step)
@@ -120,7 +120,7 @@ class Surface:
         return found
 
     def gap(self, start: Sequence[Any], x: Sequence[Any]) -> float:
-        """The square of the way from ``start``."""
+        """The square of the distance from ``start``."""
         return float(sum(one * (start[k] - x[k]) for k, one in self.pull(start, x).items()))
 
     def _shortest(self, rows: Sequence[Row]) -> Shortest:
@@ -143,6 +143,6 @@ class Surface:
         if found is None:
             return None
         shortest = self.shorten(start, found)
-        found = self.reach(shortest) or shortest  # what the long way has left of rounding
+        found = self.reach(shortest) or shortest  # the rounding errors of the long way
         way = {k: found[k] - start[k] for k in self.unknown}
         return list(start) if self.size(way) <= 4 * self.unit else found

@@ -1,4 +1,4 @@
-"""What is said of a start that is not consistent: each constraint that is not satisfied, at its place."""
+"""The messages for an inconsistent start: each constraint that is not satisfied, at its place."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
-"""Quaternions whose initial values are not of length 1: the body stands as Q/|Q| does.
+"""Quaternions whose initial values do not have length 1: the body has the orientation Q/|Q|.
 
-The rates are divided by |Q|, too, and lose their part along Q, which turns nothing. So the angular velocity
-in the body stays 2 Im(Q* dQ/dt)/|Q|^2, which is what the values mean together: whoever writes dQ/dt =
-Q (0, omega)/2 gets this omega.
+The rates are divided by |Q|, too, and lose their component along Q, which is no rotation. So the angular
+velocity in the body stays 2 Im(Q* dQ/dt)/|Q|^2, that of the given values: dQ/dt = Q (0, omega)/2 gives this
+omega.
 """
 
 from __future__ import annotations

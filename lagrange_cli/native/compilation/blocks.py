@@ -1,6 +1,6 @@
 """Long stretches of straight code, cut into basic blocks.
 
-Series are written out as straight code, tens of thousands of instructions long. At its lowest level LLVM
+Series are unrolled into straight code, tens of thousands of instructions long. At its lowest level LLVM
 takes a time that grows with the square of the length of a basic block: it asks of each value whether it is
 used later in its block. A block that ends early costs a few loads and stores.
 """

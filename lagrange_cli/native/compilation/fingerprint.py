@@ -1,4 +1,4 @@
-"""What compiled code depends on besides its program: this package's code, LLVM, Python and the processor.
+"""The other things that compiled code depends on: this package's code, LLVM, Python and the processor.
 
 LLVM's library is not loaded for this: loading takes longer than the rest of a short run.
 """

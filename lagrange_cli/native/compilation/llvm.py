@@ -59,6 +59,6 @@ def processor_name() -> str:
 
 
 def features() -> str:
-    """What this processor can do, in LLVM's notation."""
+    """The features of this processor, in LLVM's notation."""
     listed: str = llvm.get_host_cpu_features().flatten()
     return listed

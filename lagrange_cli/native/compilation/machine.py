@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from lagrange_cli.native.program import Program
 
 QUICK, FULL = 0, 1
-"""LLVM's levels of code generation: the one compiles up to ten times faster, the other's code runs up to
-twice as fast. Both give the same bits."""
+"""LLVM's levels of code generation: the first compiles up to ten times faster, the code of the second runs up
+to twice as fast. Both give the same bits."""
 LARGE = 400_000
 """Characters of a program above which ``FULL`` is not chosen at once (0.2 s of compilation)."""
 LARGE_RATES = 3_000_000

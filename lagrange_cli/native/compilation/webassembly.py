@@ -3,10 +3,11 @@
 LLVM writes object code for WebAssembly: a module whose memory and stack are given by whoever loads it, with
 the names of its functions in a section for linkers (WebAssembly Core Specification, release 2.0, sec. 5.5;
 Tool Conventions, "WebAssembly Object File Linking"). One object needs no linker: all addresses in it are
-those of a module that begins at 0. What is missing are exports, which are made from the linkers' names.
+those of a module that begins at 0. Only the exports are
+missing; they are made from the linkers' names.
 
-The elementary functions come with the program, and so does ``fma``, which WebAssembly lacks. Nothing is asked
-of the page but memory.
+The elementary functions come with the program, and so does ``fma``, which WebAssembly lacks. The page only
+provides memory.
 """
 
 from __future__ import annotations

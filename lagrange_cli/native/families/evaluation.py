@@ -87,7 +87,7 @@ def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
 
 
 def needed(roots: Iterable[Total], slots: Slots, known: Iterable[Array] = ()) -> list[Total]:
-    """These totals and those that they contain, but for ``known`` ones, in the order of their computation."""
+    """These totals and those that they contain, except ``known`` ones, in the order of their computation."""
     found: dict[Total, None] = {}
     left = set(known)
 
@@ -216,7 +216,7 @@ class Writer:
                 self.scatter(value, base, self.looked_up(i, j))
 
     def enter(self, r: Integer) -> None:
-        """What is done once in a row."""
+        """The operations done once per row."""
 
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
         """The terms of eight members, from the ``j``-th one on, whose slots are ``known``."""

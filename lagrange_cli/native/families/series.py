@@ -188,7 +188,7 @@ class MemberStage(VectorStage):
         self.emitter.line(f"  store {VECTOR} {self.emitter.written(value)}, ptr {place.name}, align 8")
 
     def constant(self, node: Node) -> Value:
-        """What does not change during a motion, of each member."""
+        """The constants of a motion, for each member."""
         if node not in self._constants:
             known = dict(self.known)
             emit_values(self.emitter, [node], known, self.expansion.constants)

@@ -15,7 +15,8 @@ from lagrange_cli.native.numbers.double_double import DoubleDoubleBody, Pair, de
 from lagrange_cli.native.numbers.error_free import fast_sum, two_product
 
 LARGEST_ANGLE = 2.0**40
-"""Beyond it there is no sine: few digits would be left of the angle, and four doubles of pi no longer do."""
+"""The largest angle of a sine: beyond it few digits of the angle would be left, and four doubles of pi do not
+suffice."""
 SERIES = 31
 """The last power of sine's series that counts below pi/4."""
 LOWERED = 512

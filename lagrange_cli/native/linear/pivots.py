@@ -1,4 +1,4 @@
-"""When a pivot is nothing but rounding."""
+"""When a pivot is only a rounding error."""
 
 from __future__ import annotations
 

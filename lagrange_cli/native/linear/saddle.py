@@ -1,10 +1,10 @@
 """Code that factors the equations of motion with constraints, [[M, -A^T], [-A, 0]], and solves with them.
 
-It is L D L^T of the symmetric matrix. With a positive M the coordinates are eliminated first; what is left is
--A M^-1 A^T, which is negative if the constraints are independent. So no pivoting is needed (M. Benzi, G. H.
-Golub and J. Liesen, Acta Numerica 14, 2005, sec. 5). What is 0 is never computed with: of coordinates, and
-then of constraints, the one that meets the fewest others is eliminated next (minimum degree: W. F. Tinney and
-J. W. Walker, Proc. IEEE 55, 1967).
+It is L D L^T of the symmetric matrix. With a positive M the coordinates are eliminated first; this leaves -A
+M^-1 A^T, which is negative if the constraints are independent. So no pivoting is needed (M. Benzi, G. H.
+Golub and J. Liesen, Acta Numerica 14, 2005, sec. 5). Zeros are never used: among coordinates, and then among
+constraints, the one coupled to the fewest others is eliminated next (minimum degree: W. F. Tinney and J. W.
+Walker, Proc. IEEE 55, 1967).
 """
 
 from __future__ import annotations

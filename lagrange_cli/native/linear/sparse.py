@@ -1,8 +1,8 @@
-"""Which numbers L of L D L^T of a sparse symmetric matrix are not 0, and which can be found together.
+"""Which entries of L in L D L^T of a sparse symmetric matrix are not 0, and which can be found together.
 
-Unknowns are eliminated in *rounds*: those of a round do not meet, so that they wait for earlier rounds only.
-Of what is left, those that meet fewest others come first (minimum degree, several at a time: J. W. H. Liu,
-ACM Trans. Math. Softw. 11, 1985). A chain takes as many rounds as its length has bits: that is cyclic
+Unknowns are eliminated in *rounds*: those of a round are not coupled, so that they depend on earlier rounds
+only. Among the rest, those coupled to the fewest others come first (minimum degree, several at a time: J. W.
+H. Liu, ACM Trans. Math. Softw. 11, 1985). A chain takes as many rounds as its length has bits: that is cyclic
 reduction.
 """
 

@@ -68,8 +68,8 @@ def _add(f: Function, a: Real, b: Real, total: Real | None) -> Real:
 
 
 def _sum_across(f: Function, vectors: Sequence[Real]) -> Real:
-    """In lane i the sum of the lanes of the i-th vector. Of two vectors each, one half is added to the other,
-    and they become one."""
+    """In lane i the sum of the lanes of the i-th vector. For each pair of vectors, one half is added to the
+    other, and they become one."""
     half = LANES // 2
     while half:
         lanes = range(LANES)

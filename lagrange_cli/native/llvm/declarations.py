@@ -1,4 +1,5 @@
-"""What a program's text lacks to be compiled: declarations of what it calls, and attributes of functions."""
+"""The declarations that a program's text needs to be compiled: functions that it calls, and their
+attributes."""
 
 from __future__ import annotations
 

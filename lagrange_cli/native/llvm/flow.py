@@ -82,7 +82,7 @@ class _Lines(list[str]):
 
 
 class Flow(Body):
-    """The blocks of one function. What is written behind the end of a block is dropped. Another writer, whose
+    """The blocks of one function. Instructions after the end of a block are dropped. Another writer, whose
     names differ, can have ``sink`` as its lines."""
 
     PREFIX = "%f"
@@ -190,7 +190,7 @@ class Flow(Body):
 
     @contextmanager
     def when(self, condition: Bit) -> Iterator[None]:
-        """What is done where it holds; an ``otherwise`` may follow."""
+        """The code for where it holds; an ``otherwise`` may follow."""
         inside, joined, tested = self._new(), self._new(), self.here
         if self._alive(tested):
             tested.to, tested.condition = [inside, joined], condition.name
@@ -203,7 +203,7 @@ class Flow(Body):
 
     @contextmanager
     def otherwise(self) -> Iterator[None]:
-        """What is done where the condition of the ``when`` just before does not hold."""
+        """The code for where the condition of the ``when`` just before does not hold."""
         if self._joined is None:
             raise ValueError("otherwise must follow a when")
         inside, joined = self._new(), self._joined

@@ -1,4 +1,4 @@
-"""How long the text of a function may be: what LLVM compiles in a bounded time and memory."""
+"""The limit on the text of a function, so that LLVM compiles it in bounded time and memory."""
 
 from __future__ import annotations
 

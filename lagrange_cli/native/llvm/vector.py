@@ -19,7 +19,7 @@ class Body:
     """The instructions of one function of ``lanes`` doubles."""
 
     PREFIX = "%v"
-    """What the names of values begin with."""
+    """The prefix of the names of values."""
 
     def __init__(self, lanes: int) -> None:
         self.lanes = lanes
@@ -154,7 +154,8 @@ class Body:
         return Bit(self, constant("i1", lanes, "false"), lanes)
 
     def polynomial(self, coefficients: Sequence[float], x: Real) -> Real:
-        """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960): little has to wait."""
+        """sum_j coefficients[j] x^j, by pairs, pairs of pairs, .. (G. Estrin 1960), with short chains of
+        operations."""
         terms: list[Real | float] = list(coefficients)
         while True:
             pairs: list[Real | float] = [self.fma(x, b, a) for a, b in zip(terms[::2], terms[1::2])]
@@ -318,5 +319,5 @@ def operand_of(value: Value | float, type: type[Value], lanes: int) -> str:
 
 
 def suffix(lanes: int) -> str:
-    """What LLVM's names for functions of them end in."""
+    """The suffix of LLVM's names for functions of them."""
     return "f64" if lanes == 1 else f"v{lanes}f64"

@@ -1,9 +1,9 @@
-"""The numbers of a companion's program (see ``integrate.certify``): what is rounded is rounded otherwise.
+"""The numbers of a companion's program (see ``integrate.certify``), which are rounded differently.
 
-A companion is to show what rounding does. What the run has rounded to c, of an exact value c - d, a companion
-has as c - k d, with a k so large that it is another double, and so small that the difference is still felt in
-proportion. It is the ``factor`` of the companion for numbers in expressions, and ``CONSTANTS`` for what is
-computed from numbers and parameters before the motion begins.
+A companion shows the effect of rounding. Where the run has c for an exact value c - d, a companion has c - k
+d, with a k so large that this is another double, and so small that the motion responds in proportion. It is
+the ``factor`` of the companion for numbers in expressions, and ``CONSTANTS`` for values that are computed
+from numbers and parameters before the motion begins.
 """
 
 from __future__ import annotations

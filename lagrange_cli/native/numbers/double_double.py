@@ -105,7 +105,7 @@ class DoubleDoubleBody(Emitter):
 
 
 class DoubleDouble(Composed[Pair]):
-    """Such numbers as a ``NumberKind``; ``body`` is what they are written into."""
+    """Such numbers as a ``NumberKind``, written into ``body``."""
 
     parts, unit, products = 2, 2.0**-106, 64
     true = "true"

@@ -1,7 +1,7 @@
 """Sums and products of two numbers without loss: the rounded result, and its rounding error.
 
 T. J. Dekker, Numerische Mathematik 18 (1971); D. E. Knuth, The Art of Computer Programming 2, sec. 4.2.2.
-Each is written once, for whatever is added: operands in code (doubles or vectors), arrays, formulas.
+Each is written once, for any kind of operands: in code (doubles or vectors), arrays, formulas.
 """
 
 from __future__ import annotations

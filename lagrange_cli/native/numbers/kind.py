@@ -1,4 +1,5 @@
-"""``NumberKind``: what a kind of numbers has to answer, for the recurrences to be written once for all kinds.
+"""``NumberKind``: the operations that a kind of numbers provides, so that recurrences are written once for
+all.
 
 A kind writes code: its values name numbers that the code computes. For doubles and vectors they are plain
 text, for double-double numbers pairs. None is a number known to be 0: nothing is written for it. A kind that
@@ -96,7 +97,7 @@ class NumberKind(Protocol[V]):
         """One or the other."""
 
     def depth(self, value: V | None) -> int:
-        """How many operations follow one another until ``value`` is known; 0 where nobody counts."""
+        """The number of successive operations until ``value`` is known; 0 if they are not counted."""
 
 
 class Written(NumberKind[V], Protocol[V]):

@@ -19,7 +19,7 @@ def splat(type: str, one: object) -> str:
 
 
 class LaneEmitter(Emitter):
-    """What ``Emitter`` is for one double, for all lanes: an index counts vectors."""
+    """The counterpart of ``Emitter`` for all lanes: an index counts vectors."""
 
     REAL, BIT, TAG, ALIGN = VECTOR, BITS, suffix(LANES), 8 * LANES
     one, zero, true = splat("double", ONE), splat("double", ZERO), splat("i1", "true")

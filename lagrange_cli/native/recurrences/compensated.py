@@ -1,4 +1,4 @@
-"""Doubles and what they are off as a kind of numbers: twice the precision where that is cheap.
+"""Doubles with their rounding errors as a kind of numbers: twice the precision where that is cheap.
 
 Sums and products lose nothing that counts; functions are to first order, with the rounding of a double.
 """

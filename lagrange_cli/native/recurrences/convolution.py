@@ -30,7 +30,7 @@ def vector(group: Group) -> str:
 
 
 def packed(emitter: Emitter, group: Group, values: Sequence[Value]) -> Operand:
-    """A vector of the group, a value for each of its dot products; what is in the other lanes, none asks."""
+    """A vector of the group, a value for each of its dot products; the other lanes are not used."""
     whole = "poison"
     for lane, value in enumerate(values):
         whole = emitter.define(f"insertelement {vector(group)} {whole}, double {operand(value)}, i64 {lane}")

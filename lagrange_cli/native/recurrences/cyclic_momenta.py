@@ -1,9 +1,9 @@
 """Code for cyclic momenta in place of velocities.
 
 They are computed when a motion begins and stored in rows of the state, which no step changes. From then on
-the velocities follow from them: what rounding adds to these in a step is not carried on. They are computed
-in twice the precision, since what they are off, they are off in every step. What multiplies series is
-rounded, so that it is the same at all orders: were it better at the first ones, the energy would drift.
+the velocities follow from them, so that rounding errors of velocities do not accumulate. They are computed in
+twice the precision, since their error is the same in every step. Factors of series are rounded,
+so that they are the same at all orders: if they were more accurate at the first ones, the energy would drift.
 """
 
 from __future__ import annotations

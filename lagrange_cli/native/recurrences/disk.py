@@ -1,4 +1,5 @@
-"""Functions of disks (see ``disk_arithmetic``): what sines, logarithms, powers of what they hold can be.
+"""Functions of disks (see ``disk_arithmetic``): enclosures of sines, logarithms, powers of the numbers in
+them.
 
 A function's radius is the sum of its Taylor series with the sizes of the coefficients, or of a series that
 bounds these. What is enclosed are analytic functions on a disk around 0, by their values there: a power or
@@ -17,7 +18,7 @@ from lagrange_cli.native.recurrences.disk_arithmetic import ROUNDING, TINY, Disk
 from lagrange_cli.native.recurrences.evaluation import emit_power
 
 FUNCTIONS = 2.0**-49
-"""What functions may be off, relative to their size."""
+"""The relative rounding error of functions."""
 
 
 class Disks(DiskArithmetic):

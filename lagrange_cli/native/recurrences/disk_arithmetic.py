@@ -1,10 +1,11 @@
-"""Arithmetic of disks: what sums, products and quotients of complex numbers in disks can be.
+"""Arithmetic of disks: enclosures of sums, products and quotients of complex numbers in disks.
 
 A disk holds all complex numbers within a radius of its centre, which is real; and a bound from below of their
 size, which may say more: a power, an exponential or cosh far from 0 is large all over a disk that contains 0.
 (Circular arithmetic: I. Gargantini and P. Henrici, Numer. Math. 18, 305, 1972.)
 
-Radii contain the rounding of centres; a last factor is to contain theirs.
+Radii include
+the rounding of centres; a last factor includes their own.
 Where nothing is known, a radius is infinite or not a number.
 """
 
@@ -19,9 +20,9 @@ from lagrange_cli.native.numbers.double import Emitter
 from lagrange_cli.native.numbers.kind import Composed, Number
 
 ROUNDING = 2.0**-51
-"""What sums, products and quotients may be off, relative to what they are made of."""
+"""The rounding error of sums, products and quotients, relative to their operands."""
 TINY, HUGE = 1e-300, 1e300
-"""What underflows and overflows counts as that."""
+"""Numbers that underflow or overflow count as this."""
 
 
 class Disk:
@@ -43,7 +44,7 @@ class Disk:
         self._bound: Callable[[], Real | None] | Real | None = bound
 
     def bound(self) -> Real | None:
-        """What is known of its least size, beside centre and radius; written when it is asked for."""
+        """The lower bound of its size, besides centre and radius; written when it is used."""
         if callable(self._bound):
             self._bound = self._bound()
         return self._bound
@@ -95,7 +96,7 @@ class DiskArithmetic(Composed[Disk]):
         return self.spread(None if centre is None else self.centres.magnitude(centre))
 
     def radius(self, a: Disk) -> Real:
-        """The radius, written out."""
+        """The radius as a value, also where it is 0."""
         return self.all(0.0) if a.radius is None else a.radius
 
     def most(self, a: Disk) -> Real:
@@ -110,7 +111,7 @@ class DiskArithmetic(Composed[Disk]):
         return least if bound is None else self.greater(least, bound)
 
     def greater(self, a: Real, b: Real) -> Real:
-        """The greater one; the other one where one is not a number, of which nothing is known."""
+        """The greater one; the other one where one is nan, that is, unknown."""
         return self.f.function("maxnum", a, b)
 
     def lesser(self, a: Real, b: Real) -> Real:

@@ -115,9 +115,8 @@ def emit_node(kind: NumberKind[V], node: Node, inner: Callable[[Node], V | None]
 
 
 def emit_switch(kind: NumberKind[V], at: int, u: V | None, above: V | None, below: V | None) -> V | None:
-    """``above`` or ``below`` by the sign of ``u``; where it is 0, that of the side ``at``, 0: their mean.
-
-    What is not chosen may be no number; where ``u`` is none, neither is the value.
+    """``above`` or ``below`` by the sign of ``u``; where it is 0, that of the side ``at``, 0: their mean. The
+    value that is not chosen may be nan; where ``u`` is nan, so is the value.
     """
     u = kind.normalized(u)
     on = kind.mul(kind.number(0.5), kind.add(above, below)) if at == 0 else above if at > 0 else below

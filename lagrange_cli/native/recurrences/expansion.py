@@ -1,5 +1,5 @@
-"""The series of one step while their code is written: order 0, the mass matrix, what later orders need
-of both. For any kind of numbers."""
+"""The series of one step while their code is written: order 0, the mass matrix, and values for later orders.
+For any kind of numbers."""
 
 from __future__ import annotations
 
@@ -42,9 +42,9 @@ class Expansion(Generic[V]):
     table: list[dict[int, V | None]] = field(default_factory=list)
     factors: list[Factored[V]] = field(default_factory=list)
     sensitivities: dict[int, tuple[V | None, V | None]] = field(default_factory=dict)
-    """Of powers p of x: dp/dx, and 1/x."""
+    """For powers p of x: dp/dx, and 1/x."""
     remainders: dict[int, V | None] = field(default_factory=dict)
-    """What q and q_dot are more than their numbers, as the compensated update leaves it."""
+    """The remainders of q and q_dot, as the compensated update leaves them."""
     cyclic: dict[Node, V | None] = field(default_factory=dict)
     """Constants of a step that contain cyclic momenta."""
     unrounded: dict[Node, V | None] = field(default_factory=dict)
@@ -58,11 +58,11 @@ class Expansion(Generic[V]):
         self.regular = self.kind.true
 
     def constant(self, node: Node) -> V | None:
-        """What does not change during a step: an expression in parameters and in cyclic momenta."""
+        """A constant of the step: an expression in parameters and in cyclic momenta."""
         return self.cyclic[node] if node in self.cyclic else self.constants.value(self.kind, node)
 
     def select(self, one: Series, above: V | None, below: V | None) -> V | None:
-        """What a SELECT series has of its branches."""
+        """The weights of the branches of a SELECT series."""
         if above is None and below is None:
             return None
         assert isinstance(one.data, tuple)

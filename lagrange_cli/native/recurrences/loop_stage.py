@@ -1,4 +1,4 @@
-"""What the stages of loops have in common, whatever is done side by side in them."""
+"""The common parts of stages in loops, for any layout of their lanes."""
 
 from __future__ import annotations
 

@@ -20,8 +20,8 @@ Factors: TypeAlias = "list[tuple[V | None, V | None]]"
 
 @dataclass
 class Stage(Generic[V]):
-    """What stages of any schedule share: the recurrences, for any kind of numbers. ``ahead`` is an index
-    relative to k.
+    """The common base of stages in any schedule: the recurrences, for any kind of numbers. ``ahead`` is an
+    index relative to k.
 
     ``sums`` holds the dot products of the stage that were made side by side, by series and whether weighted:
     a sum, and the factors of what is still to be added to it.
@@ -72,7 +72,7 @@ class Stage(Generic[V]):
         return self.expansion.kind.total([(self.number(ahead), value)], start)
 
     def integrated(self, value: V | None, ahead: int) -> V | None:
-        """What a rate gives to coefficient k + ahead."""
+        """The contribution of a rate to coefficient k + ahead."""
         return self.divided(value, ahead)
 
     def evaluate(self, moving: Iterable[int]) -> None:
@@ -227,6 +227,6 @@ class Stage(Generic[V]):
 
 
 def reciprocal_rest(m: int) -> float:
-    """What 1/m is more than the double 1.0/m."""
+    """The rounding error of the double 1.0/m."""
     above, below = (1.0 / m).as_integer_ratio()
     return (below - m * above) / (m * below)

@@ -1,4 +1,4 @@
-"""Stages of which eight members are computed at once: what they have in common, wherever their series are.
+"""The common parts of stages that compute eight members at once, for any layout of their series.
 
 Coefficients of a series follow one another as vectors, from ``pointer`` on.
 """
@@ -33,7 +33,7 @@ class VectorStage(Stage[str]):
         return None
 
     def divided(self, value: Value, ahead: int) -> Value:
-        """By k + ahead, correctly rounded but for what is lost in the product of two small numbers."""
+        """By k + ahead, correctly rounded except for the product of two small numbers."""
         if isinstance(self.k, int):
             inverse = self.emitter.number(1.0 / (self.k + ahead))
             rest = self.emitter.number(reciprocal_rest(self.k + ahead))
@@ -70,6 +70,6 @@ class VectorStage(Stage[str]):
 
 
 def rests(size: int) -> str:
-    """The table of what 1/m is more than its double."""
+    """The table of the rounding errors of 1/m."""
     listed = ", ".join(f"double {operand(literal(reciprocal_rest(m)) if m else None)}" for m in range(size))
     return f"@rests = private constant [{size} x double] [{listed}]"

@@ -2,8 +2,8 @@
 those that its own series predicts.
 
 A series does not show a kink of the potential or a narrow wall that the motion has not reached. The bound is
-a part of the accelerations, and of what would change velocities and coordinates within a step: so much may be
-due to rounding.
+a fraction of the accelerations, and of those that would change velocities and coordinates within a step:
+rounding may cause as much.
 """
 
 from __future__ import annotations

@@ -73,8 +73,7 @@ def advance(steps: Steps) -> str:
         f.give(code if isinstance(code, Integer) else f.count(code))
 
     def leave_divided(steps_before: Integer) -> None:
-        """If that was asked for while a step was divided, stop before this step, as it has to be taken
-        anew."""
+        """If a stop was requested while a step was divided, stop before this step, which will be repeated."""
         with f.when(steps.halted(f)):
             copy(trial, state)
             limited.set(limited_before.get())

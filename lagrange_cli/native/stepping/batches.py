@@ -19,7 +19,7 @@ def lengths_of(blocks: Blocks, degrees: int) -> Lengths:
 
 
 class BatchSteps(DoubleSteps):
-    """What steps are made of where the series of eight rows are a block."""
+    """The parts of steps where the series of eight rows are a block."""
 
     def straighten(self, f: Function) -> None:
         lengths = self.lengths

@@ -6,9 +6,9 @@ series converges. All roots within it are found as those of guards are (see ``ro
 once: in Bernstein's form a piece of the step without a change of sign holds none, one with one change exactly
 one, and others are halved. The steps themselves are not divided: a crossing is a sample at the root.
 
-A coefficient that is small beside the sum of all is rounding, and has the sign of the one before it. So what
-lies on the surface where the motion begins is no crossing, nor is one counted twice, or lost, where two steps
-meet.
+A coefficient that is small beside the sum of all is rounding, and has the sign of the one before it. So a
+motion that starts on the surface does not cross it there, and no crossing is counted twice, or lost, where
+two steps meet.
 
 A sample has the time behind the rows of the state. Behind ``HALT``, the queue holds the direction (a double:
 +1 rising, -1 falling, 0 either), and the number of steps without a crossing after which a motion ends. Behind
@@ -52,7 +52,7 @@ LONGEST = 1024.0
 OVER = 2.0**60
 """A motion whose time is beyond this ends: no root has a digit left."""
 LOW = 3
-"""The degree of the polynomial that is looked at first."""
+"""The degree of the polynomial that is examined first."""
 CHAINS = 4
 """Partial sums of a polynomial that are added in parallel."""
 

@@ -47,13 +47,13 @@ FARTHER, WEAKEST, BENT, TERMS = 4.0, 0.264, 2.0**-10, 20
 """How many times as far away a power law is looked at; this to its exponent, below which the integral is
 hardly finite; how far off the last place may be; terms of a logarithm."""
 EVENLY = 2.0**-30
-"""What changes by no more than this part of itself does not change."""
+"""A quantity that changes by at most this fraction of itself counts as constant."""
 EDGE = 16.0
 """A power law is followed over so many times the length of the shortest part with a series."""
 STRETCHES = 16.0
-"""If an integrand is not finite beyond such a part, it is looked at so many times as far away."""
+"""If an integrand is not finite beyond such a part, it is evaluated so many times as far away."""
 MOST = 2**18
-"""Parts of one step. These may take minutes, so that it is asked at each whether to go on (``halted``)."""
+"""Parts of one step. These may take minutes, so that each checks whether to go on (``halted``)."""
 PATIENT, EVEN = 48, 1 / 16
 """Beside constraints, integrands may cancel to rounding errors, on which no part agrees. After so many parts
 of a step, all are of this length and need not be accepted: what may hide is proven, and not divided so."""
@@ -157,7 +157,7 @@ class Division:
     # integrals
 
     def rate(self, row: Row) -> Pair:
-        """What an integrand is at the beginning of a part."""
+        """The integrand at the beginning of a part."""
         series, inverse = row.series(self.at.there), self.f.constant(1.0) / self.units.part.get()
         if not self.sums.beyond:
             return series[1], self.f.zero(row.lengths.lanes)
@@ -243,10 +243,9 @@ class Division:
         self.go(part.end)
 
     def lose(self, part: Part, blind: Bit, noisy: Bit, unproven: Bit) -> Bit:
-        """Integrals of what is too steep to be passed over are no numbers from here on, nor are those of what
-        is not finite beyond, if that is not looked for further away (``blind``), or far from what was
-        expected although nothing else is left (``noisy``), or ``unproven``. Whether it is to be looked
-        for."""
+        """Integrals become nan here if the integrand is too steep to be passed over, if it is not finite
+        beyond and not evaluated further away (``blind``), if it is far from its predicted value at the
+        shortest part (``noisy``), or if it is ``unproven``. Returns whether to evaluate it further away."""
         f, own, ended = self.f, self.own, self.array(ENDED)
         conditions = part.short, part.steep, blind, noisy, unproven
         short, steep, last, lax, unknown = (f.splat(one, own.lanes) for one in conditions)
@@ -290,7 +289,7 @@ class Division:
                 row.put(f.constant(0.0), state, third)
 
     def lose_samples(self, index: Variable[Integer], last: Integer) -> None:
-        """Samples from ``index`` to before ``last`` are no numbers: the parts have not come to them."""
+        """Samples from ``index`` to before ``last`` are nan: the parts have not reached them."""
         f, (first, count) = self.f, self.own.followed
         none = Real(f, NAN, 1)
         with f.section() as done, f.forever() as rounds:
@@ -343,8 +342,8 @@ class Division:
         return self.f.call(Real, "integral_length", self.at.arrays, self.at.there, left)
 
     def proven(self, length: Real, least: Real, free: Bit, place: Pair) -> Real:
-        """A length, or as much of it as is proven, but for what is hardly more than nothing. Close to a
-        kink (not ``free``) parts are accepted only."""
+        """A length, or as much of it as is proven, unless it is negligible. Close to a kink (not ``free``)
+        parts are accepted only."""
         if self.prove is None:
             return length
         f, found = self.f, self.f.variable(length)

@@ -27,9 +27,10 @@ from lagrange_cli.native.stepping.sums import Pair, PairSums, difference, pair
 from lagrange_cli.records import replace
 
 GONE = 2.0**-900
-"""What has decayed to less does not limit the steps: low parts of such numbers have few digits, or none."""
+"""Values that have decayed to less do not limit the steps: low parts of such numbers have few digits, or
+none."""
 LONGEST = 1e30
-"""The longest step: what a motion without forces gets."""
+"""The longest step: that of a motion without forces."""
 WIDE = 2.0**12
 """If a step is this many times longer than the unit of its series, coefficients were lost and are computed
 again."""
@@ -81,7 +82,7 @@ def stepper(rows: Rows, given: Given) -> list[str]:
 
 
 class DoubleDoubleSteps(Steps):
-    """What steps in double-double are made of."""
+    """The parts of steps in double-double."""
 
     refined, parts, small = True, 2, 2.0**-94
     division = PairDivision

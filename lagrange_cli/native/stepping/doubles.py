@@ -41,7 +41,7 @@ def accelerate(lengths: Lengths) -> str:
 
 
 class DoubleSteps(Steps):
-    """What steps in doubles are made of."""
+    """The parts of steps in doubles."""
 
     refined, parts, small = False, 1, 2.0**-46
 

@@ -31,8 +31,8 @@ from lagrange_cli.native.stepping.step_size import ENDLESS, StepSize, chosen_ste
 
 ALL = 2**LANES - 1
 ENOUGH, CRAWLING = 1 << 18, 2.0**-12
-"""After so many steps those that are such a part of the usual length, which may become shorter without end,
-are left to ``@advance``, too."""
+"""After so many steps, motions whose steps are this fraction of the usual length, and may become ever
+shorter, are left to ``@advance``, too."""
 
 
 def follow(pack: Pack, order: int, tolerance: float, parameters: int, *, timed: bool = False) -> str:
@@ -194,7 +194,7 @@ class Follower:
         f.call(None, "record", *places, dt, due, count, Integer(f, "%slots", 1), f.pointer("%samples"))
 
     def halt(self, f: Function) -> None:
-        """Give what is kept of members that are not followed to their ends."""
+        """Hand over the results so far of members that are not followed to their ends."""
 
     def follow(self) -> Function:
         """``@follow``."""

@@ -30,7 +30,8 @@ NEAR, MARGIN = 2.0**-60, 2.0**-40
 """Where numbers are more precise than doubles, in which roots are found, a step ends this part of it before
 the root, and so do the next ones, until the root is so near."""
 PART = 0.6
-"""A companion divides steps to roots here: so it rounds the roots otherwise, even of the same polynomials."""
+"""A companion divides steps to roots here: so it rounds the roots differently, even of the same
+polynomials."""
 
 BEYOND = 2.0**-44
 """The part of a step by which it goes beyond the cut of a function: whether it is there, rounding must not
@@ -45,7 +46,7 @@ AT_REST = 2.0**-80
 
 @dataclass(frozen=True)
 class GuardCode:
-    """Writes what ``@advance`` calls for guards."""
+    """Writes the functions that ``@advance`` calls for guards."""
 
     rows: GuardRows
     layout: StateLayout
@@ -157,7 +158,7 @@ class GuardCode:
     def _look_at_multiplier(
         self, f: Function, j: Integer, look: Callable[[Pointer, Real, Real, Bit, Integer], None]
     ) -> None:
-        """When what holds the motion reaches its limit."""
+        """The time at which the force that holds the motion reaches its limit."""
         seen = Bit(f, "false")
 
         def against_one() -> None:
@@ -234,7 +235,7 @@ class GuardCode:
         return f
 
     def _note(self, f: Function, role: Integer, j: Integer, before: Real, result: Variable[Integer]) -> None:
-        """Record an event, if no more is to be done, and set the ``result`` of ``@flip``."""
+        """Record an event, if it needs nothing else, and set the ``result`` of ``@flip``."""
         state, info, layout = f.pointer("%state"), f.pointer("%info"), self.layout
         with f.section() as changing:
             with f.when(role.equals(Role.SWITCH) | role.equals(Role.CUT)):

@@ -79,13 +79,13 @@ class Lengths:
         return f.place("%work", (i - lane) * self.row + lane + self.first, "double")
 
     def gather(self, f: Function, operation: str, value: Real) -> Real:
-        """Of each motion the largest (``fmax``) or least number (``fmin``), or their sum (``fadd``)."""
+        """For each motion the largest (``fmax``) or least number (``fmin``), or their sum (``fadd``)."""
         if self.together == 1:
             return value
         return f.reduce(operation, value, f.constant(0.0) if operation == "fadd" else None)
 
     def of_motions(self, f: Function, rows: Bit) -> Bit:
-        """Of each motion whether something holds for any row of a vector."""
+        """For each motion whether something holds for any row of a vector."""
         return rows if self.together == 1 else f.any(rows)
 
     def wide(self, f: Function, value: Real) -> Real:
@@ -135,7 +135,7 @@ class Row:
 
     @contextmanager
     def if_velocities(self) -> Iterator[None]:
-        """What is done for velocities, and for rows beside them."""
+        """The rules for velocities, and for rows beside them."""
         if self.lengths.together > 1:
             yield
         else:

@@ -1,4 +1,4 @@
-"""``Steps``: what steps are made of in one kind of numbers, for the loop of ``@advance``.
+"""``Steps``: the parts of a step in one kind of numbers, for the loop of ``@advance``.
 
 Guards, proofs, acceptance, and integrals are the same in all kinds.
 """
@@ -81,7 +81,7 @@ class Steps(ABC):
 
     @property
     def proofs(self) -> Sequence[Proof]:
-        """What steps are proven by."""
+        """The proof of steps."""
         return [one for one in (self.proof, self.arguments) if one]
 
     def _proof(self, name: str, proving: Proving | None, integrals: tuple[int, int] = (0, 0)) -> Proof | None:
@@ -105,7 +105,7 @@ class Steps(ABC):
 
     @abstractmethod
     def forget(self, f: Function) -> None:
-        """Remove what is left of other series: done first, and after a step that was not accepted."""
+        """Remove the rest of other series: done first, and after a step that was not accepted."""
 
     @abstractmethod
     def expand(self, f: Function, now: Now) -> tuple[Now, Bit]:

@@ -1,4 +1,4 @@
-"""``Pack``: what eight lanes work on, and how single lanes and the queue of members are reached."""
+"""``Pack``: the data of eight lanes, and access to single lanes and the queue of members."""
 
 from __future__ import annotations
 

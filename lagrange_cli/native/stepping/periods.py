@@ -15,7 +15,7 @@ from lagrange_cli.records import replace
 
 
 class Returns(Follower):
-    """What both kinds have in common: a sample has its time, and members end with their last one."""
+    """The common base of both kinds: a sample has its time, and members end with their last one."""
 
     kind = ""
 

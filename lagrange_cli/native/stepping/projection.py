@@ -1,8 +1,8 @@
 """``@project``: a state back to the constraints, where rounding has led it away.
 
 Series satisfy the constraints to the last bit, but steps add up rounding errors. Where f(q, t), or df/dt,
-exceeds a few units of rounding of its terms, coordinates and then velocities are moved by the shortest way
-in the metric of the masses (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
+exceeds a few units of rounding of its terms, coordinates and then velocities are moved back, orthogonally in
+the metric of the masses (E. Hairer and G. Wanner, Solving Ordinary Differential Equations II, 1996, sec.
 VII.2, with M in place of the identity):
 
     dq = -M^-1 A^T (A M^-1 A^T)^-1 f.
@@ -37,7 +37,7 @@ from lagrange_cli.records import dataclass
 C = TypeVar("C")
 
 LOOSE = 2.0
-"""So many units of rounding of its terms a constraint may be off."""
+"""The largest residual of a constraint, in units of rounding of its terms."""
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,7 @@ class Projection(Generic[V, C]):
         amounts: Sequence[Node],
         known: dict[Node, V | None],
     ) -> Condition:
-        """Whether they are nothing but rounding of their terms, slopes times ``amounts``."""
+        """Whether they are only rounding errors of their terms, slopes times ``amounts``."""
         kind, fine = self.numbers.kind, self.numbers.kind.true
         slopes = [slope for row in constraints.slopes for slope in row.values()]
         emit_values(kind, slopes, known, self.constants)

@@ -81,7 +81,7 @@ class BatchProjection:
     def _compare(
         self, off: CarefulValues, known: Values, nodes: Sequence[Node], first: int, fine: Variable[Bit]
     ) -> None:
-        """Whether they are nothing but rounding of their terms: slopes times the leaves from ``first`` on."""
+        """Whether they are only rounding errors of their terms: slopes times the leaves from ``first`` on."""
         f, tables, zero = self.f, self.tables, known.places[self.residual.graph.zero]
         rows = [
             [(known.places[slope], first + k) for k, slope in row.items()] for row in self.constraints.slopes
@@ -107,7 +107,7 @@ class BatchProjection:
             fine.set(fine.get() & f.all(small))
 
     def _move(self, off: CarefulValues, first: int) -> None:
-        """The shortest way back, first of coordinates, then of velocities."""
+        """The projection, first of coordinates, then of velocities."""
         f, tables, residual, emitter = self.f, self.tables, self.residual.unpushed, self.emitter
         many, scratch = len(residual.entries), f.load_integer("@scratch")
         symbols, kicks, later = afterwards(residual, self.constraints, many)

@@ -1,16 +1,15 @@
-"""``@proven``: whether the series of a step satisfy the equations of motion all through the step.
+"""``@proven``: whether the series of a step satisfy the equations of motion throughout the step.
 
 The series of q are polynomials of t, and those of v and of the accelerations their derivatives. Put into the
 equations they leave a *defect*, an analytic function of t whose coefficients are 0 up to the order n of the
 accelerations. Where a term of it differs from its start by at most D for all complex times within r,
 coefficient m of it is at most D / r^m (Cauchy's estimate), so that for h = r / k what is beyond order n is at
 most D k^-(n + 1) / (1 - 1/k) up to time h. D is found by enclosing q, v, a and t in disks, and evaluating the
-term over these (``recurrences.disk``). Nothing that the equations contain is passed over, however narrow.
-
-It is done for several k at once, and each term takes the k that suits it best: what is next to nothing all
-around takes a small one, what is large a great one. (Enclosures of Taylor series over a step: G. F. Corliss
-and R. Rihm, Validating an a priori enclosure using high-order Taylor series, 1996; N. S. Nedialkov,
-K. R. Jackson and G. F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
+term over these (``recurrences.disk``). No term of the equations is passed over, however narrow. This is done
+for several k at once, and each term takes the k that suits it best: a small one if it is negligible all
+around, a large one if it is large. (Enclosures of Taylor series over a step: G. F. Corliss and R. Rihm,
+Validating an a priori enclosure using high-order Taylor series, 1996; N. S. Nedialkov, K. R. Jackson and G.
+F. Corliss, Appl. Math. Comput. 105, 21, 1999.)
 """
 
 from __future__ import annotations
@@ -41,7 +40,7 @@ SHORTER, REGAINED, LEAST = 0.7, 1.5, 2.0**-60
 """A step that is not proven is tried again so many times as long, or as the step before; down to this part of
 what the series suggests, below which there is none."""
 WIDER = 1 + 2.0**-40
-"""More than what rounding makes radii too small by."""
+"""A margin larger than the rounding error of radii."""
 
 
 Proving: TypeAlias = "tuple[Residual, Defect, Constants]"
@@ -53,8 +52,8 @@ class Proof:
     """What ``@proven`` is written from.
 
     What rests may be moved by ``nothing``; low parts of the state are ``low`` doubles behind. A number has
-    ``parts`` doubles, of which the first is looked at. A defect is not told from rounding up to the part
-    ``small`` of the accelerations, their change, and what changes the velocity within a step.
+    ``parts`` doubles, of which the first is looked at. A defect cannot be distinguished from rounding up to
+    the fraction ``small`` of the accelerations, their change, and what changes the velocity within a step.
     """
 
     residual: Residual
@@ -99,7 +98,7 @@ class Proof:
                 # what is not a number is not known
                 total = total + f.reduce("fmin", f.select(radius < unlimited, radius, unlimited))
             sure = total * WIDER <= most
-            if self.name == "arguments_proven":  # a series that has outgrown all numbers is that at a pole
+            if self.name == "arguments_proven":  # a series whose coefficients overflow is one at a pole
                 sure = sure & (most < f.constant(float("inf")))
             with f.when(~sure):
                 f.give(Bit(f, "false"))
@@ -189,8 +188,8 @@ class Proof:
         return known
 
     def _without_cancelling(self, disks: Disks, terms: list[Node], known: dict[Node, Disk | None]) -> None:
-        """What cancels in another form: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. The difference of
-        disks knows nothing of what they have in common."""
+        """Another form of terms that cancel: 1 - tanh^2, the derivative of tanh, is 1 / cosh^2. A difference
+        of disks does not make use of what they have in common."""
         for node in reachable(terms):
             u = squared_tanh(node)
             if u is not None and u.symbols & self.residual.variables:

@@ -1,8 +1,8 @@
-"""Quadratures (action, ledgers) beside a motion: what their series ask of its steps.
+"""Quadratures (action, ledgers) beside a motion: what their series require of its steps.
 
 The motion decides on its steps without them. Within a step it is known, by the step's polynomials. Where an
-integrand changes faster than these, or where the next series does not confirm what was expected of it, the
-step is divided (``division``).
+integrand changes faster than these, or where the next series does not confirm its predicted value, the step
+is divided (``division``).
 """
 
 from __future__ import annotations
@@ -48,8 +48,8 @@ class Quadratures:
         return [*self.sizes.functions(), *shortened, self.length(), self.rough(), agreeing]
 
     def nothing(self, f: Function, h: Real) -> Real:
-        """How far off an integrand may be in any case: where it is proven, what it is next to nothing of
-        before a pulse does not matter."""
+        """The error of an integrand that is always allowed: where it is proven, its negligible values before
+        a pulse do not matter."""
         if not self.sizes.rest:
             return f.constant(0.0)
         return f.constant(self.bounds.nothing_much) / (h * f.larger(h, f.constant(1.0)))

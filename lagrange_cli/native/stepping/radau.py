@@ -128,7 +128,7 @@ class Places:
 
 
 class RadauSteps(DoubleSteps):
-    """What these steps are made of. The rates are those of ``@jet``, whose series have the places ``rates``
+    """The parts of these steps. The rates are those of ``@jet``, whose series have the places ``rates``
     in its own part of ``%work``."""
 
     def __init__(self, rates: Lengths, given: Given) -> None:

@@ -13,7 +13,7 @@ NODES = (
     0.05626256053692215, 0.18024069173689236, 0.3526247171131696, 0.5471536263305554,
     0.7342101772154105, 0.8853209468390958, 0.9775206135612875,
 )  # fmt: skip
-"""The zeros of (P_7 + P_8)(2 s - 1) but for s = 0 (P: Legendre's polynomials)."""
+"""The zeros of (P_7 + P_8)(2 s - 1) except s = 0 (P: Legendre polynomials)."""
 TERMS = len(NODES)
 
 

@@ -24,7 +24,7 @@ FINEST = 2.0**-48
 """Pieces of a step are not made smaller than this part of it."""
 CONVERGED, SHORTER, SHORTENINGS = 2.0**-50, 0.9, 32
 """A series has converged where its last terms are this part of the sum of all; else less of the step is
-looked at, so much less, so often."""
+examined, so much less, so often."""
 HUGE = 2.0**1000
 """No power of a step is larger: what it is multiplied with may be 0."""
 ITERATIONS, CLOSE = 200, 2.0**-52
@@ -32,7 +32,7 @@ ITERATIONS, CLOSE = 200, 2.0**-52
 NEARLY = 2.0**-10
 """A root is corrected by no more than this part of it."""
 NONE, BACK = float("inf"), -1.0
-"""What is given in place of a root: there is none; the motion would go back to where it came from."""
+"""The values in place of a root: there is none; the motion would go back to where it came from."""
 
 
 @dataclass(frozen=True)

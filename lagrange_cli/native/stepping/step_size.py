@@ -258,7 +258,7 @@ def split_terms(top: int) -> list[list[int]]:
 
 
 def offset_of(block: list[int], top: int) -> float:
-    """What is added to 1/m of a coefficient's logarithm, m the first of its block: its bits count from
+    """A correction to 1/m of a coefficient's logarithm, m the first of its block: its bits count from
     2^-1023."""
     return (-1023.0 - (SLACK if block[-1] < 0.75 * top else 0)) / block[0]
 

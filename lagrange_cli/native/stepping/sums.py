@@ -22,7 +22,7 @@ CHAINS, RATE_CHAINS = 4, 2
 
 
 class Sums(Protocol):
-    """How numbers of one kind are added up; low parts of coefficients are ``beyond`` doubles behind, if they
+    """The sums of one kind of numbers; low parts of coefficients are ``beyond`` doubles behind, if they
     have any."""
 
     beyond: int

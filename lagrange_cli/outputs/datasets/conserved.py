@@ -8,7 +8,7 @@ GROUP = "diagnostics/conserved/"
 
 
 def plan(planner: Planner) -> None:
-    """A dataset for each quantity that every motion keeps, or keeps between events."""
+    """A dataset for each conserved quantity, also for those conserved only between events."""
     known, model = planner.residual.conserved, planner.model
     nodes = {f"p_{name}": p for name, p in zip(model.coordinates, planner.energetics.momenta)}
     nodes["h"] = planner.energetics.energy_function

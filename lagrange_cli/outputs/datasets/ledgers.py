@@ -33,8 +33,8 @@ def balanced(planner: Planner) -> tuple[Energetics, str]:
     """The energies whose balances are drawn up, and how what is observed of them is marked.
 
     Terms of a given L that are a total time derivative dF/dt are left out: what they add to p is dF/dq, and
-    what they add to its rate is the rate of that, so they balance identically, but for rounding that is large
-    where F is steep.
+    what they add to its rate is the rate of that, so they balance identically, except for rounding that is
+    large where F is steep.
     """
     model, given = planner.model, planner.model.lagrangian
     if given is None:

@@ -84,7 +84,7 @@ class Controls {
     const span = data.time.stop - data.time.start;
     group("Parameters", data.parameters.map((one) => ({
       name: one.name, label: pretty(one.name), unit: one.unit, value: one.value, range: around(one.value),
-      hint: [one.description, one.expression && `= ${one.expression} until it is moved`].filter(Boolean).join(" · "),
+      hint: [one.description, one.expression && `= ${one.expression} until its slider is moved`].filter(Boolean).join(" · "),
     })));
     group("Start", data.coordinates.map((one) => ({
       name: one.name, label: pretty(one.name), unit: one.unit, value: one.q, hint: one.description,

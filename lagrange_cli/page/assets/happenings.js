@@ -56,7 +56,7 @@ class Happenings {
       const still = this.atZero(e) && Math.abs(u[1]) <= ROUNDING * rate;
       if (still && direction && this.side(e) === direction) {
         if (this.rests.has(e)) this.hold(e, -direction);
-        else if (this.changesNothing(e, values)) return `${this.name(e)} goes on happening while time does not`;
+        else if (this.changesNothing(e, values)) return `${this.name(e)} happens again and again at the same time`;
       }
     }
     return "";
@@ -147,7 +147,7 @@ class Happenings {
     const atOnce = now - this.latest <= NO_TIME * Math.max(Math.abs(now), now - this.start);
     this.same = atOnce ? this.same + 1 : 0;
     this.latest = now;
-    return this.same >= AGAIN ? `${this.name(e)} goes on happening while time does not` : "";
+    return this.same >= AGAIN ? `${this.name(e)} happens again and again at the same time` : "";
   }
 
   // Set what an action sets; whether that is finite.

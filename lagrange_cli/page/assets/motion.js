@@ -4,7 +4,7 @@ const ENDS = {
   [Stop.SINGULAR]: "the mass matrix is singular there",
   [Stop.NOT_FINITE]: "the equations of motion have no finite value there",
   [Stop.UNDERFLOW]: "a singularity, a collision, or a force that has no series",
-  [Stop.GUARD]: "a force or an energy jumps there, and no motion leads on",
+  [Stop.GUARD]: "a force or an energy jumps there, and no motion continues from there",
 };
 const GREAT = 1e280;
 const FEWEST = 16;
@@ -93,7 +93,7 @@ class Motion {
     this.ended = true;
     if (stop === Stop.END) return;
     const great = this.engine.data.outer.some((row) => Math.abs(this.engine.memory[row]) > GREAT);
-    this.reason = great ? "a coordinate or a velocity outgrows the largest number" : ENDS[stop];
+    this.reason = great ? "a coordinate or a velocity exceeds the largest double" : ENDS[stop];
     this.failed = true;
   }
 

@@ -74,7 +74,7 @@ def opened(result: Result, label: str = "") -> Run:
 
 
 def over(runs: Sequence[Run], title: str, folder: str) -> list[Panel]:
-    """What lies in a folder over time: a panel for each unit."""
+    """The datasets of a folder over time: a panel for each unit."""
     units: dict[str, list[tuple[Run, Quantity]]] = {}
     for run in runs:
         for one in run.of(folder):
@@ -170,7 +170,7 @@ def plain(name: str) -> str:
 
 
 def drift(runs: Sequence[Run]) -> list[Panel]:
-    """How far what is conserved has moved from its first value, beside its rounding."""
+    """The drift of each conserved quantity from its first value, beside its rounding error."""
     found: dict[str, Panel] = {}
     for number, run in enumerate(runs):
         rounding = ROUNDING.get(str(run.result.attributes.get("precision")), 2.0**-52)
@@ -195,7 +195,7 @@ def drift(runs: Sequence[Run]) -> list[Panel]:
 
 
 def conserved(run: Run) -> list[Quantity]:
-    """What the run says is conserved, and wrote."""
+    """The conserved quantities that the run has written."""
     told = run.result.attributes
     names = ["h"] if number(told.get("h_drift")) else []
     try:
@@ -306,4 +306,4 @@ WHAT = {
 }  # fmt: skip
 """The words of ``--what`` for a motion."""
 USUAL = ("q", "phase", "path", "drift")
-"""What a physicist looks at first."""
+"""The default plots."""

@@ -31,7 +31,7 @@ FOLDERS = {
 }
 """How datasets of a folder are called, and the output that they belong to."""
 MOST_MEMBERS = 10_000
-"""Members of a family that are told apart by name."""
+"""Members of a family that have labels of their own."""
 LONGEST = 28
 """Letters of a name in labels; a longer one is shortened."""
 SAFE_UNIT = re.compile(r"[\w%°·*/^ ().-]+")

@@ -1,6 +1,6 @@
 """The panels of sections: the crossings as points in the planes of coordinates and velocities.
 
-Those of many motions are told apart by their colours.
+Colours distinguish those of many motions.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from lagrange_cli.run.plots.reading import POINTS
 from lagrange_cli.run.plots.sweeps import shape_of, swept
 
 MOST_MEMBERS, SEEN = 2000, 50
-"""Motions of which crossings are drawn, evenly chosen; and those by which it is seen what varies."""
+"""Motions whose crossings are drawn, evenly chosen; and motions that show which coordinates vary."""
 
 
 def crossings(runs: Sequence[Run]) -> list[Panel]:
@@ -84,7 +84,7 @@ def across(runs: Sequence[Run], x: str, y: str, title: str) -> Panel:
 
 
 def over(runs: Sequence[Run], title: str, folder: str) -> list[Panel]:
-    """What lies in a folder at the crossings, over time."""
+    """The datasets of a folder at the crossings, over time."""
     if not any(map(many, runs)):
         return motions.over(runs, title, folder)
     names = [one.name for one in runs[0].of(folder)]
@@ -126,7 +126,7 @@ def wrapped(panel: Panel, axis: str = "x") -> Panel:
 
 
 def drifts(runs: Sequence[Run]) -> list[Panel]:
-    """How far what is conserved has moved: of one motion over time, of many over the members."""
+    """The drift of conserved quantities: of one motion over time, of many over the members."""
     single, several = [run for run in runs if not many(run)], [run for run in runs if many(run)]
     return [*(drift(single) if single else []), *(sweeps.drift(several) if several else [])]
 

@@ -153,7 +153,7 @@ def final(runs: Sequence[Run]) -> list[Panel]:
 
 
 def drift(runs: Sequence[Run]) -> list[Panel]:
-    """The largest drift of what is conserved, of each member."""
+    """The largest drift of each conserved quantity, for each member."""
     found = []
     for run in runs:
         for name, path in run.result.within("diagnostics/drift/").items():

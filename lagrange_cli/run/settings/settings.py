@@ -43,18 +43,18 @@ class Settings:
     portable: bool = False
     proven: bool = False
     optional: frozenset[str] = frozenset()
-    """Those of the outputs that nobody asks for by name: they are left out as far as they are not defined."""
+    """The outputs that are not requested by name: those that are not defined are left out."""
     chosen_because: str = ""
     """Why ``--method auto`` does not mean Taylor series here."""
 
     @property
     def method_shown(self) -> str:
-        """The method, and why it was chosen where that needs saying."""
+        """The method, and the reason if it was chosen automatically."""
         return f"{self.method}, as {self.chosen_because}" if self.chosen_because else self.method
 
     @property
     def backward(self) -> bool:
-        """Whether the motion is followed against the sense of time."""
+        """Whether the motion is integrated backward in time."""
         return self.stop < self.start
 
     def compilation(
@@ -200,7 +200,7 @@ def check_defaults(spec: Spec, problems: Problems) -> None:
 
 
 def tell_empty(spec: Spec, settings: Settings, tell: Callable[[str], None]) -> None:
-    """Tell a line for each output that was asked for by name, and of which the system has nothing."""
+    """Report each output that was requested by name and is empty for this system."""
     for name in sorted(settings.outputs - settings.optional):
         section = OUTPUTS[name].section
         if section and not getattr(spec, section):

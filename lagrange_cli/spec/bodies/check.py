@@ -1,4 +1,4 @@
-"""Checks the section ``bodies``: what its expressions may depend on, and of how many components they are."""
+"""Checks the section ``bodies``: what its expressions may depend on, and the number of their components."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from lagrange_cli.spec.spec import Body, Expression, Orientation
 
 
 def check_bodies(draft: Draft, names: Names, problems: Problems) -> dict[str, Body]:
-    """The bodies by name, members of families one by one; what is wrong is added to ``problems``."""
+    """The bodies by name, members of families one by one; mistakes are added to ``problems``."""
     found: dict[str, Body] = {}
     for body in draft.bodies:
         label = f"body '{body.key.label}'"

@@ -1,4 +1,4 @@
-"""Whether moments of inertia are those of a body."""
+"""Whether moments of inertia are possible for a body."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Sequence
 from itertools import combinations
 
 ROUNDING = 1e-9
-"""Moments that are equal but for so much, relatively, may have been rounded."""
+"""A relative difference between moments that rounding may cause."""
 Flaw = tuple[int, str, str]
 """The place of a wrong entry, what is wrong, and a way out."""
 TRIANGLE = "no moment of inertia of a body exceeds the sum of the other two"
 
 
 def flaw(entries: Sequence[float]) -> Flaw | None:
-    """What is wrong with three principal moments, or with the nine entries of a matrix, if anything is.
+    """The mistake in three principal moments, or in the nine entries of a matrix, if there is one.
 
     The second moments of mass J = tr(I)/2 - I must not be negative along any axis, or I_1 > I_2 + I_3.
     """
@@ -70,7 +70,7 @@ def is_positive(entries: Sequence[float], margin: float) -> bool:
 
 
 def size_flaw(sizes: Sequence[float]) -> Flaw | None:
-    """What is wrong with the sizes of a solid, if anything is."""
+    """The mistake in the sizes of a solid, if there is one."""
     for i, one in enumerate(sizes):
         if one <= 0:
             return i, f"the value {one:.15g} is not positive", "sizes are greater than 0"

@@ -27,7 +27,7 @@ SOLIDS_ELSEWHERE = {
     "disc": "disk wheel coin",
     "rod": "stick bar needle beam line",
 }
-"""What is called otherwise elsewhere."""
+"""Other words for these keys."""
 
 
 def _meant(word: str, elsewhere: Mapping[str, str]) -> str:

@@ -28,7 +28,7 @@ class WrittenRange(Written):
 
 @dataclass(frozen=True)
 class WrittenCurve(Written):
-    """A curve: a point and ranges, or points. What could not be read is None."""
+    """A curve: a point and ranges, or points. Parts that could not be read are None."""
 
     point: Expression | None = None
     ranges: tuple[WrittenRange, ...] = ()

@@ -1,4 +1,4 @@
-"""The section ``draw``: what its keys say, read from their nodes. What names mean is judged later."""
+"""The section ``draw``: the values of its keys, read from their nodes. Names are checked later."""
 
 from __future__ import annotations
 

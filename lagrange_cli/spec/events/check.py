@@ -1,4 +1,4 @@
-"""The events of a file as written to those of a ``Spec``: what is set exists, and what is watched varies."""
+"""The events of a file to those of a ``Spec``: targets of actions must exist, and expressions must vary."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _HINTS = {
 
 
 def check_events(draft: Draft, names: Names, problems: Problems) -> dict[str, Event]:
-    """The events by name, members of families one by one; what is wrong is added to ``problems``."""
+    """The events by name, members of families one by one; mistakes are added to ``problems``."""
     checker = _Checker(draft, names, problems)
     found = {}
     for event in draft.events:
@@ -110,7 +110,7 @@ class _Checker:
             member = member_name(base, place) if axes else base
             if member not in self.names.values:
                 if self.names.table[base].value is None:
-                    continue  # what is wrong with the family itself has been said
+                    continue  # mistakes of the family itself have been reported
                 assert family is not None
                 raise ExpressionError(axes[0].span, f"no member '{member}'", family.hint(member))
             own = {axis.index: value for axis, value in zip(axes, place) if axis.index}

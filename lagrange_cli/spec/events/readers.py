@@ -51,7 +51,8 @@ _LONGEST = 60
 
 
 def read_when(node: Node, where: str, problems: Problems) -> Expression | None:
-    """The expression whose zeros an event is. A condition is not one, but shows which was meant."""
+    """The expression whose zeros are the event. A condition is a mistake, but shows which expression was
+    meant."""
     if not isinstance(node, Scalar):
         return read_scalar(node, where, problems)
     tree, errors = read(node.text)
@@ -74,7 +75,7 @@ def read_when(node: Node, where: str, problems: Problems) -> Expression | None:
 
 
 def _compared(tree: Tree) -> Tree:
-    """A condition without what it says of its parts: these are looked at nevertheless."""
+    """The parts of a condition, which are checked nevertheless."""
     if isinstance(tree, Comparison | Logic):
         return Vector(tuple(map(_compared, tree.operands)), tree.span)
     return tree
@@ -145,7 +146,7 @@ def read_action(table: Table, node: Node, where: str, problems: Problems) -> tup
 
 
 def _meant(word: str, elsewhere: dict[str, str], known: tuple[str, ...]) -> str:
-    """The word that is meant by one of other programs, or by one that is misspelt."""
+    """The word for one from other programs, or for a misspelt one."""
     return next((one for one, words in elsewhere.items() if word in words.split()), near_match(word, known))
 
 
@@ -172,8 +173,8 @@ def read_changes(node: Node, where: str, problems: Problems) -> tuple[Entry, ...
 
 
 def _target(key: Scalar, value: Node, label: str, problems: Problems) -> Key | None:
-    """What is to be set: a name, members of a family, or a component, of which it is said later that it
-    cannot be."""
+    """The target of an action: a name, members of a family, or a component, which is reported later as one
+    that cannot be."""
     try:
         return parse_key(key.text)
     except ExpressionError as error:

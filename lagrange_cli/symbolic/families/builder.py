@@ -119,7 +119,7 @@ class WrittenBuilder(Builder):
         return self._value(tree, frame)
 
     def scalar(self, written: Expression) -> sympy.Expr:
-        """What belongs to no member."""
+        """The value of an expression that belongs to no family."""
         values = {**self.root, **written.indices}
         names = {**self.names, **{name: number(one) for name, one in written.indices.items()}}
         made = self.value(written.tree, Frame(values, 1, names, {}))
@@ -279,7 +279,7 @@ class WrittenBuilder(Builder):
     def kinds(
         self, loops: Sequence[Loop], frame: Frame, build: Callable[[Frame], Any]
     ) -> Iterator[tuple[tuple[Loop, ...], Any]]:
-        """What is built of the members that loops run through, of each kind by itself."""
+        """The values of the members that loops run through, for each kind separately."""
         alone = len(frame.arrays) == 1 and not loops[0].conditions if loops else False
         pending = [(tuple(loops), np.arange(frame.count))] if frame.count else []
         pieces = 0

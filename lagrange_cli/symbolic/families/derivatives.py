@@ -40,7 +40,8 @@ class Part:
 
 @dataclass(frozen=True)
 class Resolved:
-    """What a part adds to the member whose indices are names: where the ``guards`` hold, ``expression``."""
+    """The contribution of a part to the member whose indices are names: ``expression`` where the ``guards``
+    hold."""
 
     expression: sympy.Expr
     guards: tuple[Condition, ...]

@@ -92,7 +92,7 @@ class _Deriver:
     def values(
         self, kind: Kind, *trees: Callable[[Frame], Any]
     ) -> Iterator[tuple[tuple[Loop, ...], list[tuple[sympy.Expr, ...]]]]:
-        """What is built of the members of a kind, in parts that are alike: their loops, and the values."""
+        """The values of the members of a kind, in parts that are alike, with their loops."""
 
         def build(frame: Frame) -> list[tuple[sympy.Expr, ...]]:
             made = [one(frame) for one in trees]
@@ -101,7 +101,7 @@ class _Deriver:
         yield from self.builder.kinds(kind.loops, kind.frame, build)
 
     def written(self, kind: Kind) -> Callable[[Frame], Any]:
-        """What builds the expression of a kind's members."""
+        """The builder of the expression of a kind's members."""
         return lambda frame: self.builder.value(kind.tree, frame)
 
     def elsewhere(
@@ -238,7 +238,7 @@ class _Deriver:
     def balance(
         self, lagrangian: sympy.Expr, momenta: Sequence[Line], forces: Sequence[Line]
     ) -> tuple[list[Conserved], list[Changing]]:
-        """What is conserved and why, and what is not."""
+        """The conserved quantities with reasons, and those that are not conserved."""
         constants = constants_of(self.system)
         names = {each.quantity for each in constants.conserved}
         conserved = [*self.cyclic(names, momenta)]

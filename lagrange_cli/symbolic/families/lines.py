@@ -1,4 +1,5 @@
-"""What holds for the members of a family: a line for all of them, and lines for those at the ends apart."""
+"""The equations of the members of a family: a line for all of them, and separate lines for those at the
+ends."""
 
 from __future__ import annotations
 
@@ -40,7 +41,7 @@ class Line:
     expression: sympy.Expr
 
     def name(self, prefix: str = "", suffix: str = "") -> str:
-        """What the member is called: ``p_x[i]``, ``x_ddot[i]``."""
+        """The name of the member: ``p_x[i]``, ``x_ddot[i]``."""
         base = f"{prefix}{self.family.name}{suffix}"
         return member_name(base, [one.text for one in self.indices]) if self.indices else base
 

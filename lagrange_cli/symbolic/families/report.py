@@ -1,4 +1,4 @@
-"""What is printed of a system of families: pages for people, data, and a module of Python."""
+"""The printed forms of a system of families: pages for people, data, and a Python module."""
 
 from __future__ import annotations
 
@@ -86,7 +86,7 @@ def line_statement(line: Line, name: str, writer: Writer) -> Statement:
 
 
 def with_members(remark: str, loops: Sequence[Loop], writer: Writer) -> str:
-    """A remark, and which members it is said of."""
+    """A remark, and the members to which it applies."""
     return ", ".join(filter(None, (remark, writer.notation.members(loops))))
 
 

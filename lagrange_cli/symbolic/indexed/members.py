@@ -61,7 +61,7 @@ class Summed(sympy.Function):  # type: ignore[misc]
 
     @property
     def body(self) -> sympy.Expr:
-        """What is summed."""
+        """The summand."""
         return self.args[0]
 
     @property

@@ -1,7 +1,7 @@
 """The equations of motion with constraints, factored and solved by loops over the rows of tables.
 
-L D L^T as in ``linear.saddle``, eight unknowns of a round at a time (``linear.sparse``). Which numbers meet
-is in tables; so the code is the same for any number of constraints.
+L D L^T as in ``linear.saddle``, eight unknowns of a round at a time (``linear.sparse``). The pattern of
+nonzero entries is in tables; so the code is the same for any number of constraints.
 """
 
 from __future__ import annotations

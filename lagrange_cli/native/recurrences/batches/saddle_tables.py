@@ -1,4 +1,4 @@
-"""Which numbers meet where equations of motion with constraints are factored and solved in blocks of eight.
+"""The pattern of nonzero entries for factoring and solving equations with constraints in blocks of eight.
 
 The numbers themselves are in arrays of the work space; ``saddle`` writes the loops over these tables.
 """

@@ -152,7 +152,7 @@ class Values:
         return parts[0]
 
     def operand(self, row: Sequence[Node], b: Integer) -> Any:
-        """What is listed in ``row`` for all members of a batch, of the ``b``-th eight."""
+        """The values listed in ``row`` for all members of a batch, for the ``b``-th eight."""
         first, f = row[0], self.f
         if not self.moves(first) and all(node is first for node in row):
             number = first.kind is Kind.NUMBER
@@ -164,7 +164,7 @@ class Values:
         return self.joined([gathered(self.emitter, base.name, places) for base in self.bases])
 
     def constant(self, value: Value) -> Any:
-        """What does not move as a number of the kind."""
+        """A constant node as a number of the kind."""
         return None if value is None else self.joined([value, *[None] * (self.parts - 1)])
 
     def slot(self, node: Node) -> Operand:
