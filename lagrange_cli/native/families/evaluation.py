@@ -7,14 +7,15 @@ not depend on anything but the system.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from lagrange_cli.expression.node import Node
-from lagrange_cli.families.arrays import Array, Domain, Slot, Slots, Term, Total
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Slots, Term, Total, Tree
 from lagrange_cli.native.families.rows import Rows, rows_of
 from lagrange_cli.native.interface import LANES
 from lagrange_cli.native.llvm.flow import Variable
@@ -44,7 +45,7 @@ class Loop:
     """The terms of one domain that are computed together, each with the total it belongs to."""
 
     domain: Domain
-    terms: Sequence[tuple[Term, Total]]
+    terms: Sequence[tuple[Term, Array]]
     slots: Slots
 
     @cached_property
@@ -71,19 +72,23 @@ class Loop:
         return rows_of(self.numbered[0], self.domain.count)
 
 
-def loops(totals: Sequence[Total], slots: Slots) -> list[Loop]:
-    """How these totals are computed, those that others contain before these."""
+def loops(totals: Sequence[Total], slots: Slots) -> list[Loop | Chain]:
+    """How these totals are computed, those that others contain before these: loops over their terms, and sums
+    along chains behind those of their terms."""
     level: dict[Array, int] = {}
-    found: dict[tuple[int, int], list[tuple[Term, Total]]] = {}
+    found: dict[tuple[int, int], list[tuple[Term, Array]]] = {}
+    along: dict[int, list[Loop | Chain]] = {}
     for total in totals:
         inside = [slot.array for one in total.terms for _, slot in slots.inside(one.node)]
         level[total] = 1 + max((level.get(array, 0) for array in inside), default=0)
         for term in total.terms:
             found.setdefault((level[total], id(term.domain)), []).append((term, total))
-    return [
-        Loop(terms[0][0].domain, terms, slots)
-        for _, terms in sorted(found.items(), key=lambda one: one[0][0])
-    ]
+        if isinstance(total, Chain) and total.terms:
+            along.setdefault(level[total], []).append(total)
+    made: dict[int, list[Loop | Chain]] = {}
+    for (height, _), terms in found.items():
+        made.setdefault(height, []).append(Loop(terms[0][0].domain, terms, slots))
+    return [one for height in sorted(made) for one in (*made[height], *along.get(height, ()))]
 
 
 def needed(roots: Iterable[Total], slots: Slots, known: Iterable[Array] = ()) -> list[Total]:
@@ -123,15 +128,42 @@ class Evaluation:
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
         self.clear(totals)
-        for loop in loops(totals, self.slots):
-            Writer(self, loop).write()
+        for one in loops(totals, self.slots):
+            if isinstance(one, Chain):
+                self.add_up(one)
+            else:
+                Writer(self, one).write()
 
-    def clear(self, totals: Sequence[Total]) -> None:
+    def add_up(self, chain: Chain) -> None:
+        """Add the terms of a chain up along it."""
+        tree, base = chain.tree, self.where(chain)
+        assert tree is not None
+        with climb(self.f, self.tables, tree, back=chain.back) as (member, parent, hangs):
+            source, target = (member, parent) if chain.back else (parent, member)
+            with self.f.when(hangs):
+                self.f.store(self.f.load(base, target) + self.f.load(base, source), base, target)
+
+    def clear(self, totals: Sequence[Array]) -> None:
         """Begin with sums that are 0."""
         for total in totals:
             base = self.where(total)
             with self.f.loop(0, room(total.count), LANES, tested=False) as i:
                 self.f.store_row(self.f.zero(LANES), base, i)
+
+
+@contextmanager
+def climb(f: Function, tables: Tables, tree: Tree, *, back: bool) -> Iterator[tuple[Integer, Integer, Bit]]:
+    """A loop over the members of a tree, parents first or, if it goes ``back``, last: a member, its parent, and
+    whether it has one (else the parent is the number behind the last member)."""
+    count = len(tree.parents)
+    plain = np.array_equal(tree.order, np.arange(count))
+    order = 0 if plain else tables.of_places(tree.order.tolist())
+    parents = tables.of_places(np.where(tree.parents == NONE, count, tree.parents).tolist())
+    with f.loop(0, count, tested=False) as i:
+        at = f.count(count - 1) - i if back else i
+        member = at if plain else place_at(f, at + order)
+        parent = place_at(f, member + parents)
+        yield member, parent, parent < count
 
 
 class Writer:

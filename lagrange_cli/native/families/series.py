@@ -95,13 +95,14 @@ class SeriesWriter(Writer):
         self.block = self.f.count(0) if len(blocks) == 2 else self.listed_at(blocks[:-1], r)
 
     def values(self, known: dict[Node, str | None], j: Integer) -> list[str | None]:
+        return MemberStage(self.evaluation, self.series, self.k, self.block_at(j), known).values()
+
+    def block_at(self, j: Integer) -> Pointer:
+        """Where the coefficients of eight members begin."""
         assert self.block is not None
         size = LANES * self.series.span * len(self.series.stored)
         place = (self.block + j.operation("lshr", 3)) * size + (self.at + LANES * BEFORE)
-        stage = MemberStage(
-            self.evaluation, self.series, self.k, self.f.place("%work", place, "double"), known
-        )
-        return stage.values()
+        return self.f.place("%work", place, "double")
 
 
 class _First(dict[int, "Value"]):
