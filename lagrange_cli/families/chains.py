@@ -16,9 +16,10 @@ from lagrange_cli.expression.index_arrays import Differ, Places, Whole, integers
 from lagrange_cli.expression.indices import Unsuited
 from lagrange_cli.expression.node import Node
 from lagrange_cli.expression.syntax import Binary, Negative, Sum, Tree, Vector, names, plain_names, sums
-from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Source, Term, tree_of
+from lagrange_cli.families.arrays import NONE, Array, Chain, Domain, Slot, Slots, Source, Term, tree_of
 from lagrange_cli.families.builder import FamilyBuilder
 from lagrange_cli.families.groups import Group
+from lagrange_cli.mechanics.substitution import substituted
 from lagrange_cli.records import dataclass
 from lagrange_cli.spec.spec import Spec
 
@@ -85,7 +86,7 @@ class ChainBuilder(FamilyBuilder):
                     terms[k].append(Term(domain, part, which))
         made = []
         for one, up in zip(terms, parents):
-            chain = self.added(group.count, one, tree_of(up))
+            chain = self.added(group.count, merged(self.slots, one), tree_of(up))
             assert isinstance(chain, Chain)
             made.append(chain)
         return tuple(made)
@@ -165,6 +166,32 @@ class ChainBuilder(FamilyBuilder):
         up = tree_of(places - 1 if forward else np.append(places[1:], NONE))
         made = [self.added(len(own), one, up) for one in terms]
         return tuple(one for one in made if isinstance(one, Chain))
+
+
+def merged(slots: Slots, terms: Sequence[Term]) -> list[Term]:
+    """Terms that are alike but for where their slots are, as one: what a chain begins with may be like what it goes
+    on with."""
+    graph, found = slots.graph, dict[tuple[Node, tuple[int, ...]], list[tuple[Term, list[Slot]]]]()
+    for term in terms:
+        inside = [*slots.inside(term.node)]
+        stand_ins = {symbol: graph.symbol(f"place {k}") for k, (symbol, _) in enumerate(inside)}
+        (shape,) = substituted(graph, [term.node], stand_ins)
+        key = shape, tuple(id(slot.array) for _, slot in inside)
+        found.setdefault(key, []).append((term, [slot for _, slot in inside]))
+    made = []
+    for (shape, _), alike in found.items():
+        if len(alike) == 1:
+            made.append(alike[0][0])
+            continue
+        targets = np.concatenate([term.targets for term, _ in alike])
+        order, domain = np.argsort(targets), Domain(len(targets))
+        others = {}
+        for k, same in enumerate(zip(*(listed for _, listed in alike))):
+            table = np.concatenate([slot.table for slot in same])[order]
+            others[graph.symbol(f"place {k}")] = slots.symbol(domain, same[0].array, table)
+        (node,) = substituted(graph, [shape], others)
+        made.append(Term(domain, node, targets[order]))
+    return made
 
 
 def bounds_of(tree: Sum, indices: Members | dict[str, Whole]) -> tuple[Whole, Whole]:

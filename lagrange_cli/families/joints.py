@@ -56,7 +56,8 @@ class Weight:
 @dataclass(frozen=True, eq=False)
 class Joints:
     """Joints of one kind, the members of a domain: their ``coordinates`` (rows, and symbols), the nodes that are
-    their ``parents`` (None: they hang from what does not move), their own ``nodes`` if they have any and the
+    their ``parents`` (None: they hang from what does not move; so do those without weights that have the number
+    behind the last node), their own ``nodes`` if they have any and the
     ``moves`` that these add to their parents, and the ``weights`` that they carry besides."""
 
     domain: Domain
@@ -309,8 +310,10 @@ class _Assembly:
                 raise Unsuited
             parent_of[np.flatnonzero(which)[leaf]] = hung[leaf]
             own[k, which] = mine
+        weighs = np.any([one != NONE for part, one in columns if not self.is_step(part)] or [has_node & False], axis=0)
+        hangs = (parent_of != NONE) | (has_node & ~weighs)  # what carries no weights may hang from nothing, too
         signature = np.array(
-            [has_node, parent_of != NONE, sizes, *(one != NONE for _, one in columns), *own], dtype=np.int64
+            [has_node, hangs, sizes, *(one != NONE for _, one in columns), *own], dtype=np.int64
         )
         _, kinds = np.unique(signature.T, axis=0, return_inverse=True)
         kinds = np.asarray(kinds).reshape(-1)
@@ -352,7 +355,8 @@ class _Assembly:
             raise Unsuited
         return Joints(
             domain, tuple(slot.table for slot in symbols.values()), tuple(symbols),
-            None if parents[0] == NONE else parents, nodes if has_node else None,
+            None if np.all(parents == NONE) else np.where(parents == NONE, self.nodes, parents),
+            nodes if has_node else None,
             tuple(moves) if has_node else (), tuple(weights),
         )  # fmt: skip
 

@@ -9,7 +9,7 @@ from typing import Any
 from lagrange_cli.expression.node import Node
 from lagrange_cli.families.arrays import Array, Slots, Term, Total
 from lagrange_cli.native.families.balance import Balance, Kind, Local
-from lagrange_cli.native.families.evaluation import Evaluation, Loop, needed, room
+from lagrange_cli.native.families.evaluation import Evaluation, Loop, added, needed, room
 from lagrange_cli.native.families.jets import SeriesJet, regular
 from lagrange_cli.native.families.series import LoopSeries, MemberStage, SeriesWriter
 from lagrange_cli.native.families.sweeps import Sweeps
@@ -55,7 +55,9 @@ class JointSeries(LoopSeries):
         return sorted(wanted)
 
 
-def series_of(kind: Kind, slots: Slots, time: Node, order: int) -> JointSeries:
+def series_of(
+    kind: Kind, slots: Slots, time: Node, order: int, alone: frozenset[Array]
+) -> JointSeries:
     """The series of a kind of joints."""
     local, moving = kind.local, kind.moving
     for one in local.unknowns:
@@ -67,7 +69,7 @@ def series_of(kind: Kind, slots: Slots, time: Node, order: int) -> JointSeries:
         if read
         else local.terms
     )
-    loop = Loop(local.domain, terms, slots)
+    loop = Loop(local.domain, terms, slots, alone)
     return JointSeries(loop, slots, moving, time, order, local)
 
 
@@ -152,9 +154,11 @@ class ArticulatedJet(SeriesJet):
         for array in balance.arrays:
             if array not in fixed and array not in self.planes:
                 self.planes[array] = self.take(room(array.count)), 0
+        own = [array for kind in balance.kinds for _, array in kind.local.terms]
+        alone = frozenset(one for one in own if own.count(one) == 1)
         self.joints = []
         for kind in balance.kinds:
-            series = series_of(kind, self.slots, self.system.time, self.order)
+            series = series_of(kind, self.slots, self.system.time, self.order, alone)
             self.joints.append((series, self.take(series.doubles)))
         tree = balance.found.nodes[0].tree if balance.found.nodes else None
         self.sweeps = Sweeps(self.f, self.tables, tree, lambda one: self.at(one, 0)) if tree else None
@@ -163,6 +167,10 @@ class ArticulatedJet(SeriesJet):
     def moving(self, totals: Sequence[Array]) -> list[Any]:
         """Those that are no constants of the motion."""
         return [one for one in totals if one not in self.lasting.fixed]
+
+    @property
+    def series(self) -> list[LoopSeries]:
+        return [*super().series, *(series for series, _ in self.joints)]
 
     def begin(self) -> None:
         if self.starts:
@@ -191,7 +199,8 @@ class ArticulatedJet(SeriesJet):
 
     def accelerate(self, evaluation: Evaluation, k: int | Integer) -> None:
         balance, first = self.balance, isinstance(k, int) and k == 0
-        evaluation.clear(self.moving([*balance.local, *(balance.slopes if first else ())]))
+        given = [*balance.local, *(balance.slopes if first else ())]
+        evaluation.clear(added(self.moving(given), [series.loop for series, _ in self.joints]))
         self.evaluate(k)
         if first:
             evaluation.write(self.moving(balance.first))

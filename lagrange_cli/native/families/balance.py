@@ -63,7 +63,7 @@ class Balance:
         pairs = [(c, e) for c in self.axes for e in self.axes if c <= e]
         bonds = [(c, b) for c in self.axes for b in range(self.size)]
         corners = [(b, d) for b in range(self.size) for d in range(self.size) if b <= d]
-        many = self.count + 1
+        many = self.count
         self.node_slopes = {one: array(many) for one in bonds}
         """J of nodes."""
         self.rest = [array(many) for _ in self.axes]
@@ -346,7 +346,7 @@ class Kind:
     def _carried(self, c: int) -> Node:
         """What goes on to the parent, whatever its children do."""
         terms = [self.weight(s) * self.own(self.rest[s]) for s in self.on(c)]
-        terms += [self.gain(c, b) * self.own(self.free[b]) for b in self.bends]
+        terms += [self.gain(c, b) * self.freed(b) for b in self.bends]
         return self.summed([*terms, self.known(c)] if self.is_node else terms)
 
     def pulls(self, c: int) -> list[Term]:
@@ -371,7 +371,7 @@ class Kind:
     def drifts(self, c: int) -> list[Term]:
         if not self.is_node:
             return []
-        terms = [self.slope(c, b) * self.own(self.held_back[b]) for b in self.bends]
+        terms = [self.slope(c, b) * self.holding(b) for b in self.bends]
         return [Term(self.domain, self.summed([*terms, self.node(self.balance.rest[c])]), self.at)]
 
     def changing(self, b: int) -> Node:
@@ -394,13 +394,13 @@ class Kind:
         """m a of weights."""
         one = self.joints.weights[s]
         terms = [self.own(self.rest[s])]
-        terms += [self.swing(s, b) * self.own(self.change[b]) for b in self.bends]
+        terms += [self.swing(s, b) * self.changing(b) for b in self.bends]
         if one.component is not None:
             terms.append(self.parent(self.balance.accelerations[one.component]))
         return one.mass * self.summed(terms)
 
     def accelerated(self) -> list[Term]:
-        return [Term(self.domain, self.own(self.change[b]), self.joints.rows[b]) for b in self.bends]
+        return [Term(self.domain, self.changing(b), self.joints.rows[b]) for b in self.bends]
 
     # series
 

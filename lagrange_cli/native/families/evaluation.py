@@ -47,6 +47,8 @@ class Loop:
     domain: Domain
     terms: Sequence[tuple[Term, Array]]
     slots: Slots
+    alone: frozenset[Array] = frozenset()
+    """Arrays that are no totals and have no other terms."""
 
     @cached_property
     def used(self) -> Mapping[Node, Slot]:
@@ -70,6 +72,21 @@ class Loop:
     def rows(self) -> Rows:
         """The members in rows."""
         return rows_of(self.numbered[0], self.domain.count)
+
+    @cached_property
+    def put(self) -> frozenset[Array]:
+        """Arrays all of whose places the loop fills, one after the other: they need not be 0 before."""
+        if len(self.rows.starts) > 1:
+            return frozenset()
+        targets = self.numbered[1][len(self.used) :]
+        return frozenset(
+            total
+            for (term, total), i in zip(self.terms, targets)
+            if self.rows.strides[i] == 1
+            and (len(total.terms) == 1 if isinstance(total, Total) else total in self.alone)
+            and len(term.targets) == total.count
+            and np.array_equal(term.targets, np.arange(total.count))
+        )
 
 
 def loops(totals: Sequence[Total], slots: Slots) -> list[Loop | Chain]:
@@ -127,8 +144,9 @@ class Evaluation:
 
     def write(self, totals: Sequence[Total]) -> None:
         """Compute them."""
-        self.clear(totals)
-        for one in loops(totals, self.slots):
+        listed = loops(totals, self.slots)
+        self.clear(added(totals, listed))
+        for one in listed:
             if isinstance(one, Chain):
                 self.add_up(one)
             else:
@@ -143,12 +161,18 @@ class Evaluation:
             with self.f.when(hangs):
                 self.f.store(self.f.load(base, target) + self.f.load(base, source), base, target)
 
-    def clear(self, totals: Sequence[Array]) -> None:
+    def clear(self, totals: Iterable[Array]) -> None:
         """Begin with sums that are 0."""
         for total in totals:
             base = self.where(total)
             with self.f.loop(0, room(total.count), LANES, tested=False) as i:
                 self.f.store_row(self.f.zero(LANES), base, i)
+
+
+def added(totals: Iterable[Array], listed: Iterable[Loop | Chain]) -> list[Array]:
+    """Those to which terms are added, and which have to be 0 before."""
+    put = frozenset[Array]().union(*(one.put for one in listed if isinstance(one, Loop)))
+    return [one for one in totals if one not in put]
 
 
 @contextmanager
@@ -242,6 +266,8 @@ class Writer:
             base = evaluation.where(self.loop.terms[k][1])
             if strides[i] == 0:
                 sums[k].set(sums[k].get() + value)
+            elif strides[i] == 1 and self.loop.terms[k][1] in self.loop.put:
+                f.store_row(value, base, bases[i] + j)
             elif strides[i] == 1:
                 f.store_row(f.load_row(base, bases[i] + j, LANES) + value, base, bases[i] + j)
             else:

@@ -8,7 +8,7 @@ from lagrange_cli.errors import TooLarge
 from lagrange_cli.families.arrays import Array, Chain, Slots, Total
 from lagrange_cli.families.system import FamilySystem
 from lagrange_cli.limits import way_out, whole
-from lagrange_cli.native.families.evaluation import Evaluation, loops, needed, room
+from lagrange_cli.native.families.evaluation import Evaluation, added, loops, needed, room
 from lagrange_cli.native.families.lasting import Lasting
 from lagrange_cli.native.families.series import LoopSeries, SeriesWriter
 from lagrange_cli.native.interface import LANES
@@ -22,8 +22,6 @@ from lagrange_cli.records import dataclass
 MOST_NUMBERS = whole("numbers")
 """Of all series of a system."""
 HEAD = "define internal i1 @jet(ptr noalias %constants, double %t, ptr noalias %state, ptr noalias %work) #0"
-ROLLED = 3
-"""Orders that are written out before the loop over the others."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,6 +94,17 @@ class SeriesJet:
             series = LoopSeries(one, self.slots, moving, self.system.time, self.order)
             self.loops.append((series, self.take(series.doubles)))
 
+    @property
+    def series(self) -> list[LoopSeries]:
+        """All series."""
+        return [one[0] for one in self.loops if not isinstance(one, Chain)]
+
+    @property
+    def unrolled(self) -> int:
+        """Orders that are written out before the loop over the others: all series have begun by then, and t has had
+        its rate."""
+        return max((one.begun for one in self.series), default=1)
+
     def bounded(self) -> None:
         """Raise ``TooLarge`` where the series take too much memory."""
         if self.work > MOST_NUMBERS:
@@ -114,7 +123,7 @@ class SeriesJet:
         with f.loop(0, degrees, tested=False) as i:
             f.store(f.load("%state", i + degrees), "%work", i + self.width)
         self.begin()
-        last, rolled, operations = order - 2, min(ROLLED, order - 1), self.emitter.operations
+        last, rolled, operations = order - 2, min(self.unrolled, order - 1), self.emitter.operations
         for k in range(rolled):
             operations += self.counted(k)
         if rolled <= last:
@@ -134,7 +143,8 @@ class SeriesJet:
     def stage(self, k: int | Integer) -> None:
         """All of order k."""
         evaluation = self.evaluation(k)
-        evaluation.clear(self.totals)
+        listed = [one if isinstance(one, Chain) else one[0].loop for one in self.loops]
+        evaluation.clear(added(self.totals, listed))
         for one in self.loops:
             if isinstance(one, Chain):
                 evaluation.add_up(one)

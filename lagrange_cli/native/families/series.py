@@ -61,6 +61,12 @@ class LoopSeries:
         return {index: place for place, index in enumerate(sorted(found))}
 
     @property
+    def begun(self) -> int:
+        """The first stage that may be one of a loop: every series has had its first coefficient, and t two."""
+        levels = [(one.level, one.op) for one in self.program.series if one.level > FREE]
+        return max((1 - level + (op is Op.TIME) for level, op in levels), default=1)
+
+    @property
     def span(self) -> int:
         """Vectors of a series."""
         return BEFORE + self.order + 1
