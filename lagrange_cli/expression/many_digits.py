@@ -15,7 +15,7 @@ LOST = 20
 
 
 class ManyDigits:
-    """Real arithmetic with so many digits; a number stands for its value before rounding (see ``written``)."""
+    """Real arithmetic with so many digits; a number stands for its unrounded value (see ``written``)."""
 
     def __init__(self, digits: int) -> None:
         self.context = mpmath.mp.clone()
